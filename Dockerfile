@@ -2,7 +2,7 @@
 #     docker build -t battery_sof .
 #     docker run --rm --network host battery_sof roslaunch battery_sof battery_sof.launch
 #     docker run --rm -v "$PWD":/data -w /data battery_sof sof check drive.bag
-# What of it was tried, and how, is said in docs/getting-started.md.
+# scripts/try_dockerfile runs its steps in a fresh root file system.
 FROM debian:bookworm
 COPY scripts/install_dependencies /opt/battery_sof/scripts/install_dependencies
 RUN apt-get update && apt-get install -y --no-install-recommends make ca-certificates && bash /opt/battery_sof/scripts/install_dependencies && rm -rf /var/lib/apt/lists/*

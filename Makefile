@@ -31,7 +31,7 @@ test: build
 docs: deps
 	@$(PYTHON) scripts/make_docs "$(BUILD)/docs"
 
-# The build without ROS (docs/core.md), and what can differ in it: files and commands, the installed package, Python.
+# The build without ROS (docs/cpp-and-python.md), and what can differ in it: files and commands, the installed package, Python.
 test-core: deps
 	@cmake -S . -B "$(BUILD_CORE)" -DBATTERY_SOF_ROS=OFF $(CMAKE_FLAGS)
 	@cmake --build "$(BUILD_CORE)" --target core_checks -j$(JOBS)
@@ -85,7 +85,7 @@ reproduce: build
 
 # DATA: folder with startstop_car/, for the real recordings.
 study: build
-	@bash scripts/with_ros cmake --build "$(BUILD)" --target suitability_experiment session_experiment -j$(JOBS)
+	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_quality_experiment session_experiment -j$(JOBS)
 	@$(PYTHON) scripts/study "$(BUILD)" $(if $(DATA),--data "$(DATA)")
 
 # Effects, nulls, decoys and unknowns counted: some 40 minutes on two cores, goes on where it was cut off.

@@ -16,11 +16,11 @@ constexpr double kOneDrive = 1800.0;     // [s]
 constexpr double kVoltageNoise = 0.002;  // [V]
 
 std::vector<double> drivenCurrent(double duration) {
-  battery_sof_reference::CityDriveOptions options;
+  battery_sof_simulator::CityDriveOptions options;
   options.seed = 1;
   options.duration = std::min(duration, kOneDrive);
   std::vector<double> current;
-  for (const auto& sample : battery_sof_reference::simulateCityDrive(options))
+  for (const auto& sample : battery_sof_simulator::simulateCityDrive(options))
     current.push_back(sample.current);
   return current;
 }

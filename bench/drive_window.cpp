@@ -16,11 +16,11 @@ using namespace battery_sof;
 constexpr std::size_t kFourMinutes = 24000;  // samples at 100 Hz
 
 Series simulatedDrive() {
-  battery_sof_reference::CityDriveOptions options;
+  battery_sof_simulator::CityDriveOptions options;
   options.seed = 1;
   options.duration = 900.0;
   Series series;
-  for (const auto& sample : battery_sof_reference::simulateCityDrive(options)) {
+  for (const auto& sample : battery_sof_simulator::simulateCityDrive(options)) {
     series.time.push_back(sample.time);
     series.current.push_back(sample.current);
     series.voltage.push_back(sample.voltage);

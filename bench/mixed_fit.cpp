@@ -1,6 +1,6 @@
 // What a source's voltage costs: identify() of a quarter of an hour at 1 Hz and one pass with
-// derivatives, driven where a source controls the voltage by that and, beside it, by the current
-// alone. Prints a table.
+// derivatives, driven where a source controls the voltage by that and, for comparison, by the
+// current alone. Prints a table.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

@@ -26,8 +26,8 @@ void print(const std::string& recording, const SessionEvents& events,
                 session.chargeCalibration().factor);
 }
 
-/// What is tried beside the base model: effects from the beginning on, or what a diagnosis of the
-/// buffer finds at a moment.
+/// What is tried in addition to the base model: effects from the beginning on, or what a diagnosis
+/// of the buffer finds at a moment.
 struct Trial {
   std::vector<std::string> effects;
   double diagnose_at = 0.0;  // [s] of driving; 0: never
@@ -137,8 +137,9 @@ int main(int argc, char** argv) {
   CsvColumns columns;
   app.add_option("REC", recordings, "CSV recordings")->required();
   app.add_option("--effects", options.identify.effects, "ids of further physics")->delimiter(',');
-  app.add_option("--extend", trial.effects,
-                 "ids on trial beside the base model; standard error says who answers")
+  app.add_option(
+         "--extend", trial.effects,
+         "ids evaluated in parallel to the base model; standard error says which model answers")
       ->delimiter(',');
   app.add_option(
       "--diagnose-at", trial.diagnose_at,

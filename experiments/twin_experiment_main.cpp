@@ -1,5 +1,5 @@
 // Twin test: recordings that a known model made on a drive's own voltage and current, sampled once
-// a second, with the errors of a vehicle's sensors put into them, are fitted again. Prints which
+// a second, with the errors of a vehicle's sensors injected, are fitted again. Prints which
 // share of the parameters lies within two standard errors of the truth and how far the current of
 // charges is off.
 //

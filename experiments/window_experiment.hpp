@@ -22,7 +22,7 @@ struct Setting {
   std::string what;
   IdentifyOptions options;
   StartRule start_rule = StartRule::kAsItFalls;
-  /// search starts at the default procedure's parameters: tells a local minimum
+  /// search starts at the default procedure's parameters: detects a local minimum
   bool from_optimum = false;
 };
 

@@ -142,7 +142,7 @@ int main(int argc, char** argv) {
   try {
     for (const auto& path : recordings) runRecording(path, columns, windows);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "suitability_experiment: %s\n", error.what());
+    std::fprintf(stderr, "window_quality_experiment: %s\n", error.what());
     return 2;
   }
   return 0;

@@ -122,7 +122,7 @@ double checkedCapacity(double capacity_ah) {
 
 /// An answer as JSON. @throws std::invalid_argument for a query that is none.
 template <typename Answer, typename ToJson>
-std::string told(const Answer& answer, const ToJson& json) {
+std::string jsonOf(const Answer& answer, const ToJson& json) {
   if (answer.code == AnswerCode::kInvalidQuery) throw std::invalid_argument(answer.message);
   return textOf(json(answer));
 }
@@ -132,22 +132,22 @@ std::string askCrank(const FittedModel& model, double i_load, double t_stop, dou
   const py::gil_scoped_release released;
   const CrankingQuery query =
       asked(CrankingQuery{i_load, t_stop, i_cranking, t_cranking, u_required});
-  return told(predictCranking(model, query, checkedCapacity(capacity_ah)), crankingJson);
+  return jsonOf(predictCranking(model, query, checkedCapacity(capacity_ah)), crankingJson);
 }
 
 std::string askStopTime(const FittedModel& model, double i_load, double i_cranking,
                         double t_cranking, double u_required, double capacity_ah) {
   const py::gil_scoped_release released;
   const StopTimeQuery query = asked(StopTimeQuery{i_load, i_cranking, t_cranking, u_required});
-  return told(predictStopTime(model, query, checkedCapacity(capacity_ah)), stopTimeJson);
+  return jsonOf(predictStopTime(model, query, checkedCapacity(capacity_ah)), stopTimeJson);
 }
 
 std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, double i_limit,
                       double capacity_ah) {
   const py::gil_scoped_release released;
   const ChargeAcceptanceQuery query = asked(ChargeAcceptanceQuery{u_boost, t_sof2, i_limit});
-  return told(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)),
-              chargeAcceptanceJson);
+  return jsonOf(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)),
+                chargeAcceptanceJson);
 }
 
 HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to,

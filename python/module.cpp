@@ -13,7 +13,7 @@ namespace py = pybind11;
 namespace {
 
 /// The core's sentence as a Python exception; names of files in it need not be UTF-8, which Python
-/// wants.
+/// needs.
 void raise(PyObject* kind, const std::exception& error) {
   PyErr_SetString(kind, printable(error.what(), LineBreaks::kKept).c_str());
 }

@@ -2,25 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "simulator/channel_noise.hpp"
+#include "simulator/faults.hpp"
 #include "simulator/fields.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr std::uint32_t kVoltageStream = 2, kCurrentStream = 3, kDropoutStream = 5;
-constexpr double kTwoPi = 6.28318530717958647692;
-constexpr double kSecondsPerHour = 3600.0;
 // inputs after a point, which then lies in the cubic's middle
 constexpr double kInterpolationReach = 1.0;
-constexpr double kSecondsPerMinute = 60.0;
 constexpr double kHighestRate = 1000.0;  // [Hz], of the simulation
-
-double quantised(double value, double step) {
-  return step > 0.0 ? step * std::round(value / step) : value;
-}
 
 /// Drift and tone of the voltage channel [V].
 double voltageFault(const AcquisitionOptions& options, double time) {
@@ -29,9 +23,7 @@ double voltageFault(const AcquisitionOptions& options, double time) {
 }
 
 const AcquisitionOptions& valid(const AcquisitionOptions& options) {
-  std::string text;
-  for (const auto& fault : faultsOf(options)) text += (text.empty() ? "" : "; ") + fault;
-  if (!text.empty()) throw std::invalid_argument("acquisition: " + text);
+  requireNone(faultsOf(options), "acquisition");
   return options;
 }
 
@@ -86,24 +78,20 @@ double SampledChannel::outputAt(double position) const {
          y[2] * x * (x - 1) * (x - 3) / 2 + y[3] * x * (x - 1) * (x - 2) / 6;
 }
 
-Acquisition::Lag::Lag(double tau, double interval)
-    : delay_(tau / interval), decay_(tau > 0.0 ? std::exp(-interval / tau) : 0.0) {}
-
 double Acquisition::Lag::push(double input) {
-  if (delay_ == 0.0) return input;
-  if (!begun_) input_ = output_ = input;
-  begun_ = true;
-  const double behind = delay_ * (input - input_);
-  output_ = input - behind + (output_ - (input_ - behind)) * decay_;
-  input_ = input;
-  return output_;
+  if (law.delay == 0.0) return input;
+  if (!begun) last = output = input;
+  begun = true;
+  output = law.advance(output, last, input);
+  last = input;
+  return output;
 }
 
 Acquisition::Acquisition(const AcquisitionOptions& options, double input_rate, std::uint64_t seed)
     : options_(valid(options)),
       seed_(seed),
-      current_lag_(options.current_lag_s, 1.0 / input_rate),
-      voltage_lag_(options.voltage_lag_s, 1.0 / input_rate),
+      current_lag_{{options.current_lag_s, 1.0 / input_rate}},
+      voltage_lag_{{options.voltage_lag_s, 1.0 / input_rate}},
       current_(options, input_rate, options.current_delay_s),
       voltage_(options, input_rate, 0.0) {}
 
@@ -163,4 +151,4 @@ std::vector<RecordedSample> Acquisition::withDropouts(
   return kept;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -10,8 +10,9 @@
 #include "simulator/bessel_filter.hpp"
 #include "simulator/channel_noise.hpp"
 #include "simulator/dice.hpp"
+#include "simulator/low_pass.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
@@ -98,15 +99,11 @@ class Acquisition {
 
  private:
   /// One-pole lag of a channel, exact for an input that is linear between pushes.
-  class Lag {
-   public:
-    Lag(double tau, double interval);
+  struct Lag {
+    LowPass law;
+    double last = 0.0, output = 0.0;
+    bool begun = false;
     double push(double input);
-
-   private:
-    double delay_, decay_;  // delay: tau / interval
-    double input_ = 0.0, output_ = 0.0;
-    bool begun_ = false;
   };
 
   std::vector<RecordedSample> withDropouts(const std::vector<RecordedSample>& samples) const;
@@ -120,4 +117,4 @@ class Acquisition {
 /// @return one sentence for every fault of the options; empty when all is well.
 std::vector<std::string> faultsOf(const AcquisitionOptions& options);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -4,12 +4,11 @@
 #include <cmath>
 
 #include "simulator/fields.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
-constexpr double kTwoPi = 6.28318530717958647692;
-constexpr double kSecondsPerHour = 3600.0;
 constexpr double kMaxDepletion = 0.99;
 constexpr double kGateTime = 2.0;  // [s]
 constexpr double kGateFrom = 5.0;  // [A]
@@ -43,14 +42,6 @@ bool anyOn(const Additions& a) {
          a.high_rate_depletion || a.coup_de_fouet || a.sulphate_history || a.parameter_drift ||
          a.parasitic_load_a != 0.0 || a.contact_step || a.memory_resistance || a.step_force ||
          a.gated_tone || a.capacitance_fall || a.dead_zone || a.hysteretic_r;
-}
-
-AddedVoltages::LowPass::LowPass(double tau, double step)
-    : decay(std::exp(-step / tau)), delay(tau / step) {}
-
-double AddedVoltages::LowPass::advance(double before, double begin, double end) const {
-  const double lag = delay * (end - begin);
-  return end - lag + (before - (begin - lag)) * decay;
 }
 
 AddedVoltages::AddedVoltages(const Additions& additions, double step)
@@ -121,4 +112,4 @@ double AddedVoltages::resistance(const AddedState& s, double time) const {
   return sum;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace battery_sof_reference {
+#include "simulator/low_pass.hpp"
+
+namespace battery_sof_simulator {
 
 /// What parameter_drift changes.
 enum class DriftingParameter { kROhmic, kR1, kCpe2Capacitance, kU0 };
@@ -149,16 +151,9 @@ class AddedVoltages {
   double resistance(const AddedState& state, double time) const;
 
  private:
-  /// tau dy/dt = x - y over one step.
-  struct LowPass {
-    LowPass(double tau, double step);
-    double advance(double before, double begin, double end) const;
-    double decay, delay;  // delay: tau / step
-  };
-
   Additions additions_;
   double step_;
   LowPass arc_, acid_1_, acid_2_, depletion_, memory_, gate_;
 };
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -8,7 +8,7 @@
 #include <limits>
 #include <memory>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr char kTopic[] = "/battery_state";
@@ -45,4 +45,4 @@ void writeBag(const std::filesystem::path& path, const Simulation& simulation,
   }
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

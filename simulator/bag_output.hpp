@@ -4,7 +4,7 @@
 
 #include "simulator/simulation.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /**
  * @brief Writes a simulated recording as a bag, as writeRecording() says.
@@ -14,4 +14,4 @@ namespace battery_sof_reference {
 void writeBag(const std::filesystem::path& path, const Simulation& simulation,
               bool with_temperature);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -2,14 +2,13 @@
 
 #include <cmath>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr double kGasConstant = 8.314462618;  // [J/(mol K)]
 constexpr double kReferenceCelsius = 25.0;
 constexpr double kZeroCelsius = 273.15;  // [K]
 constexpr double kTafelVoltage = 14.4;   // [V], 2.4 V a cell
-constexpr double kReferenceSoc = 0.8;
 
 /// Share of the charging value in r_1 and its derivative to current.
 Linearised chargingShare(const BatteryParameters& p, const BatteryEffects& effects,
@@ -68,4 +67,4 @@ Linearised openCircuitVoltage(const BatteryParameters& p, double soc) {
   return {p.u0_v + p.u0_slope_v * (soc - kReferenceSoc), p.u0_slope_v};
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -2,7 +2,7 @@
 
 #include "simulator/battery_parameters.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// A law at one point and its derivative there.
 struct Linearised {
@@ -68,4 +68,4 @@ Linearised gassing(const BatteryParameters& parameters, GassingLaw law, const Co
 /// Open-circuit voltage u_0 = u0_v + u0_slope_v (SOC - 0.8) [V] and its slope [V per unit of SOC].
 Linearised openCircuitVoltage(const BatteryParameters& parameters, double soc);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -1,13 +1,16 @@
 #include "simulator/battery_parameters.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "simulator/battery_elements.hpp"
 #include "simulator/fields.hpp"
-#include "simulator/pi.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
+
+constexpr double kOhmicShare = 0.4;  // of the smaller total resistance
 
 /// r_1 is a one-to-one law only then; looked at where s of its definition changes.
 bool r1Rises(const BatteryParameters& p) {
@@ -19,6 +22,12 @@ bool r1Rises(const BatteryParameters& p) {
 }
 
 }  // namespace
+
+void setResistances(BatteryParameters& battery, double r_discharge, double r_charge) {
+  battery.r_ohmic_ohm = kOhmicShare * std::min(r_discharge, r_charge);
+  battery.r1_discharge_ohm = r_discharge - battery.r_ohmic_ohm;
+  battery.r1_charge_ohm = r_charge - battery.r_ohmic_ohm;
+}
 
 BatteryEffects plainCircuit() {
   BatteryEffects effects;
@@ -51,4 +60,4 @@ std::vector<std::string> faultsOf(const BatteryParameters& parameters) {
   return faults;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

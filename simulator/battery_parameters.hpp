@@ -5,7 +5,7 @@
 
 #include "simulator/cpe_ladder.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /**
  * @brief Elements of the paper's Fig. 4 for a 12 V, 50 Ah VRLA block (6 cells, CCA 800 A) at 25
@@ -64,6 +64,11 @@ struct BatteryParameters {
   double thermal_resistance_k_per_w = 1.0;
 };
 
+constexpr double kReferenceSoc = 0.8;  ///< of u0_v
+
+/// Gives a battery these resistances at 0 A, 0.4 of the smaller one ohmic [Ohm].
+void setResistances(BatteryParameters& battery, double r_discharge, double r_charge);
+
 /// How side reactions are described.
 enum class GassingLaw {
   kNone,
@@ -99,4 +104,4 @@ Cpe cpe2Of(const BatteryParameters& parameters, const BatteryEffects& effects);
 /// all is well.
 std::vector<std::string> faultsOf(const BatteryParameters& parameters);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

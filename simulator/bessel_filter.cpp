@@ -5,58 +5,21 @@
 #include <stdexcept>
 #include <string>
 
-#include "simulator/pi.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr int kOrder = BesselFilter::kOrder;
-constexpr int kRootIterations = 200;  // the roots stand after about 30
 
-using Polynomial = std::array<double, kOrder + 1>;
-
-/// Coefficients of theta_n, rising powers, by theta_n = (2n - 1) theta_(n-1) + s^2 theta_(n-2).
-Polynomial reverseBessel() {
-  Polynomial older{1.0}, newer{1.0, 1.0};
-  for (int n = 2; n <= kOrder; ++n) {
-    Polynomial next{};
-    for (int k = 0; k <= n; ++k) next[k] = (2 * n - 1) * newer[k] + (k >= 2 ? older[k - 2] : 0.0);
-    older = newer;
-    newer = next;
-  }
-  return newer;
-}
-
-Complex valueOf(const Polynomial& polynomial, Complex s) {
-  Complex value = 0.0;
-  for (int k = kOrder; k >= 0; --k) value = value * s + polynomial[k];
-  return value;
-}
-
-/// All roots at once, by the Durand-Kerner iteration; the leading coefficient is 1.
-std::array<Complex, kOrder> rootsOf(const Polynomial& polynomial) {
-  std::array<Complex, kOrder> roots;
-  for (int k = 0; k < kOrder; ++k) roots[k] = std::polar(6.0, 2.0 * kPi * (k + 0.3) / kOrder);
-  for (int iteration = 0; iteration < kRootIterations; ++iteration)
-    for (int k = 0; k < kOrder; ++k) {
-      Complex others = 1.0;
-      for (int m = 0; m < kOrder; ++m)
-        if (m != k) others *= roots[k] - roots[m];
-      roots[k] -= valueOf(polynomial, roots[k]) / others;
-    }
-  return roots;
-}
-
-double halfPowerFrequency(const Polynomial& polynomial) {
-  double low = 0.0, high = 10.0;
-  for (int k = 0; k < 100; ++k) {
-    const double middle = 0.5 * (low + high);
-    const double fall = std::abs(valueOf(polynomial, Complex(0.0, middle))) / polynomial[0];
-    (fall < std::sqrt(2.0) ? low : high) = middle;
-  }
-  return low;
-}
+/// The roots of theta_8 above the real axis, and w_3, where |theta_8(j w)| is sqrt 2 times
+/// theta_8(0).
+constexpr double kHalfPower = 3.179617237510652;
+const std::array<Complex, BesselFilter::kOrder / 2> kRoots{
+    {{-5.5878860432632926, 0.86761444535210752},
+     {-2.8389839488976341, 6.3539112986048858},
+     {-4.3682892172024701, 4.4144425004715657},
+     {-5.2048407906367364, 2.616175152642795}}};
 
 void requireValid(double cutoff, double rate) {
   if (cutoff > 0.0 && rate > 0.0 && cutoff < 0.5 * rate) return;
@@ -69,18 +32,14 @@ void requireValid(double cutoff, double rate) {
 
 BesselFilter::BesselFilter(double cutoff, double rate) {
   requireValid(cutoff, rate);
-  const Polynomial polynomial = reverseBessel();
-  const double half_power = halfPowerFrequency(polynomial);
   const double warped = 2.0 * rate * std::tan(kPi * cutoff / rate);
-  std::size_t section = 0;
-  for (const Complex& root : rootsOf(polynomial)) {
-    if (root.imag() < 0.0) continue;
-    const Complex pole = root * warped / half_power;
+  for (std::size_t k = 0; k < kRoots.size(); ++k) {
+    const Complex pole = kRoots[k] * warped / kHalfPower;
     const Complex z = (2.0 * rate + pole) / (2.0 * rate - pole);
     const double a1 = -2.0 * z.real(), a2 = std::norm(z);
-    sections_.at(section++) = {0.25 * (1.0 + a1 + a2), a1, a2};
+    sections_[k] = {0.25 * (1.0 + a1 + a2), a1, a2};
   }
-  delay_ = half_power / warped;  // theta_n delays by 1 at s = 0
+  delay_ = kHalfPower / warped;  // theta_n delays by 1 at s = 0
 }
 
 void BesselFilter::settle(double value) {
@@ -101,4 +60,4 @@ double BesselFilter::Section::push(double input) {
   return output;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /**
  * @brief 8th-order Bessel low-pass, as in front of the paper's recordings (section V).
@@ -40,4 +40,4 @@ class BesselFilter {
   double delay_;
 };
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -3,8 +3,9 @@
 #include <cmath>
 
 #include "simulator/dice.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// Noise of one channel (docs/physics.md#noise-of-a-residual): white, first-order autoregressive
 /// and a random walk, added up.
@@ -14,6 +15,11 @@ struct NoiseOptions {
   double correlation_time = 2.0;   ///< its time constant [s], > 0
   double walk_per_sqrt_min = 0.0;  ///< standard deviation of the walk after one minute [V or A]
 };
+
+/// To the nearest step; 0 leaves the value as it is.
+inline double quantised(double value, double step) {
+  return step > 0.0 ? step * std::round(value / step) : value;
+}
 
 /// The noise of one channel, sample by sample.
 class ChannelNoise {
@@ -35,7 +41,6 @@ class ChannelNoise {
   }
 
  private:
-  static constexpr double kSecondsPerMinute = 60.0;
   NoiseOptions options_;
   double memory_, walk_step_;
   Dice dice_;
@@ -43,4 +48,4 @@ class ChannelNoise {
   double walk_ = 0.0;
 };
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

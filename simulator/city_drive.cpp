@@ -2,56 +2,38 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <stdexcept>
 
-namespace battery_sof_reference {
+#include "simulator/drive_plan.hpp"
+
+namespace battery_sof_simulator {
 namespace {
 
 constexpr double kStep = 0.001;      // [s]
 constexpr int kStepsPerSample = 10;  // 1 kHz to 100 Hz
 constexpr double kSlew = 3000.0;     // [A/s], wiring and starter inductance
 
-/// Wanted current over a stretch of the drive, linear from begin to end.
-struct Phase {
-  double duration, begin, end;  // [s], [A], [A]
-};
-
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : engine_(seed) {}
-  double between(double low, double high) {
-    return low + (high - low) * std::generate_canonical<double, 53>(engine_);
-  }
-  double normal() { return normal_(engine_); }
-
- private:
-  std::mt19937_64 engine_;
-  std::normal_distribution<double> normal_{0.0, 1.0};
-};
-
 void appendRound(Dice& dice, std::vector<Phase>& phases) {
-  const double load = dice.between(-30.0, 0.0);
-  phases.push_back({dice.between(3.0, 12.0), load, load});
-  const double cruise = dice.between(3.0, 20.0);
-  phases.push_back({dice.between(4.0, 25.0), cruise, cruise});
-  if (dice.between(0.0, 1.0) > 0.8) return;
-  const double braking = dice.between(45.0, 80.0);
-  phases.push_back({dice.between(4.0, 15.0), braking, 0.6 * braking});
+  const double load = dice.between({-30.0, 0.0});
+  phases.push_back({dice.between({3.0, 12.0}), load, load});
+  const double cruise = dice.between({3.0, 20.0});
+  phases.push_back({dice.between({4.0, 25.0}), cruise, cruise});
+  if (dice.between({0.0, 1.0}) > 0.8) return;
+  const double braking = dice.between({45.0, 80.0});
+  phases.push_back({dice.between({4.0, 15.0}), braking, 0.6 * braking});
 }
 
-std::vector<Phase> planDrive(Dice& dice, double duration) {
+std::vector<Phase> plannedPhases(Dice& dice, double duration) {
   std::vector<Phase> phases;
   double planned = 0.0;
   while (planned < duration) {
     const std::size_t before = phases.size();
-    const double consumers = dice.between(-35.0, -15.0);
-    phases.push_back({dice.between(8.0, 40.0), consumers, consumers});
-    const double inrush = dice.between(-300.0, -230.0);
-    phases.push_back({0.12, inrush, inrush});
-    const double cranking = dice.between(-180.0, -120.0);
-    phases.push_back({dice.between(0.3, 0.7), cranking, cranking});
-    const int rounds = 2 + static_cast<int>(dice.between(0.0, 3.0));
+    const double consumers = dice.between({-35.0, -15.0});
+    phases.push_back(steady(dice.between({8.0, 40.0}), consumers));
+    phases.push_back(steady(0.12, dice.between({-300.0, -230.0})));
+    const double cranking = dice.between({-180.0, -120.0});
+    phases.push_back(steady(dice.between({0.3, 0.7}), cranking));
+    const int rounds = 2 + static_cast<int>(dice.between({0.0, 3.0}));
     for (int k = 0; k < rounds; ++k) appendRound(dice, phases);
     for (std::size_t k = before; k < phases.size(); ++k) planned += phases[k].duration;
   }
@@ -73,10 +55,6 @@ double rungeKutta(const Circuit& c, double u, double current) {
 
 double voltageAt(const Circuit& c, double u, double current) {
   return c.u_dc + u + (current < 0.0 ? c.r_discharge : c.r_charge) * current;
-}
-
-double quantised(double value, double step) {
-  return step > 0.0 ? step * std::round(value / step) : value;
 }
 
 void requireValid(const CityDriveOptions& o) {
@@ -128,12 +106,12 @@ class Car {
 
 }  // namespace
 
-std::vector<InputSample> simulateCityDrive(const CityDriveOptions& options) {
+std::vector<RecordedSample> simulateCityDrive(const CityDriveOptions& options) {
   requireValid(options);
   Dice dice(options.seed);
-  Car car(options, planDrive(dice, options.duration));
+  Car car(options, plannedPhases(dice, options.duration));
   const auto count = static_cast<std::size_t>(options.duration / (kStep * kStepsPerSample));
-  std::vector<InputSample> samples;
+  std::vector<RecordedSample> samples;
   samples.reserve(count);
   for (std::size_t n = 0; n < count; ++n) {
     double current = 0.0;
@@ -151,4 +129,4 @@ std::vector<InputSample> simulateCityDrive(const CityDriveOptions& options) {
   return samples;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

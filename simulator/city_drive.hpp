@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace battery_sof_reference {
+#include "simulator/acquisition.hpp"
+
+namespace battery_sof_simulator {
 
 /// The battery of a simulated drive: the paper's Fig. 3 circuit, written here a second time and on
 /// purpose.
@@ -28,11 +30,6 @@ struct CityDriveOptions {
   Circuit circuit;
 };
 
-/// One sample at 100 Hz, current positive into the battery.
-struct InputSample {
-  double time, current, voltage;  ///< [s], [A], [V]
-};
-
 /**
  * @brief A city drive of a start-stop car, as the paper's data set 3 describes it
  * (docs/physics.md#drives).
@@ -46,6 +43,6 @@ struct InputSample {
  * @throws std::invalid_argument for a duration that is not positive and finite, or a negative noise
  * or step.
  */
-std::vector<InputSample> simulateCityDrive(const CityDriveOptions& options);
+std::vector<RecordedSample> simulateCityDrive(const CityDriveOptions& options);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

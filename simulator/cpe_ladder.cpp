@@ -4,9 +4,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "simulator/pi.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr double kLowestRate = 1e-5;   // [rad/s]
@@ -87,4 +87,4 @@ LadderState LadderStep::advance(const LadderState& before, double voltage) const
   return {voltage, before.branches + share_ * (voltage - before.branches)};
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <complex>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /**
  * @brief A constant phase element (paper, eq. 2): Z(jw) = A (jw)^-p, with A = 1 / scale.
@@ -78,4 +78,4 @@ class LadderStep {
   LadderState::Branches conductance_;  // g_k with the branch eliminated
 };
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr double kMaxLean = 4.0;
@@ -22,6 +22,12 @@ double Dice::share() { return std::generate_canonical<double, 53>(engine_); }
 
 double Dice::between(const Range& range) { return range.low + (range.high - range.low) * share(); }
 
+double Dice::logBetween(const Range& range) {
+  return range.low * std::pow(range.high / range.low, share());
+}
+
+double Dice::sign() { return share() < 0.5 ? -1.0 : 1.0; }
+
 double Dice::normal() { return normal_(engine_); }
 
 double Dice::leaning(const Range& range, double lean) {
@@ -29,4 +35,4 @@ double Dice::leaning(const Range& range, double lean) {
   return range.low + (range.high - range.low) * std::pow(share(), exponent);
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

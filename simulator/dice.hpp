@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <random>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// Lowest and highest value of something drawn at random.
 struct Range {
@@ -17,9 +17,14 @@ class Dice {
   /// as they are.
   Dice(std::uint64_t seed, std::uint32_t stream);
 
+  /// Numbers of one purpose alone.
+  explicit Dice(std::uint64_t seed) : engine_(seed) {}
+
   double share();  ///< uniform in [0, 1)
   double between(const Range& range);
-  double normal();  ///< mean 0, standard deviation 1
+  double logBetween(const Range& range);  ///< uniform in the logarithm; both ends above 0
+  double sign();                          ///< -1 or 1
+  double normal();                        ///< mean 0, standard deviation 1
 
   /**
    * @brief A number of the range, leaning to one end: low + (high - low) x^(2^lean), x uniform.
@@ -33,4 +38,4 @@ class Dice {
   std::normal_distribution<double> normal_{0.0, 1.0};
 };
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 constexpr double kStep = FullBattery::kStep;  // [s]; phases count in it
 constexpr double kSameTime = 1e-9;            // [s], what rounding leaves of a difference
@@ -66,4 +66,4 @@ void DriveFollower::begin(double charge_ah) {
   inside_ = 0;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

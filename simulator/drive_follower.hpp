@@ -6,7 +6,7 @@
 #include "simulator/power_source.hpp"
 #include "simulator/simulation.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// Follows a scenario's profile, its later part and inserts in whole steps of FullBattery::kStep.
 class DriveFollower {
@@ -33,4 +33,4 @@ class DriveFollower {
   long length_ = 0, inside_ = 0, steps_ = 0;
 };
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -5,12 +5,12 @@
 #include <deque>
 
 #include "simulator/fields.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr std::uint32_t kPlanStream = 1, kPulseStream = 4;
-constexpr double kSecondsPerHour = 3600.0;
 constexpr double kPulseScatter = 0.28;  // of a pulse's share of the time
 constexpr double kTurnsLean = 10.0;     // per Ah: a factor of two for every 0.1 Ah
 constexpr double kCityLean = 3.0;       // per Ah
@@ -21,8 +21,6 @@ constexpr double kPulseFreeEnd = 240.0;    // [s] before data set 2's last minut
 constexpr double kFinalApproach = 150.0;   // [s], room for one long charge and its preparation
 constexpr double kMinAcceptance = 0.6;     // of a wanted charge when the voltage limit acts
 constexpr double kChargeTolerance = 10.0;  // [As]
-
-Phase steady(double duration, double current) { return {duration, current, current}; }
 
 /// The pulses of a drive, in order of time.
 class Pulses {
@@ -290,4 +288,4 @@ std::vector<std::string> faultsOf(const ProfileOptions& profile) {
   return faultsOf(std::get<ListedPhases>(profile));
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -9,7 +9,7 @@
 
 #include "simulator/dice.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 constexpr double kScenarioVoltageLimit = std::numeric_limits<double>::infinity();
 
@@ -19,6 +19,9 @@ struct Phase {
   double begin, end;                             ///< [A]
   double voltage_limit = kScenarioVoltageLimit;  ///< [V]; infinite: the scenario's
 };
+
+inline Phase steady(double duration, double current) { return {duration, current, current}; }
+inline Phase rest(double duration) { return steady(duration, 0.0); }
 
 /// Where a drive stands when its next phase is chosen.
 struct Situation {
@@ -129,4 +132,4 @@ std::unique_ptr<DrivePlan> planDrive(const ProfileOptions& profile, double durat
 /// @return one sentence for every fault of a profile; empty when all is well.
 std::vector<std::string> faultsOf(const ProfileOptions& profile);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 void addScaled(Losses& sum, const Losses& a, const Losses& b, double factor) {
@@ -51,4 +51,4 @@ void EnergyLedger::enter(const BatteryState& after) {
   last_inductance_ = stored.inductance;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

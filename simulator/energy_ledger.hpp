@@ -2,7 +2,7 @@
 
 #include "simulator/full_battery.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// Charge and energy books over a stretch of time.
 struct Balance {
@@ -46,4 +46,4 @@ class EnergyLedger {
   Balance balance_;
 };
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

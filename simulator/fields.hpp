@@ -12,7 +12,7 @@
 #include "simulator/drive_plan.hpp"
 #include "simulator/porous_block.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// A value of an enumeration and its name in files.
 template <typename Enum>
@@ -122,7 +122,7 @@ void visitPhysics(Visitor& visitor, Additions& a) {
 
 /// Faults around the battery, drifts, and laws that are in no catalogue.
 template <typename Visitor>
-void visitFaultsAndOutOfModel(Visitor& visitor, Additions& a) {
+void visitFaultsAndUnlistedLaws(Visitor& visitor, Additions& a) {
   visitor.flag("parameter_drift", a.parameter_drift);
   visitor.choice("drifting", a.drifting, kDriftingParameters);
   visitor.number("drift_per_h", a.drift_per_h, -10.0, 10.0);
@@ -151,7 +151,7 @@ void visitFaultsAndOutOfModel(Visitor& visitor, Additions& a) {
 template <typename Visitor>
 void visitFields(Visitor& visitor, Additions& a) {
   visitPhysics(visitor, a);
-  visitFaultsAndOutOfModel(visitor, a);
+  visitFaultsAndUnlistedLaws(visitor, a);
 }
 
 template <typename Visitor>
@@ -312,4 +312,4 @@ std::vector<std::string> fieldFaults(Options options) {
   return judge.faults();
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

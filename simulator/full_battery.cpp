@@ -5,14 +5,15 @@
 #include <stdexcept>
 #include <string>
 
+#include "simulator/faults.hpp"
 #include "simulator/increasing_root.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr double kGamma = 1.0 - 0.70710678118654752440;  // 1 - 1/sqrt 2
 constexpr double kCurrentTolerance = 1e-9;               // relative; 1 nA at 1 A is 4 uAs an hour
-constexpr double kSecondsPerHour = 3600.0;
 constexpr double kSmallestLeadIon = 1e-300;
 
 double tolerance(double current) { return kCurrentTolerance * (1.0 + std::abs(current)); }
@@ -37,15 +38,12 @@ BatteryState between(const BatteryState& a, const BatteryState& b, double share)
 
 void requireValid(const BatteryParameters& parameters, const Additions& additions,
                   const FullBattery::Start& start, int substeps) {
-  std::string text;
-  for (const auto& fault : faultsOf(parameters)) text += fault + "; ";
-  for (const auto& fault : faultsOf(additions)) text += fault + "; ";
-  if (!(start.soc >= 0.0 && start.soc <= 1.0))
-    text += "soc is " + std::to_string(start.soc) + ", expected 0 to 1; ";
-  if (!(start.temperature >= -40.0 && start.temperature <= 80.0))
-    text += "temperature is " + std::to_string(start.temperature) + " degC, expected -40 to 80; ";
-  if (substeps < 1) text += "substeps is " + std::to_string(substeps) + ", expected 1 or more; ";
-  if (!text.empty()) throw std::invalid_argument("battery: " + text.substr(0, text.size() - 2));
+  auto faults = faultsOf(parameters);
+  for (const auto& more : {faultsOf(additions), faultsOf(start)})
+    faults.insert(faults.end(), more.begin(), more.end());
+  if (substeps < 1)
+    faults.push_back("substeps is " + std::to_string(substeps) + ", expected 1 or more");
+  requireNone(faults, "battery");
 }
 
 Cpe cpe3Of(const BatteryParameters& parameters, const Additions& additions) {
@@ -62,6 +60,15 @@ bool changesParameters(const Additions& a) {
 }
 
 }  // namespace
+
+std::vector<std::string> faultsOf(const FullBattery::Start& start) {
+  std::vector<std::string> faults;
+  if (!(start.soc >= 0.0 && start.soc <= 1.0))
+    faults.push_back(faultOf("soc", start.soc, "0 to 1"));
+  if (!(start.temperature >= -40.0 && start.temperature <= 80.0))
+    faults.push_back(faultOf("temperature_degc", start.temperature, "-40 to 80"));
+  return faults;
+}
 
 FullBattery::FullBattery(const BatteryParameters& parameters, const BatteryEffects& effects,
                          const Start& start, int substeps, const Additions& additions)
@@ -152,12 +159,6 @@ double FullBattery::batteryCurrent(const BatteryState& state) const {
 
 double FullBattery::soc(const BatteryState& state) const {
   return start_.soc + state.main_charge / (kSecondsPerHour * parameters_.capacity_ah);
-}
-
-double FullBattery::gasCurrent(const BatteryState& state) const {
-  const Conditions now = at(state);
-  const double u_x = openCircuit(soc(state), now).value + state.cpe2.voltage;
-  return gassing(parameters_, effects_.gassing, now, u_x).value;
 }
 
 Losses FullBattery::losses(const BatteryState& state) const {
@@ -327,4 +328,4 @@ double FullBattery::warmed(const BatteryState& state) const {
          kStep * (losses(state).total() - outward) / parameters_.heat_capacity_j_per_k;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

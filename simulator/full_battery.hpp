@@ -5,7 +5,7 @@
 #include "simulator/battery_parameters.hpp"
 #include "simulator/cpe_ladder.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// Everything a battery remembers, at one instant.
 struct BatteryState {
@@ -94,7 +94,6 @@ class FullBattery {
   double voltageWithoutInductance(const BatteryState& state) const;  ///< u - L di/dt [V]
   double batteryCurrent(const BatteryState& state) const;            ///< into the block [A]
   double soc(const BatteryState& state) const;                       ///< [1]
-  double gasCurrent(const BatteryState& state) const;                ///< i_g [A]
   Losses losses(const BatteryState& state) const;
   StoredEnergy stored(const BatteryState& state) const;
 
@@ -128,4 +127,7 @@ class FullBattery {
   LadderStep cpe1_stage_, cpe2_stage_, cpe3_stage_;
 };
 
-}  // namespace battery_sof_reference
+/// @return one sentence for every number outside its bounds; empty when all is well.
+std::vector<std::string> faultsOf(const FullBattery::Start& start);
+
+}  // namespace battery_sof_simulator

@@ -5,13 +5,12 @@
 #include <string>
 
 #include "simulator/increasing_root.hpp"
-#include "simulator/pi.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kSecondsPerHour = 3600.0;
 constexpr double kCurrentTolerance = 1e-10;  // [A]
 
 /// Fig. 4 linearised: what of each element does not depend on frequency.
@@ -128,4 +127,4 @@ std::vector<double> logarithmicFrequencies(double first, double last, int per_de
   return frequencies;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -5,7 +5,7 @@
 
 #include "simulator/full_battery.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// Where the model is linearised: a steady direct current at a state of charge.
 struct OperatingPoint {
@@ -43,4 +43,4 @@ std::vector<ImpedancePoint> impedance(const BatteryParameters& parameters,
 /// @return frequencies from first to last [Hz], `per_decade` to a decade, both ends included.
 std::vector<double> logarithmicFrequencies(double first, double last, int per_decade);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -6,30 +6,30 @@
 #include <stdexcept>
 
 #include "simulator/bessel_filter.hpp"
-#include "simulator/out_of_model_force.hpp"
-#include "simulator/pi.hpp"
+#include "simulator/low_pass.hpp"
+#include "simulator/series.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
-constexpr double kStep = OutOfModelBattery::kStep;  // [s]
+constexpr double kStep = FullBattery::kStep;  // [s]
 constexpr int kBesselPoles = 8;
 constexpr double kCornersApart = 2.0;  // at most, of the two channels' filters
 constexpr std::uint32_t kVoltageStream = 31, kCurrentStream = 32, kJitterStream = 33;
 
-/// Equal real poles in a row; exact for an input that is linear between steps.
+/// Equal real poles in a row.
 class PoleCascade {
  public:
   PoleCascade(int poles, double corner_hz, double first)
       : tau_(std::sqrt(std::exp2(1.0 / poles) - 1.0) / (2.0 * kPi * corner_hz)),
-        decay_(std::exp(-kStep / tau_)),
+        pole_(tau_, kStep),
         inputs_(static_cast<std::size_t>(poles), first),
         outputs_(inputs_) {}
 
   double push(double input) {
     for (std::size_t k = 0; k < outputs_.size(); ++k) {
-      const double behind = tau_ / kStep * (input - inputs_[k]);
-      const double output = input - behind + (outputs_[k] - (inputs_[k] - behind)) * decay_;
+      const double output = pole_.advance(outputs_[k], inputs_[k], input);
       inputs_[k] = input;
       outputs_[k] = input = output;
     }
@@ -38,7 +38,8 @@ class PoleCascade {
   double delay() const { return tau_ * static_cast<double>(outputs_.size()); }
 
  private:
-  double tau_, decay_;
+  double tau_;
+  LowPass pole_;
   std::vector<double> inputs_, outputs_;
 };
 
@@ -69,20 +70,12 @@ Filtered filtered(const ImperfectChannel& channel, const std::vector<double>& in
   return through(bessel, input);
 }
 
-/// Between two entries by a straight line; the ends are held.
-double at(const std::vector<double>& series, double position) {
-  const double inside = std::clamp(position, 0.0, static_cast<double>(series.size() - 1));
-  const auto before = static_cast<std::size_t>(inside);
-  const std::size_t after = std::min(before + 1, series.size() - 1);
-  return series[before] + (inside - static_cast<double>(before)) * (series[after] - series[before]);
-}
-
 double converted(const ImperfectChannel& channel, double value) {
   if (channel.step <= 0.0) return value;
   const double turn = 2.0 * kPi * value / (channel.step * channel.bow_period_steps);
   const double bowed =
       value + channel.step * channel.bow_steps * std::sin(turn + channel.bow_phase);
-  return channel.step * std::round(bowed / channel.step);
+  return quantised(bowed, channel.step);
 }
 
 /// One channel's samples, unconverted and without noise.
@@ -93,7 +86,7 @@ std::vector<double> looked(const ImperfectChannel& channel, const std::vector<do
   std::vector<double> samples;
   samples.reserve(instants.size());
   for (double instant : instants)
-    samples.push_back(at(seen.series, instant * static_cast<double>(per_sample) + lead));
+    samples.push_back(valueAt(seen.series, instant * static_cast<double>(per_sample) + lead));
   return samples;
 }
 
@@ -102,10 +95,10 @@ ImperfectChannel drawChannel(const Range& corner_hz, Dice& dice) {
   ImperfectChannel channel;
   const int orders[] = {1, 2, 3, 4, kBesselPoles};
   channel.poles = orders[static_cast<std::size_t>(5.0 * dice.share())];
-  channel.corner_hz = logBetween(dice, corner_hz);
+  channel.corner_hz = dice.logBetween(corner_hz);
   channel.late_share = dice.between({-0.05, 0.05});
   channel.bow_steps = dice.between({0.2, 0.5});
-  channel.bow_period_steps = logBetween(dice, {20.0, 500.0});
+  channel.bow_period_steps = dice.logBetween({20.0, 500.0});
   channel.bow_phase = dice.between({0.0, 2.0 * kPi});
   return channel;
 }
@@ -113,8 +106,8 @@ ImperfectChannel drawChannel(const Range& corner_hz, Dice& dice) {
 SmoothTerm drawTerm(double duration, Dice& dice) {
   SmoothTerm term;
   term.kind = static_cast<int>(3.0 * dice.share());
-  term.memory = logBetween(dice, {term.kind == 2 ? 20.0 : 0.3, 0.5 * duration});
-  term.scale = logBetween(dice, {2.0, 60.0});
+  term.memory = dice.logBetween({term.kind == 2 ? 20.0 : 0.3, 0.5 * duration});
+  term.scale = dice.logBetween({2.0, 60.0});
   term.phase = dice.between({0.0, 2.0 * kPi});
   term.weight = dice.normal();
   return term;
@@ -128,20 +121,19 @@ ImperfectRecorder drawRecorder(double rate, double duration, Dice& dice) {
   const double corner = r.voltage.corner_hz;
   const Range near{corner / kCornersApart, corner * kCornersApart};
   r.current = dice.share() < 0.5 ? drawChannel(near, dice) : r.voltage;
-  r.voltage.step = logBetween(dice, {0.5e-3, 5e-3});
-  r.current.step = logBetween(dice, {10e-3, 100e-3});
-  // a converter takes turns in milliseconds
-  r.jitter_apart_share = logBetween(dice, {0.005, 0.05});
+  r.voltage.step = dice.logBetween({0.5e-3, 5e-3});
+  r.current.step = dice.logBetween({10e-3, 100e-3});
+  r.jitter_apart_share = dice.logBetween({0.005, 0.05});  // a converter takes turns in milliseconds
   r.voltage.ripple = dice.between({0.1e-3, 1e-3});
   r.current.ripple = dice.between({0.01, 0.1});
-  r.ripple_hz = logBetween(dice, {20.0, 480.0});
+  r.ripple_hz = dice.logBetween({20.0, 480.0});
   // docs/physics.md#imperfect-recorders: up to 2 mV over 2 s and 0.6 mV a root minute.
   r.voltage.noise = {dice.between({0.3e-3, 1.5e-3}), dice.between({0.5e-3, 2e-3}),
-                     logBetween(dice, {1.0, 4.0}), dice.between({0.1e-3, 0.6e-3})};
+                     dice.logBetween({1.0, 4.0}), dice.between({0.1e-3, 0.6e-3})};
   r.current.noise = {dice.between({0.01, 0.06}), 0.0, 2.0, 0.0};
   const int terms = 3 + static_cast<int>(4.0 * dice.share());
   for (int k = 0; k < terms; ++k) r.smooth.push_back(drawTerm(duration, dice));
-  r.smooth_rms_v = logBetween(dice, {0.01e-3, 0.5e-3});
+  r.smooth_rms_v = dice.logBetween({0.01e-3, 0.5e-3});
   return r;
 }
 
@@ -209,4 +201,4 @@ std::vector<RecordedSample> recordedThrough(const ImperfectRecorder& recorder, c
   return samples;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

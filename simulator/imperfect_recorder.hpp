@@ -3,10 +3,10 @@
 #include <vector>
 
 #include "simulator/channel_noise.hpp"
-#include "simulator/out_of_model_battery.hpp"
+#include "simulator/law.hpp"
 #include "simulator/simulation.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// One channel of an instrument that is as good as real ones are.
 struct ImperfectChannel {
@@ -72,4 +72,4 @@ SampleInstants jitteredInstants(const ImperfectRecorder& recorder, std::size_t s
 std::vector<double> smoothStructure(const ImperfectRecorder& recorder,
                                     const std::vector<double>& current);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

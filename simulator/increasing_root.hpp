@@ -7,7 +7,7 @@
 
 #include "simulator/battery_elements.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// Equations without a solution, e.g. a charge that nothing can take up.
 class NoSolution : public std::runtime_error {
@@ -44,4 +44,4 @@ double increasingRoot(const Function& function, double guess, double tolerance) 
   throw NoSolution("the battery's equations have no solution near " + std::to_string(guess));
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

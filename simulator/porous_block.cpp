@@ -3,19 +3,20 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "simulator/faults.hpp"
 #include "simulator/fields.hpp"
 #include "simulator/increasing_root.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 using Field = PorousState::Field;
 using Eigen::Index;
 
-constexpr double kFaraday = 96485.33212;                      // [As/mol]
-constexpr double kThermal = 8.314462618 * 298.15 / kFaraday;  // RT/F [V]
-constexpr double kCells = 6.0;                                // of a block
-constexpr double kSecondsPerHour = 3600.0;
+constexpr double kFaraday = 96485.33212;                         // [As/mol]
+constexpr double kThermal = 8.314462618 * 298.15 / kFaraday;     // RT/F [V]
+constexpr double kCells = 6.0;                                   // of a block
 constexpr double kCationShare = 0.72;                            // t+ (Sulzer 2019)
 constexpr double kNegativeExpansion = 0.5 * (4.8e-5 - 1.83e-5);  // (PbSO4 - Pb) / 2 [m3/mol]
 constexpr double kPositiveExpansion = 0.5 * (4.8e-5 - 2.5e-5);   // (PbSO4 - PbO2) / 2 [m3/mol]
@@ -63,14 +64,10 @@ Field solveTridiagonal(const Field& link, Field diagonal, Field right) {
 }
 
 const PorousParameters& valid(const PorousParameters& parameters, double soc, double step) {
-  std::string text;
-  for (const auto& fault : faultsOf(parameters)) text += fault + "; ";
-  if (!(soc >= 0.3 && soc <= 1.0))
-    text += "soc is " + std::to_string(soc) + ", expected 0.3 to 1; ";
-  if (!(step > 0.0 && step <= 1.0))
-    text += "step is " + std::to_string(step) + " s, expected above 0 to 1; ";
-  if (!text.empty())
-    throw std::invalid_argument("porous block: " + text.substr(0, text.size() - 2));
+  auto faults = faultsOf(parameters);
+  if (!(soc >= 0.3 && soc <= 1.0)) faults.push_back(faultOf("soc", soc, "0.3 to 1"));
+  if (!(step > 0.0 && step <= 1.0)) faults.push_back(faultOf("step", step, "above 0 to 1"));
+  requireNone(faults, "porous block");
   return parameters;
 }
 
@@ -305,4 +302,4 @@ void PorousBlock::moveAcid(const PorousState& before, const Reaction& negative,
   next.acid = solveTridiagonal(link, diagonal, held);
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /**
  * @brief A 12 V block of six equal cells with porous electrodes; 50 Ah as defaults stand.
@@ -159,4 +159,4 @@ class PorousBlock {
 /// @return one sentence for every number outside its bounds; empty when all is well.
 std::vector<std::string> faultsOf(const PorousParameters& parameters);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// What is asked of generator and consumers over one step.
 struct Demand {
@@ -88,4 +88,4 @@ typename Battery::State PowerSource::step(const Battery& battery,
   return battery.advance(before, lowest);
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

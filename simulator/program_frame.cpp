@@ -7,7 +7,7 @@
 #include "simulator/increasing_root.hpp"
 #include "simulator/shown_text.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 std::string isSeed(const std::string& text) {
   const bool is_whole = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
@@ -37,4 +37,4 @@ int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const s
   }
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -9,7 +9,7 @@ namespace CLI {
 class App;
 }
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// Exit codes of the simulator's programs.
 constexpr int kDone = 0;      ///< done, or help was asked for
@@ -31,4 +31,4 @@ std::string isSeed(const std::string& text);
 int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name,
                const std::function<void()>& work, std::ostream& out, std::ostream& err);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -9,7 +9,7 @@
 #include "simulator/bag_output.hpp"
 #include "simulator/whole_file.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -72,4 +72,4 @@ void writeText(const fs::path& path, const std::string& text) {
   writeWhole(path, [&](const fs::path& name) { writeRows(name, text); });
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -7,7 +7,7 @@
 #include "simulator/impedance.hpp"
 #include "simulator/simulation.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// How finely a CSV is written: as a sensor's resolution needs, 0.1 mA and 1 uV; or so that small
 /// differences of recordings without noise are kept, 0.1 uA and 1 nV.
@@ -37,4 +37,4 @@ void writeText(const std::filesystem::path& path, const std::string& text);
 /// @return whether writeRecording() knows the path's extension.
 bool isRecordingName(const std::filesystem::path& path);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

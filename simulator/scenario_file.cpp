@@ -8,7 +8,7 @@
 
 #include "simulator/fields.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 using Faults = std::vector<std::string>;
@@ -226,4 +226,4 @@ Scenario loadScenario(const std::filesystem::path& path) {
   return parseScenario(text.str(), path.string());
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

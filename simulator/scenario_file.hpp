@@ -6,7 +6,7 @@
 
 #include "simulator/simulation.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// A scenario file that cannot be used; the message lists every fault.
 class ScenarioError : public std::runtime_error {
@@ -34,4 +34,4 @@ Scenario parseScenario(const std::string& text, const std::string& source);
 /// parseScenario() of a file. @throws ScenarioError, also when the file cannot be read.
 Scenario loadScenario(const std::filesystem::path& path);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

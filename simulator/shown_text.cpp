@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr std::size_t kMost = 10000;  // [bytes], two paths
@@ -46,4 +46,4 @@ std::string shown(const std::string& text) {
   return line;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -15,12 +15,11 @@
 #include "simulator/recording_output.hpp"
 #include "simulator/scenario_file.hpp"
 #include "simulator/shown_text.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
-constexpr double kSecondsPerHour = 3600.0;
-constexpr double kSecondsPerMinute = 60.0;
 constexpr double kProgressAfter = 2.0;     // [s]
 constexpr double kLowestFrequency = 1e-3;  // [Hz] (paper, III-B)
 constexpr double kHighestFrequency = 1e3;  // [Hz]; the ladders are good to 1 % there
@@ -208,4 +207,4 @@ int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::o
   return runProgram(app, arguments, "sof", work, out, err);
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

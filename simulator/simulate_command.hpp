@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 using FileCheck = std::function<void(const std::vector<std::string>& read,
                                      const std::vector<std::string>& written)>;
@@ -35,4 +35,4 @@ int runSimulate(const std::vector<std::string>& arguments, std::ostream& out, st
 int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
             const FileCheck& check = nullptr);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

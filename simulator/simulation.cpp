@@ -5,13 +5,16 @@
 #include <stdexcept>
 
 #include "simulator/drive_follower.hpp"
+#include "simulator/faults.hpp"
+#include "simulator/units.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr double kStep = FullBattery::kStep;  // [s]
-constexpr double kSecondsPerHour = 3600.0;
-constexpr double kProgressInterval = 60.0;  // [s], simulated
+static_assert(kStep == PorousBlock::kStep, "drives count in one step");
+constexpr double kPorousTemperature = 25.0;  // [degC]
+constexpr double kProgressInterval = 60.0;   // [s], simulated
 
 /// Battery, books and acquisition, moved on together.
 class Bench {
@@ -81,12 +84,7 @@ class Bench {
     Truth& truth = result_.truth;
     truth.current.push_back(state_.current);
     truth.voltage.push_back(battery_.voltage(state_));
-    truth.u2.push_back(state_.cpe2.voltage);
-    truth.v1.push_back(state_.cpe1.voltage);
     truth.soc.push_back(battery_.soc(state_));
-    truth.gas_current.push_back(battery_.gasCurrent(state_));
-    truth.lead_ion.push_back(state_.lead_ion);
-    truth.temperature.push_back(state_.temperature);
   }
   void report() {
     if (!options_.progress || time() - reported_ < kProgressInterval) return;
@@ -150,15 +148,42 @@ void requireValid(const Scenario& scenario, const SimulationOptions& options) {
   if (options.substeps < 1)
     faults.push_back("substeps is " + std::to_string(options.substeps) + ", expected 1 or more");
   if (options.cut_after) requirePositive(faults, "cut_after", *options.cut_after);
-  std::string text;
-  for (const auto& fault : faults) text += (text.empty() ? "" : "; ") + fault;
-  if (!text.empty()) throw std::invalid_argument("scenario: " + text);
+  requireNone(faults, "scenario");
+}
+
+Simulation simulatePorous(const Scenario& scenario) {
+  const PorousBlock block(*scenario.porous, scenario.start.soc);
+  PorousState state = block.rested();
+  Acquisition acquisition(scenario.acquisition, 1.0 / kStep, scenario.seed);
+  DriveFollower driver(scenario, scenario.duration);
+  const PowerSource source(scenario.slew);
+  const long recorded = std::lround(scenario.duration / kStep);
+  const long all = recorded + std::lround(std::ceil(acquisition.lookAhead() / kStep));
+  Simulation result;
+  double charge_ah = 0.0;
+  acquisition.push(state.current, block.voltage(state));
+  for (long n = 1; n <= all; ++n) {
+    state = source.step(block, state, driver.next(charge_ah));
+    charge_ah += state.current * kStep / kSecondsPerHour;
+    acquisition.push(state.current, block.voltage(state));
+    if (n != recorded) continue;
+    result.soc_at_end = block.soc(state);
+    result.balance.charge_in = charge_ah * kSecondsPerHour;
+    result.balance.main_charge = state.main_charge;
+    result.balance.gas_charge = state.gas_charge;
+  }
+  result.samples = acquisition.recording(scenario.duration);
+  result.temperature.assign(result.samples.size(), kPorousTemperature);
+  result.duration = scenario.duration;
+  result.soc_at_start = scenario.start.soc;
+  return result;
 }
 
 }  // namespace
 
 Simulation simulate(const Scenario& scenario, const SimulationOptions& options) {
   requireValid(scenario, options);
+  if (scenario.porous) return simulatePorous(scenario);
   const double duration = options.cut_after.value_or(scenario.duration);
   Bench bench(scenario, options);
   DriveFollower driver(scenario, duration);
@@ -191,12 +216,8 @@ std::vector<std::string> faultsOf(const Scenario& scenario) {
   append(faults, "profile.", faultsOf(scenario.profile));
   append(faults, "", faultsOf(scenario.inserts));
   if (scenario.later) append(faults, "later.", faultsOf(*scenario.later, scenario.duration));
-  if (!(scenario.start.soc >= 0.0 && scenario.start.soc <= 1.0))
-    faults.push_back("soc is " + std::to_string(scenario.start.soc) + ", expected 0 to 1");
-  if (!(scenario.start.temperature >= -40.0 && scenario.start.temperature <= 80.0))
-    faults.push_back("temperature_degc is " + std::to_string(scenario.start.temperature) +
-                     ", expected -40 to 80");
+  append(faults, "", faultsOf(scenario.start));
   return faults;
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -11,8 +11,9 @@
 #include "simulator/drive_plan.hpp"
 #include "simulator/energy_ledger.hpp"
 #include "simulator/full_battery.hpp"
+#include "simulator/porous_block.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /// Phases that come between those of a profile, as soon as one of its phases ends after `at`.
 struct Insert {
@@ -40,6 +41,8 @@ struct Scenario {
   BatteryEffects effects;
   Additions additions;
   FullBattery::Start start;
+  /// in place of battery, effects and additions, at 25 degC
+  std::optional<PorousParameters> porous;
   AcquisitionOptions acquisition;
   ProfileOptions profile;
   std::vector<Insert> inserts;  ///< in order of time
@@ -48,21 +51,16 @@ struct Scenario {
 
 /// What the sensors do not see, one entry every FullBattery::kStep; entry 0 stands at the start.
 struct Truth {
-  std::vector<double> current;      ///< [A]
-  std::vector<double> voltage;      ///< at the terminals [V]
-  std::vector<double> u2;           ///< across r_2 || CPE2 [V]
-  std::vector<double> v1;           ///< across r_1 || CPE1 [V]
-  std::vector<double> soc;          ///< [1]
-  std::vector<double> gas_current;  ///< [A]
-  std::vector<double> lead_ion;     ///< p [1]
-  std::vector<double> temperature;  ///< [degC]
+  std::vector<double> current;  ///< [A]
+  std::vector<double> voltage;  ///< at the terminals [V]
+  std::vector<double> soc;      ///< [1]
 };
 
 struct SimulationOptions {
   int substeps = 1;  ///< integration steps within FullBattery::kStep, >= 1
   /// shorter or longer than planned [s]; a shorter drive is the same, cut
   std::optional<double> cut_after;
-  bool keep_truth = false;  ///< 64 bytes a step: 230 MB an hour
+  bool keep_truth = false;  ///< 24 bytes a step: 86 MB an hour
   /// called with the simulated time [s] once a simulated minute
   std::function<void(double)> progress;
 };
@@ -79,8 +77,10 @@ struct Simulation {
 
 /**
  * @brief Drives the battery of Fig. 4 and its additions through a scenario and records it.
- * @throws std::invalid_argument naming every fault of the scenario; std::runtime_error when the
- * equations have no solution.
+ * A porous block keeps no truth, and of the balance only charges.
+ *
+ * @throws std::invalid_argument naming every fault of the scenario; NoSolution when the equations
+ * have none.
  */
 Simulation simulate(const Scenario& scenario, const SimulationOptions& options = {});
 
@@ -100,4 +100,4 @@ Simulation replay(const Scenario& scenario, const std::vector<double>& currents,
 /// @return one sentence for every fault of a scenario; empty when all is well.
 std::vector<std::string> faultsOf(const Scenario& scenario);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

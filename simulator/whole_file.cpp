@@ -7,7 +7,7 @@
 #include <string>
 #include <system_error>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -58,4 +58,4 @@ void writeWhole(const fs::path& path, const std::function<void(const fs::path&)>
   }
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <functional>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 /**
  * @brief Has a file written that appears whole or not at all: `write` is given a name under which
@@ -17,4 +17,4 @@ namespace battery_sof_reference {
 void writeWhole(const std::filesystem::path& path,
                 const std::function<void(const std::filesystem::path&)>& write);
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

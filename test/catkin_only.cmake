@@ -70,7 +70,7 @@ set_tests_properties(setup_brings_path_and_completion PROPERTIES TIMEOUT 60)
 add_test(NAME diagnosis_can_be_interrupted
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/interruption_test.py" "${CMAKE_BINARY_DIR}")
 set_tests_properties(diagnosis_can_be_interrupted PROPERTIES TIMEOUT 120)
-# What README.md and docs/getting-started.md tell a reader to type, and the site of the pages.
+# What README.md and the pages tell a reader to type, and the site of the pages.
 add_test(NAME commands_of_the_pages_run
   COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/pages_test.py" "${CMAKE_BINARY_DIR}")
 set_tests_properties(commands_of_the_pages_run PROPERTIES TIMEOUT 600)
@@ -90,6 +90,13 @@ set_tests_properties(clang-tidy_finds_nothing PROPERTIES PROCESSORS 2)
 add_test(NAME energy_manager_builds_and_decides
   COMMAND "${CMAKE_COMMAND}" "-DDEVEL=${CATKIN_DEVEL_PREFIX}" "-DSOURCE=${PROJECT_SOURCE_DIR}/examples/energy_manager"
     "-DWORK=${CMAKE_BINARY_DIR}/energy_manager" "-DCXX=${CMAKE_CXX_COMPILER}" "-DPYTHON=${PYTHON_EXECUTABLE}"
-    "-DROSTEST=${BATTERY_SOF_ROSTEST}" -P "${CMAKE_CURRENT_SOURCE_DIR}/examples/try.cmake")
+    "-DROSTEST=${BATTERY_SOF_ROSTEST}" -DTEST=decisions.test -P "${CMAKE_CURRENT_SOURCE_DIR}/examples/try.cmake")
 set_tests_properties(energy_manager_builds_and_decides PROPERTIES TIMEOUT 300 RESOURCE_LOCK roscore COST 200)
 add_dependencies(tests stop_experiment)
+
+# The clients that docs/node.md shows, and the script of docs/your-recordings.md.
+add_test(NAME clients_of_the_pages_build_and_ask
+  COMMAND "${CMAKE_COMMAND}" "-DDEVEL=${CATKIN_DEVEL_PREFIX}" "-DSOURCE=${PROJECT_SOURCE_DIR}/examples/clients"
+    "-DWORK=${CMAKE_BINARY_DIR}/clients" "-DCXX=${CMAKE_CXX_COMPILER}" "-DPYTHON=${PYTHON_EXECUTABLE}"
+    "-DROSTEST=${BATTERY_SOF_ROSTEST}" -DTEST=clients.test -P "${CMAKE_CURRENT_SOURCE_DIR}/examples/try.cmake")
+set_tests_properties(clients_of_the_pages_build_and_ask PROPERTIES TIMEOUT 300 RESOURCE_LOCK roscore)

@@ -193,7 +193,7 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
 def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
              series_blocks: float = 1.0, threads: int = 1) -> Diagnosis:
-    """Finds where the base model and a recording part and which physics is missing, as `sof diagnose` does; takes minutes.
+    """Finds where the base model and a recording deviate and which physics is missing, as `sof diagnose` does; takes minutes.
 
     from_s, to_s [s]: the stretch; its last holdout_share is kept for the comparison alone. hypotheses: ids to weigh, none for
     all. given: ids that are known to be there; nothing is searched for. series_blocks: of 12 V in a row, as identify(): volts and ohms reported are

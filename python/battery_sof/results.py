@@ -81,7 +81,7 @@ class ChargeAnswer:
 
 @dataclass(frozen=True)
 class CrankScore:
-    """A measured crank beside its prediction."""
+    """A measured crank with its prediction."""
 
     time_s: float
     current_a: float  #: [A], negative
@@ -145,7 +145,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Mismatch:
-    """A stretch where base model and measurement part."""
+    """A stretch where base model and measurement deviate."""
 
     from_s: float
     to_s: float
@@ -169,7 +169,7 @@ class Metrics:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Where the base model and n samples of a recording part, and which physics is missing. Arrays have the shape (n,); the
+    """Where the base model and n samples of a recording deviate, and which physics is missing. Arrays have the shape (n,); the
     voltages are empty, and metrics None, for insufficient_data."""
 
     verdict: str  #: no_mismatch, named, several, ambiguous, unknown, sensor_fault or insufficient_data

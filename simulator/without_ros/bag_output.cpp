@@ -2,11 +2,11 @@
 
 #include <stdexcept>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 
 void writeBag(const std::filesystem::path&, const Simulation&, bool) {
   throw std::runtime_error(
       "this build has no ROS and writes no bags; expected a name ending in .csv");
 }
 
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

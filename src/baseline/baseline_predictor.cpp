@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::size_t kFewestSamples = 5;
 constexpr std::size_t kFewestForTails = 20;    // one of them lies beyond each bound
-constexpr double kForgetting = 0.8;            // weight of a crank beside the next one
-constexpr double kLineWeight = 1.0;            // of the straight line beside one crank
+constexpr double kForgetting = 0.8;            // weight of a crank relative to the next one
+constexpr double kLineWeight = 1.0;            // of the line relative to one crank
 constexpr double kShort = 10.0, kLong = 60.0;  // [s]
 
 /// Several values or samples, where they lie.

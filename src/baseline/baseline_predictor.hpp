@@ -71,8 +71,8 @@ struct BaselineCranks {
 };
 
 /**
- * @brief What a window says without physics: straight lines, medians, last events. Every figure of
- * a model is compared with these.
+ * @brief Predictions without physics: lines, medians and last events of a window. Every figure of a
+ * model is compared with these.
  *
  * Default-constructed it knows nothing. Each part is there only when the window held what it is
  * made of.

@@ -47,8 +47,8 @@ struct RidgeFit {
  *
  * @param X    one row a sample.  @param y as many.
  * @param left_out set to the prediction of every sample by a fit without its block, scaled like the
- * fit's own; may be null.
- * @return a fit that predicts zero when leaving out shows no gain and `shrunk` is asked for.
+ * fit's own; nullptr: not needed.
+ * @return a fit that predicts zero when leaving out shows no gain and `shrunk` is set.
  * @throws std::invalid_argument when sizes differ, there are fewer rows than twice the blocks, or
  * no penalty is given.
  */

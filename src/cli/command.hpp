@@ -28,7 +28,7 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Streams and the function that the chosen subcommand wants run.
+/// Streams and the function that the chosen subcommand runs.
 struct CommandLine {
   std::ostream& out;
   std::ostream& err;

@@ -94,7 +94,7 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
 
 void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand(
-      "diagnose", "find where the base model and a recording part, and which physics is missing");
+      "diagnose", "find where base model and recording deviate, and which physics is missing");
   auto arguments = std::make_shared<DiagnoseArguments>();
   addRecordingOptions(*command, arguments->recording);
   addSeriesBlocksOption(*command, arguments->recording);
@@ -114,11 +114,13 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       ->add_option("--holdout", arguments->options.holdout_share,
                    "share of the samples, the last ones, kept for the comparison alone")
       ->capture_default_str();
-  CLI::Option* hypotheses = command
-                                ->add_option("--hypotheses", arguments->options.hypotheses,
-                                             "ids to weigh, comma-separated; by default all of sof "
-                                             "effects, fresh_sulphate where a source drives")
-                                ->delimiter(',');
+  CLI::Option* hypotheses =
+      command
+          ->add_option(
+              "--hypotheses", arguments->options.hypotheses,
+              "ids to weigh, comma-separated; by default all of sof effects, fresh_sulphate "
+              "where a source controls the voltage")
+          ->delimiter(',');
   CLI::Option* given = command->add_option("--given", arguments->options.given,
                                            "ids that are known to be there, comma-separated: they "
                                            "are modelled and nothing is searched for");

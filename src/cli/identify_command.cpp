@@ -66,7 +66,7 @@ void requireKnownEffects(const std::vector<std::string>& effects) {
   }
 }
 
-/// "none" asks for the base model by name.
+/// "none" names the base model.
 IdentifyArguments withoutNone(IdentifyArguments arguments) {
   auto& effects = arguments.options.effects;
   arguments.names_effects = !effects.empty();

@@ -13,7 +13,7 @@ namespace battery_sof {
 
 namespace {
 
-constexpr long kLook = 20L * 1000 * 1000;  // [ns], how often it is asked whether the work is over
+constexpr long kLook = 20L * 1000 * 1000;  // [ns], how often it checks whether the work is over
 
 double steadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

@@ -36,7 +36,7 @@ class Progress {
 
  private:
   void tick();
-  // These want mutex_ held.
+  // These need mutex_ held.
   void show();
   void clear();
 

@@ -49,7 +49,7 @@ std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange ra
  *     mean over windows of 10 s of | mean i_m - mean i_b |,   u_m(t; i_m) = u_b(t) from the charge's first sample on
  *
  * The state is carried to the charge by the measured current, without a look at the voltage. A
- * window takes what is left of a charge shorter than it, but at least 1 s; windows count by their
+ * window takes the remainder of a charge shorter than it, but at least 1 s; windows count by their
  * length. Voltages of samples nearer than 0.1 s are averaged.
  *
  * @param model  its state, or, for a range that begins earlier, its first state: where the simulation begins.

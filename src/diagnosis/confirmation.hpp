@@ -6,11 +6,11 @@
 
 namespace battery_sof {
 
-/// A diagnosis made so far, into whose recording an effect can be put.
+/// A diagnosis made so far, into whose recording an effect can be injected.
 struct Confirmation {
   const Recording& recording;
   const Prepared& prepared;
-  const WhitenedFit& fit;  ///< the model beside which the effect is put in
+  const WhitenedFit& fit;  ///< the model to which the effect is added
 };
 
 /**

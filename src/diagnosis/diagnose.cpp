@@ -84,7 +84,7 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   const std::string lack = lackOf(slice(recording.series, parts.train));
   if (!lack.empty()) return insufficient(recording.series, lack);
   const Prepared prepared = prepare(recording, parts, options);
-  tell(options, "locating where model and measurement part");
+  tell(options, "locating where model and measurement deviate");
   Located located = locateErrors(prepared);
   const Explained explained = explainErrors(prepared, options);
   tell(options, "learning what no equation represents");

@@ -34,7 +34,7 @@ struct DiagnoseOptions {
 };
 
 /**
- * @brief Locates where the base model and a recording part, names what is missing, models it and
+ * @brief Locates where the base model and a recording deviate, names what is missing, models it and
  * shows what that gains.
  *
  * Instrument screen; base fit; regimes and segments of mismatch, absorption map; what a discrepancy

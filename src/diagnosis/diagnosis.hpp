@@ -16,7 +16,7 @@ namespace battery_sof {
 
 /// What a diagnosis comes to.
 enum class Verdict {
-  kNoMismatch,        ///< model and measurement agree as well as this recording can tell
+  kNoMismatch,        ///< model and measurement agree as far as this recording shows
   kEffect,            ///< one effect is missing from the base model
   kSeveral,           ///< more than one
   kAmbiguous,         ///< one of a few that this recording cannot distinguish
@@ -75,7 +75,7 @@ struct Candidate {
   std::optional<double> holdout_gain_percent = std::nullopt;
 };
 
-/// A stretch where model and measurement part.
+/// A stretch where model and measurement deviate.
 struct MismatchSegment {
   double from = 0.0, to = 0.0;  ///< [s]
   std::string regime;           ///< see regimeName()
@@ -92,7 +92,7 @@ struct RegimeFinding {
   /// measured minus base model, with a 95 % interval
   double value = 0.0, lower = 0.0, upper = 0.0;
   double p_value = 1.0;
-  bool alarm = false;  ///< after correction for the number of statistics
+  bool is_significant = false;  ///< after correction for the number of statistics
 };
 
 /// How much better a parameter would fit with another value in one regime than it does with one
@@ -100,8 +100,8 @@ struct RegimeFinding {
 struct ParameterBias {
   std::string parameter;
   std::string regime;
-  double z = 0.0;       ///< [1], signed: > 0 wants a larger value there
-  double change = 0.0;  ///< wanted change relative to the parameter's value [1]; of u_dc in V
+  double z = 0.0;       ///< [1], > 0: a larger value fits better there
+  double change = 0.0;  ///< that fits best, relative to the parameter's value [1]; of u_dc in V
 };
 
 /// Errors of a model over a stretch.
@@ -114,8 +114,8 @@ struct ErrorMetrics {
   std::optional<double> charge_bias;
   /// [A], mean magnitude at the measured voltage over charges
   std::optional<double> charge_current_error;
-  /// Shares of the variation explained in the direction that is controlled [%] (MixedScores), on
-  /// the hold-out; none without a source that drives.
+  /// Explained variation in the direction that is controlled [%] (MixedScores), on
+  /// the hold-out; none without a charger that controls the voltage.
   std::optional<double> share_percent = std::nullopt, current_share_percent = std::nullopt,
                         voltage_share_percent = std::nullopt;
   std::size_t cranks = 0;  ///< of which crank_mae is the mean
@@ -134,9 +134,9 @@ struct Comparison {
   FitWindow train, holdout;
   ErrorMetrics base_train, base_holdout, extended_train, extended_holdout;
   std::vector<RegimeComparison> regimes;
-  /// What needs no physics, fitted to the training part, on the hold-out: a straight line through
-  /// voltage and current (and, where a source drives, through current and voltage), and a ridge
-  /// regression on currents and their memories.
+  /// Baselines without physics, fitted to the training part, on the hold-out: a line through
+  /// voltage and current (through current and voltage where a charger controls the voltage), and a
+  /// ridge regression on currents and their memories.
   std::optional<ErrorMetrics> baseline_line, baseline_ridge;
 };
 
@@ -144,7 +144,7 @@ struct Comparison {
 struct DiscrepancyFinding {
   DiscrepancyModel discrepancy;
   std::vector<MechanismWeight> mechanisms;  ///< strongest first
-  /// of the force over the training part, the circuit's share taken out [V]
+  /// of the discrepancy over the training part, the circuit's share taken out [V]
   double rms = 0.0;
   /// on blocks of the training part: whether it is worth using
   LeftOutErrors left_out;
@@ -157,22 +157,22 @@ struct DiscrepancyFinding {
   std::string description;  ///< one sentence
 };
 
-/// What is left unexplained, and the limits below which nothing is reported.
+/// The unexplained residual, and the limits below which nothing is reported.
 struct UnexplainedPart {
   double rmse = 0.0;          ///< [V]
   double crank = 0.0;         ///< [V]
   double charge_share = 0.0;  ///< [1], of the charging current
   Relevance limits;           ///< rmse: as it was used, with the noise
-  double noise = 0.0;         ///< [V], RMS of what is left of a row beside all that explains it
-  /// Whether what is left is noise, as far as instruments make any, and too little else to matter.
-  /// Where it is not, any effect may be in it: no strength of one is reported.
+  double noise = 0.0;         ///< [V], RMS of the residual of a row after all that explains it
+  /// Whether the residual is noise of instruments, and nothing in it exceeds the relevance
+  /// threshold. Where it is not, any effect may be in it: no strength of one is reported.
   bool isNoise() const { return noise <= kPlausible && rmse < limits.rmse; }
 };
 
 /// The smallest strength at which this recording would have led to an effect's name (explain()).
 struct DetectionLimit {
   std::string id, parameter, unit;
-  /// in unit; none: at no strength within the catalogue's range, or what is left is not noise alone
+  /// in unit; none: at no strength within the catalogue's range, or the residual is not noise alone
   std::optional<double> strength;
   double typical = 0.0;  ///< the catalogue's order of magnitude, in unit
   bool visible = false;  ///< strength <= typical
@@ -194,7 +194,7 @@ struct Diagnosis {
   /// of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
   std::optional<Mechanism> mechanism;
   double probability = 0.0;                             ///< of it [0, 1]
-  double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, tempered
+  double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, scaled by the fraction
   /// share of the rows that count as independent
   double effective_sample_fraction = 1.0;
   UnexplainedPart unexplained;

@@ -37,11 +37,11 @@ struct LinearRest {
   Eigen::VectorXd left;
 };
 
-/// A state with a mechanism's columns as strong as they may be: what these can take up of an effect
-/// is reported their mechanism.
-ExplanationState withFreeColumns(const ExplanationFits& fits, const ExplanationState& state,
-                                 Mechanism mechanism) {
-  ExplanationState next = fits.withColumns(state, mechanism);
+/// A state with a mechanism's regressors as strong as they may be: what these can take up of an
+/// effect is reported their mechanism.
+ExplanationState withFreeRegressors(const ExplanationFits& fits, const ExplanationState& state,
+                                    Mechanism mechanism) {
+  ExplanationState next = fits.withRegressors(state, mechanism);
   std::fill_n(next.fit.strength.begin(), kRegressorGroups, GroupPrior().most);
   return next;
 }
@@ -57,7 +57,7 @@ void EffectSearch::takeGrid() {
   circuit.point = fits_.base();
   circuit.error = fits_.response().error(fits_.counted());
   for (const std::string& id : ids_)
-    for (EffectGridPoint& point : gridBeside(circuit, id)) grid_.push_back(std::move(point));
+    for (EffectGridPoint& point : gridFor(circuit, id)) grid_.push_back(std::move(point));
 }
 
 std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state,
@@ -108,7 +108,7 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
     if (typical.evidence > next.evidence) next = std::move(typical);
   }
   if (!keepsPromise()) {
-    // The linear guess overshot: once more from hardly any of it, beside what fits without.
+    // The linear guess overshot: once more from hardly any of it, added to the fit without.
     ExplanationState weak = enlargedBy(state, from, std::copysign(kWeak, share));
     fits_.begin(weak, kTasteIterations);
     if (weak.evidence > next.evidence) next = std::move(weak);
@@ -120,12 +120,12 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
 std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& state,
                                                         std::optional<Mechanism> only) {
   if (fits_.isSpent()) return {};
-  std::vector<EffectGridPoint> anew;
+  std::vector<EffectGridPoint> retaken;
   if (only)
     for (const std::string& id : ids_)
       if (mechanismOf(id) == *only && !ExplanationFits::isUsed(id, state))
-        for (EffectGridPoint& point : gridBeside(state, id)) anew.push_back(std::move(point));
-  const std::vector<EffectGridPoint>& grid = only ? anew : grid_;
+        for (EffectGridPoint& point : gridFor(state, id)) retaken.push_back(std::move(point));
+  const std::vector<EffectGridPoint>& grid = only ? retaken : grid_;
   const std::vector<double> gains = gridGains(state, grid);
   std::map<std::string, std::size_t> best;
   for (std::size_t g = 0; g < grid.size(); ++g) {
@@ -164,10 +164,10 @@ std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
     const ExplanationState& state, const std::function<double(Mechanism)>& needed) const {
   std::vector<LinearDetectionLimit> least;
   const LinearRest rest(fits_, state);
-  std::map<Mechanism, LinearRest> beside;
+  std::map<Mechanism, LinearRest> others;
   for (const Mechanism mechanism : kAllMechanisms)
     if (!state.estimated.count(mechanism))
-      beside.emplace(mechanism, LinearRest(fits_, withFreeColumns(fits_, state, mechanism)));
+      others.emplace(mechanism, LinearRest(fits_, withFreeRegressors(fits_, state, mechanism)));
   std::set<std::string> done;
   for (const EffectGridPoint& point : grid_) {
     if (ExplanationFits::isUsed(point.id, state) || !done.insert(point.id).second) continue;
@@ -175,17 +175,17 @@ std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
     const Eigen::VectorXd added = fits_.whitened(point.added);
     const double length = rest.lengthOf(added);
     double min_length = length;
-    for (const auto& other : beside)
+    for (const auto& other : others)
       if (other.first != own) min_length = std::min(min_length, other.second.lengthOf(added));
     const double information =
         fits_.effective_sample_fraction() * min_length / (state.fit.noise * state.fit.noise);
     const double evident = std::sqrt(
         2.0 * (needed(own) + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) /
         information);
-    const double matters = fits_.relevantBeside(state) /
-                           std::sqrt(length / static_cast<double>(fits_.counted().size()));
+    const double relevant = fits_.relevanceLimit(state) /
+                            std::sqrt(length / static_cast<double>(fits_.counted().size()));
     least.push_back(
-        minStrength(point, std::max(evident + std::abs(added.dot(rest.left)) / length, matters)));
+        minStrength(point, std::max(evident + std::abs(added.dot(rest.left)) / length, relevant)));
   }
   return least;
 }
@@ -245,8 +245,8 @@ std::vector<CompositionPoint> EffectSearch::gridOf(const BatteryModel& model) co
   return points;
 }
 
-std::vector<EffectGridPoint> EffectSearch::gridBeside(const ExplanationState& state,
-                                                      const std::string& id) const {
+std::vector<EffectGridPoint> EffectSearch::gridFor(const ExplanationState& state,
+                                                   const std::string& id) const {
   const BatteryModel alone = enlarged(BatteryModel(), id), model = enlarged(state.model, id);
   bool one_sided = true;
   for (const FitCoordinate& c : fits_.coordinatesOf(alone))

@@ -7,8 +7,8 @@
 
 namespace battery_sof {
 
-/// Tries effects of the catalogue beside a state: each on a grid of its shapes and instants, the
-/// promising ones fitted.
+/// Tries effects of the catalogue in addition to a state: each on a grid of its shapes and
+/// instants, the promising ones fitted.
 class EffectSearch {
  public:
   /// @param ids effects that may be tried.
@@ -20,27 +20,27 @@ class EffectSearch {
   /// A state with one effect more, fitted from where it promises most; none where it cannot be
   /// placed.
   std::optional<ExplanationState> with(const ExplanationState& state, const std::string& id);
-  /// Gain of ln evidence by each grid point beside a state, noise taken again, any multiple of it
-  /// allowed.
+  /// Gain of ln evidence by each grid point added to a state, noise taken again, any multiple of
+  /// it allowed.
   std::vector<double> gridGains(const ExplanationState& state,
                                 const std::vector<EffectGridPoint>& grid) const;
   /// A state with one effect more, from a point of its grid; the first steps of its fit. @param
   /// gain that the grid promises.
   ExplanationState withMember(const ExplanationState& state, const EffectGridPoint& from,
                               double gain) const;
-  /// The likeliest effects beside a state, each fitted; best first. @param only of one mechanism,
-  /// its grid taken again beside the state: a side reaction shows where the circuit with its
+  /// The likeliest effects added to a state, each fitted; best first. @param only of one mechanism,
+  /// its grid taken again with the state: a side reaction shows where the circuit with its
   /// acceptance lets the voltage rise, and not where the circuit alone does.
   std::vector<ExplanationState> withMembers(const ExplanationState& state,
                                             std::optional<Mechanism> only);
-  /// Smallest strengths that would have come in, linearly: from what neither the state nor the
-  /// columns of any other mechanism can take up of a typical strength's signature, and beyond what
-  /// is left that looks like it. @param needed nats that a mechanism must bring.
+  /// Detection limits: the smallest strengths that would have been selected (linearised). Counts
+  /// what neither the state nor another mechanism's regressors take up of a typical signature, less
+  /// the residual that looks like it. @param needed gain of a mechanism.
   std::vector<LinearDetectionLimit> minStrengths(
       const ExplanationState& state, const std::function<double(Mechanism)>& needed) const;
 
   /// By what one explanation is taken before another: of two that are as good the one with fewer
-  /// effects, an equation before columns.
+  /// effects, an equation before regressors.
   double rankOf(const ExplanationState& state) const;
 
   /// what was fitted, in the order in which it came
@@ -55,8 +55,7 @@ class EffectSearch {
                              const BatteryModel& nested);
   std::vector<CompositionPoint> gridOf(const BatteryModel& model) const;
   /// What an effect adds to a state at the points of its grid.
-  std::vector<EffectGridPoint> gridBeside(const ExplanationState& state,
-                                          const std::string& id) const;
+  std::vector<EffectGridPoint> gridFor(const ExplanationState& state, const std::string& id) const;
   /// A state with one effect more at a multiple of a grid point's strengths; not placed.
   ExplanationState enlargedBy(const ExplanationState& state, const EffectGridPoint& from,
                               double share) const;
@@ -73,7 +72,7 @@ class EffectSearch {
   ExplanationFits& fits_;
   std::vector<std::string> ids_;
   ExplanationRules rules_;
-  std::vector<EffectGridPoint> grid_;  // beside the base circuit
+  std::vector<EffectGridPoint> grid_;  // with the base circuit
   std::vector<WeighedMember> weighed_;
 };
 

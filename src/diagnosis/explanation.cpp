@@ -15,7 +15,7 @@ namespace battery_sof {
 namespace {
 
 constexpr int kFirstIterations = 4;
-constexpr double kSettled = 0.1;  // nats
+constexpr double kSettled = 0.1;  // ln evidence
 constexpr int kSwaps = 3;         // rounds in which places may be taken by what does better
 
 /// Ids in the catalogue's order: what is given is one set, however it was written.
@@ -91,80 +91,80 @@ class StepwiseSelection {
     return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
   }
 
-  /// Whether effects represent their mechanism's columns: as evident, or these find nothing beside
-  /// them that matters, or no more than a battery's own law differs from the catalogue's. @param
-  /// without the mechanism.
-  bool doesAsWell(const ExplanationState& member, const ExplanationState& columns,
+  /// Whether effects represent their mechanism's regressors: as evident, or these add nothing above
+  /// the relevance threshold, or no more than a battery's own law differs from the catalogue's.
+  /// @param without the mechanism.
+  bool doesAsWell(const ExplanationState& member, const ExplanationState& regressors,
                   Mechanism mechanism, const ExplanationState& without) const {
-    if (member.evidence > columns.evidence - rules_.tie) return true;
-    const ExplanationState beside = fits_.withColumns(member, mechanism);
-    if (beside.evidence - member.evidence < rules_.min_gain) return true;
+    if (member.evidence > regressors.evidence - rules_.tie) return true;
+    const ExplanationState both = fits_.withRegressors(member, mechanism);
+    if (both.evidence - member.evidence < rules_.min_gain) return true;
     const double mechanism_brings =
-        std::hypot(ExplanationFits::beyond(beside, without), explainedBy(mechanism, without));
-    return ExplanationFits::beyond(beside, member) <
-           std::max(fits_.relevantBeside(beside), kCatalogueTolerance * mechanism_brings);
+        std::hypot(ExplanationFits::beyond(both, without), explainedBy(mechanism, without));
+    return ExplanationFits::beyond(both, member) <
+           std::max(fits_.relevanceLimit(both), kCatalogueTolerance * mechanism_brings);
   }
 
-  /// What represents a mechanism beside a state: the best of its effects where that does as well as
-  /// its columns, else those.
-  ExplanationState standingFor(Mechanism mechanism, const ExplanationState& beside,
+  /// What represents a mechanism in addition to a state: the best of its effects where that does as
+  /// well as its regressors, else those.
+  ExplanationState standingFor(Mechanism mechanism, const ExplanationState& without,
                                const std::vector<ExplanationState>& members) const {
-    ExplanationState estimated = fits_.withColumns(beside, mechanism);
+    ExplanationState estimated = fits_.withRegressors(without, mechanism);
     for (const ExplanationState& member : members)
       if (mechanismOf(member.members.back()) == mechanism)
-        return doesAsWell(member, estimated, mechanism, beside) ? member : estimated;
+        return doesAsWell(member, estimated, mechanism, without) ? member : estimated;
     return estimated;
   }
 
   /// The same once a mechanism is chosen: its effects one after the other, while each is worth it,
-  /// until they do as well as its columns.
-  ExplanationState membersFor(Mechanism mechanism, const ExplanationState& beside,
-                              ExplanationState columns) {
-    ExplanationState best = beside;
+  /// until they do as well as its regressors.
+  ExplanationState membersFor(Mechanism mechanism, const ExplanationState& without,
+                              ExplanationState regressors) {
+    ExplanationState best = without;
     for (int count = 0; count < rules_.max_terms; ++count) {
       const std::vector<ExplanationState> members = search_.withMembers(best, mechanism);
       if (members.empty() || members.front().evidence - best.evidence < rules_.min_gain ||
-          !matters(members.front(), best))
+          !isRelevant(members.front(), best))
         break;
       best = members.front();
-      if (doesAsWell(best, columns, mechanism, beside)) return best;
+      if (doesAsWell(best, regressors, mechanism, without)) return best;
     }
-    return columns;
+    return regressors;
   }
 
-  /// Whether a part moves the voltage by enough to matter: of all rows, or while cranking.
-  bool matters(const ExplanationState& with, const ExplanationState& without) const {
-    const Eigen::VectorXd part = fits_.besideBase(fits_.modelled(with) - fits_.modelled(without));
-    return ExplanationFits::rms(part) >= fits_.relevantBeside(with) ||
+  /// Whether a part exceeds the relevance threshold: of all rows, or while cranking.
+  bool isRelevant(const ExplanationState& with, const ExplanationState& without) const {
+    const Eigen::VectorXd part = fits_.beyondBase(fits_.modelled(with) - fits_.modelled(without));
+    return ExplanationFits::rms(part) >= fits_.relevanceLimit(with) ||
            fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
   }
 
-  /// Nats that a mechanism must bring. A battery's own structure is never quite the catalogue's:
-  /// what is left of it is no physics.
+  /// Gain of ln evidence that a mechanism must bring. A battery's own structure is never quite the
+  /// catalogue's: the residual of it is no physics.
   double needed(const ExplanationState& state, Mechanism mechanism) const {
     const bool physics = mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
     return physics ? std::max(rules_.min_gain, kCatalogueTolerance * state.structure_gain)
                    : rules_.min_gain;
   }
 
-  /// Whether columns are no more than what the effects named of their mechanism may leave of it.
-  bool isRestOfNamed(const ExplanationState& columns, const ExplanationState& state,
+  /// Whether regressors are no more than what the effects named of their mechanism may leave of it.
+  bool isRestOfNamed(const ExplanationState& regressors, const ExplanationState& state,
                      Mechanism mechanism) const {
-    if (columns.estimated.size() == state.estimated.size()) return false;
-    return ExplanationFits::beyond(columns, state) <
-           kCatalogueTolerance *
-               std::hypot(ExplanationFits::beyond(columns, state), explainedBy(mechanism, state));
+    if (regressors.estimated.size() == state.estimated.size()) return false;
+    return ExplanationFits::beyond(regressors, state) <
+           kCatalogueTolerance * std::hypot(ExplanationFits::beyond(regressors, state),
+                                            explainedBy(mechanism, state));
   }
 
-  /// Whether physics beside an effect of structure is no more than the structure's columns hold:
-  /// another circuit than the catalogue's.
+  /// Whether physics added to an effect of structure is no more than the structure's regressors
+  /// hold: another circuit than the catalogue's.
   bool isHeldByStructure(const ExplanationState& with, const ExplanationState& without,
                          Mechanism mechanism) const {
     if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument ||
         !(explainedBy(Mechanism::kStructure, without) > 0.0))
       return false;
-    return fits_.withColumns(with, Mechanism::kStructure).evidence -
-               fits_.withColumns(without, Mechanism::kStructure).evidence <
+    return fits_.withRegressors(with, Mechanism::kStructure).evidence -
+               fits_.withRegressors(without, Mechanism::kStructure).evidence <
            rules_.min_gain;
   }
 
@@ -187,8 +187,8 @@ class StepwiseSelection {
       if (of_mechanism.evidence - state.evidence < needed(state, mechanism) ||
           isHeldByStructure(of_mechanism, state, mechanism))
         continue;
-      if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) || !matters(of_mechanism, state) ||
-          isRestOfNamed(of_mechanism, state, mechanism))
+      if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) ||
+          !isRelevant(of_mechanism, state) || isRestOfNamed(of_mechanism, state, mechanism))
         continue;
       best = of_mechanism;
       chosen = mechanism;
@@ -205,7 +205,7 @@ class StepwiseSelection {
     return true;
   }
 
-  /// Each part once more beside the others: columns give way to an effect that does as well, what
+  /// Each part once more with the others: regressors give way to an effect that does as well, what
   /// is not worth its place goes.
   void weighAgain(ExplanationState& state) {
     if (state.members.size() + state.estimated.size() < 2) return;
@@ -213,7 +213,7 @@ class StepwiseSelection {
       ExplanationState without = state;
       without.estimated.erase(mechanism);
       fits_.optimize(without);
-      if (state.evidence - without.evidence < rules_.min_gain || !matters(state, without)) {
+      if (state.evidence - without.evidence < rules_.min_gain || !isRelevant(state, without)) {
         state = std::move(without);
         continue;
       }
@@ -229,7 +229,7 @@ class StepwiseSelection {
       if (state.members.size() + state.estimated.size() < 2) return;
       ExplanationState without = fits_.withoutMember(state, id);
       if (state.evidence - without.evidence < needed(state, mechanismOf(id)) ||
-          !matters(state, without) || isHeldByStructure(state, without, mechanismOf(id)))
+          !isRelevant(state, without) || isHeldByStructure(state, without, mechanismOf(id)))
         state = std::move(without);
     }
   }
@@ -288,7 +288,7 @@ class StepwiseSelection {
                  Mechanism mechanism, const std::string& id) {
     SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 1.0};
     one.rms =
-        ExplanationFits::rms(fits_.besideBase(fits_.modelled(state) - fits_.modelled(without)));
+        ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
     std::map<Mechanism, double> rivals = {{mechanism, one.gain}};
     const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);
     for (const ExplanationState& member : members) {
@@ -327,21 +327,21 @@ class StepwiseSelection {
 
   /// What the library would still take.
   void takeRest(const ExplanationState& state) {
-    const Eigen::VectorXd left = fits_.besideBase(fits_.unexplainedPart(state));
+    const Eigen::VectorXd left = fits_.beyondBase(fits_.unexplainedPart(state));
     found_.unexplained_rms = ExplanationFits::rms(left);
     found_.unexplained_crank = fits_.crankOf(left);
     found_.unexplained_charge_share = fits_.chargeShareOf(left);
     found_.noise = state.fit.noise;
-    found_.relevant = fits_.relevantBeside(state);
+    found_.relevant = fits_.relevanceLimit(state);
     found_.effective_sample_fraction = fits_.effective_sample_fraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.weighed = search_.weighed();
-    found_.least =
+    found_.detection_limits =
         search_.minStrengths(state, [&](Mechanism mechanism) { return needed(state, mechanism); });
     double most = rules_.min_gain;
     for (const Mechanism mechanism : kAllMechanisms) {
       if (state.estimated.count(mechanism)) continue;
-      const double gain = fits_.withColumns(state, mechanism).evidence - state.evidence;
+      const double gain = fits_.withRegressors(state, mechanism).evidence - state.evidence;
       if (gain <= most) continue;
       most = gain;
       found_.unexplained_mechanism = mechanism;
@@ -352,7 +352,7 @@ class StepwiseSelection {
   std::vector<std::string> given_;
   ExplanationFits fits_;
   EffectSearch search_;
-  // mechanisms taken beside these parts
+  // mechanisms tried with these parts
   std::set<std::pair<std::set<std::string>, Mechanism>> tried_;
   // than the state, by what could stand in a place
   std::optional<ExplanationState> better_;

@@ -12,11 +12,11 @@
 
 namespace battery_sof {
 
-/// One piece of an explanation: an effect of the catalogue, or a mechanism's columns where none of
-/// its effects does.
+/// One piece of an explanation: an effect of the catalogue, or a mechanism's regressors where none
+/// of its effects does.
 struct SelectedTerm {
   Mechanism mechanism = Mechanism::kStructure;
-  std::string member;  ///< id; empty: the mechanism's columns
+  std::string member;  ///< id; empty: the mechanism's regressors
   /// of ln evidence, by which the whole would be worse without it [1]
   double gain = 0.0;
   /// [V], what it adds over the training rows that the base circuit cannot
@@ -29,14 +29,14 @@ struct SelectedTerm {
 /// An effect that was fitted in some step.
 struct WeighedMember {
   std::string id;
-  double gain = 0.0;  ///< of ln evidence beside what had been accepted before [1]
+  double gain = 0.0;  ///< of ln evidence over what had been accepted before [1]
 };
 
 /// A battery's own law is never quite the catalogue's: a smaller share of what something explains
 /// is not reported of anything else [1].
 constexpr double kCatalogueTolerance = 0.1;
 
-/// [V], RMS that instruments may leave of a recording beside white noise and rounding
+/// [V], RMS that instruments may leave of a recording apart from white noise and rounding
 constexpr double kPlausible = 0.01;
 
 /// What a part has to add to be worth telling, in the currency of those who ask: any of the three.
@@ -50,8 +50,8 @@ struct Relevance {
 
 /// What an explanation is judged by.
 struct ExplanationRules {
-  double tie = 6.0;        ///< [1], nats; what is closer is as good
-  double min_gain = 12.0;  ///< [1], nats that a component must bring
+  double tie = 6.0;        ///< of ln evidence; what is closer is as good
+  double min_gain = 12.0;  ///< of ln evidence that a component must bring
   Relevance relevance;
   int max_terms = 5;
   /// in place of the catalogue's, of exactly a composition's effects
@@ -72,35 +72,35 @@ struct Explanation {
   std::vector<SelectedTerm> terms;      ///< largest gain first
   BatteryModel model = BatteryModel();  ///< the base circuit with the effects among the components
   CompositionPoint point;               ///< of it
-  double evidence = 0.0;                ///< ln evidence, tempered
+  double evidence = 0.0;                ///< ln evidence, scaled by the fraction
   double base_evidence = 0.0;           ///< of the base circuit alone
   /// share of rows that count as independent once all that can be estimated is taken out
   double effective_sample_fraction = 1.0;
   double edge_jitter = 0.0;  ///< q of TimingJitterNoise [1/A^2]
-  /// [V], RMS of what is left of a row; away from edges of the current where these are noisier
+  /// [V], RMS of the residual of a row; away from edges of the current where these are noisier
   double noise = 0.0;
-  double relevant = 0.0;  ///< [V], RMS below which nothing came into it
-  /// [V], of what the library would still take beside it
+  double relevant = 0.0;  ///< [V], smallest RMS that is selected
+  /// [V], of what the library would still take in addition
   double unexplained_rms = 0.0;
   double unexplained_crank = 0.0;         ///< [V], mean magnitude of that while cranking
   double unexplained_charge_share = 0.0;  ///< [1], of the charging current, that it represents
-  std::optional<Mechanism> unexplained_mechanism;  ///< that gains most beside it
-  std::vector<WeighedMember> weighed;              ///< in the order in which they came
-  std::vector<LinearDetectionLimit> least;         ///< of every effect that is not in it
+  std::optional<Mechanism> unexplained_mechanism;      ///< that gains most in addition
+  std::vector<WeighedMember> weighed;                  ///< in the order in which they came
+  std::vector<LinearDetectionLimit> detection_limits;  ///< of every effect that is not in it
 };
 
 /**
  * @brief Explains errors by mechanisms first: in each step the mechanism of greatest evidence, by
- * one of its effects or by its columns, whichever the data ask for; then what has come is weighed
- * again beside the rest.
+ * one of its effects or by its regressors, whichever the data support; then what was selected
+ * is weighed again with the rest.
  *
- * Evidence is that of LinearProblem at one temper for all: a composition stands by its errors at
- * its best parameters and the directions these may move in (Laplace), columns by one strength a
+ * Evidence is that of LinearProblem at one fraction for all: a composition stands by its errors at
+ * its best parameters and the directions these may move in (Laplace), regressors by one strength a
  * group. Every set is fitted whole, the base circuit with it.
  *
- * @param drive, table let go of as soon as the rows are made of them: hand them over where they are
- * large.
- * @param training samples of the drive that are estimated from.  @param base the circuit fitted to
+ * @param inputs, table let go of as soon as the rows are made of them: hand them over where they
+ * are large.
+ * @param training samples of the inputs that are estimated from.  @param base the circuit fitted to
  * them.
  * @param ids effects that may be named.  @param given effects that are known to be there: where
  * there are any they are taken
@@ -111,7 +111,7 @@ Explanation explain(InputSequence inputs, std::size_t training, DesignMatrix tab
                     const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress = nullptr);
 
-/// @return what is left of the rows once all that can be estimated beside the base circuit is taken
+/// @return the residual of the rows once all that can be estimated with the base circuit is taken
 /// out [V, RMS]; infinite where the circuit has no finite voltage.
 double minError(const InputSequence& inputs, std::size_t training, const DesignMatrix& table,
                 const CompositionPoint& base, const ExplanationRules& rules = {});

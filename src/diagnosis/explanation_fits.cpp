@@ -14,7 +14,7 @@ constexpr double kMinSampleFraction = 0.02;
 // the same from any state before
 constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;
 constexpr int kSampleFractionPasses = 8, kPolishes = 2;
-constexpr double kPolished = 1e-3;                                                     // nats
+constexpr double kPolished = 1e-3;  // ln evidence
 constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
 // steps of a voltage channel's random walk over the training part
 constexpr int kRandomWalk = 24;
@@ -159,17 +159,17 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   const Eigen::VectorXd expected = expectedFrom(state, problem.known_std);
   const Eigen::Index known = expected.size();
   std::vector<Eigen::Index>& used = sums.columns.used;
-  for (std::size_t k = 0; k < table_.columns.size(); ++k)
-    if (all || state.estimated.count(table_.columns[k].mechanism)) {
+  for (std::size_t k = 0; k < table_.regressors.size(); ++k)
+    if (all || state.estimated.count(table_.regressors[k].mechanism)) {
       used.push_back(static_cast<Eigen::Index>(k));
-      problem.group.push_back(static_cast<int>(groupOf(table_.columns[k].kind)));
+      problem.group.push_back(static_cast<int>(groupOf(table_.regressors[k].kind)));
     }
   problem.group.insert(problem.group.end(), kRandomWalk, kRegressorGroups);
   problem.groups = kRegressorGroups + 1;
   problem.most.assign(kRegressorGroups + 1, GroupPrior().most);
   problem.most.back() = max_random_walk_;
   for (int k = 0; k < kRandomWalk; ++k)
-    used.push_back(static_cast<Eigen::Index>(table_.columns.size()) + k);
+    used.push_back(static_cast<Eigen::Index>(table_.regressors.size()) + k);
   const auto free = static_cast<Eigen::Index>(used.size());
   Eigen::MatrixXd& own = sums.columns.own;
   own.resize(state.error.size(), known);
@@ -301,8 +301,8 @@ LinearFit ExplanationFits::takeEffectiveSampleFraction(const ExplanationState& s
   return fit;
 }
 
-ExplanationState ExplanationFits::withColumns(const ExplanationState& state,
-                                              Mechanism mechanism) const {
+ExplanationState ExplanationFits::withRegressors(const ExplanationState& state,
+                                                 Mechanism mechanism) const {
   ExplanationState next = state;
   next.estimated.insert(mechanism);
   evaluateEvidence(next);
@@ -346,8 +346,8 @@ Eigen::VectorXd ExplanationFits::modelled(const ExplanationState& state) const {
   const auto known = static_cast<Eigen::Index>(state.coordinates.size());
   Eigen::VectorXd said = -state.error;
   Eigen::Index j = known;
-  for (std::size_t k = 0; k < table_.columns.size(); ++k)
-    if (state.estimated.count(table_.columns[k].mechanism))
+  for (std::size_t k = 0; k < table_.regressors.size(); ++k)
+    if (state.estimated.count(table_.regressors[k].mechanism))
       said += free_.col(static_cast<Eigen::Index>(k)) * state.fit.z[j++];
   return said;
 }
@@ -355,14 +355,14 @@ Eigen::VectorXd ExplanationFits::modelled(const ExplanationState& state) const {
 Eigen::VectorXd ExplanationFits::unexplainedPart(const ExplanationState& state) const {
   const LinearFit all = fitOf(sumsOf(state, true));
   Eigen::VectorXd part = Eigen::VectorXd::Zero(free_.rows());
-  for (std::size_t k = 0; k < table_.columns.size(); ++k)
-    if (!state.estimated.count(table_.columns[k].mechanism))
+  for (std::size_t k = 0; k < table_.regressors.size(); ++k)
+    if (!state.estimated.count(table_.regressors[k].mechanism))
       part += free_.col(static_cast<Eigen::Index>(k)) *
               all.z[static_cast<Eigen::Index>(state.coordinates.size() + k)];
   return part;
 }
 
-Eigen::VectorXd ExplanationFits::besideBase(const Eigen::VectorXd& part) const {
+Eigen::VectorXd ExplanationFits::beyondBase(const Eigen::VectorXd& part) const {
   const Eigen::MatrixXd J = response_.sensitivity(counted_, Eigen::all);
   Eigen::MatrixXd H = J.transpose() * J;
   H.diagonal().array() += 1e-9 * H.diagonal().array();

@@ -36,8 +36,8 @@ struct ExplanationSums {
 };
 
 /**
- * @brief Fits of compositions and of mechanisms' columns beside them to the rows of one drive, at
- * one temper for all.
+ * @brief Fits of compositions and of mechanisms' regressors with them to the rows of one sequence,
+ * at one effective sample fraction for all.
  *
  * A set of parts has one fit: the best that any path has come to (optimize()).
  */
@@ -62,7 +62,7 @@ class ExplanationFits {
   ExplanationSums sumsOf(const ExplanationState& state, bool all) const;
   void evaluateEvidence(ExplanationState& state) const;
   /// Gauss-Newton steps in all coordinates, the columns solved along, while ln evidence grows.
-  /// @param settled nats.
+  /// @param settled ln evidence.
   void improve(ExplanationState& state, int iterations = kMaxIterations,
                double settled = 0.1) const;
   /// The first steps of a search.
@@ -70,33 +70,33 @@ class ExplanationFits {
   /// Fits a state to the end, from where it stands or from the best that another path has come to
   /// with the same parts.
   void optimize(ExplanationState& state);
-  /// Takes what edges of the current add to the rows' noise (TimingJitterNoise), and the temper: of
-  /// greatest evidence beside all that can be estimated beside a state.
+  /// Takes what edges of the current add to the rows' noise (TimingJitterNoise), and the effective
+  /// sample fraction: of greatest evidence with all that can be estimated in addition to a state.
   void takeNoise(const ExplanationState& state);
-  /// Takes the share of rows that count as independent once all that can be estimated beside a
-  /// state is taken out. @return that fit.
+  /// Takes the share of rows that count as independent once all that can be estimated in addition
+  /// to a state is taken out. @return that fit.
   LinearFit takeEffectiveSampleFraction(const ExplanationState& state);
-  /// RMS of the counted rows once all that can be estimated beside the base circuit is taken out
+  /// RMS of the counted rows once all that can be estimated with the base circuit is taken out
   /// [V]; infinite without a finite voltage.
   double minError();
-  /// Fits a state closely and takes the temper there: one score for one set, whichever way led to
-  /// it.
+  /// Fits a state closely and takes the effective sample fraction there: one score for one set,
+  /// whichever way led to it.
   void refine(ExplanationState& state);
-  /// A state with a mechanism's columns beside it; the circuit moves along once they are taken.
-  ExplanationState withColumns(const ExplanationState& state, Mechanism mechanism) const;
+  /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
+  ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
   ExplanationState withoutMember(const ExplanationState& state, const std::string& id);
   static bool isUsed(const std::string& id, const ExplanationState& state);
   /// A column of the counted rows as innovations of TimingJitterNoise.
   Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }
-  /// Factors of the columns' products with their priors, in units of the tempered noise.
+  /// Factors of the columns' products with their priors, in units of the scaled noise.
   Eigen::LDLT<Eigen::MatrixXd> penalised(const ExplanationSums& sums,
                                          const ExplanationState& state) const;
   /// What a state says of the counted rows, up to what is common to all [V].
   Eigen::VectorXd modelled(const ExplanationState& state) const;
-  /// What the library would take beside a state, of the mechanisms that it has not [V].
+  /// What the library would take in addition to a state, of the mechanisms that it has not [V].
   Eigen::VectorXd unexplainedPart(const ExplanationState& state) const;
   /// What of a part of the counted rows the base circuit's parameters cannot take up [V].
-  Eigen::VectorXd besideBase(const Eigen::VectorXd& part) const;
+  Eigen::VectorXd beyondBase(const Eigen::VectorXd& part) const;
   static double rms(const Eigen::VectorXd& part) {
     return std::sqrt(part.squaredNorm() / static_cast<double>(part.size()));
   }
@@ -115,8 +115,8 @@ class ExplanationFits {
   double effective_sample_fraction() const { return effective_sample_fraction_; }
   const TimingJitterNoise& timingJitterNoise() const { return noise_; }
   bool isSpent() const { return spent_ > kBudget; }
-  /// What an RMS has to be to matter beside a state [V].
-  double relevantBeside(const ExplanationState& state) const {
+  /// Relevance threshold of an RMS in addition to a state [V].
+  double relevanceLimit(const ExplanationState& state) const {
     return std::max(relevant_, 0.5 * state.fit.noise);
   }
   double relevant() const { return relevant_; }
@@ -127,7 +127,7 @@ class ExplanationFits {
   // rows simulated with the derivatives of a usual composition; then what stands is reported
   static constexpr double kBudget = 4e6;
 
-  /// The counted rows of a table, with room for the wander.
+  /// The counted rows of a table, with room for the random walk.
   Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
   /// A voltage channel's random walk: ramps one after the other, each of a random height.
   Eigen::MatrixXd random_walk();
@@ -150,7 +150,7 @@ class ExplanationFits {
   Linearization response_;
   RowSimulation rows_;
   std::vector<Eigen::Index> counted_;
-  Eigen::MatrixXd free_;  // the table's columns and the wander's ramps
+  Eigen::MatrixXd free_;  // the table's regressors and the random walk's ramps
   // the same as innovations, empty where they are; products of what is used
   Eigen::MatrixXd whitened_, free_products_;
   TimingJitterNoise noise_;

@@ -44,7 +44,7 @@ FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double
 FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start);
 
 /// A composition somewhere, with what it leaves of the counted rows, and the mechanisms whose
-/// columns stand beside it.
+/// regressors are added to it.
 struct ExplanationState {
   BatteryModel model = BatteryModel();
   CompositionPoint point;

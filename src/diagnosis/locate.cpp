@@ -17,7 +17,7 @@ void requireOneSize(const char* function, const WhitenedFit& fit, const InputSeq
   if (regimes.size() == inputs.samples.size() &&
       static_cast<std::size_t>(fit.innovation.size()) == inputs.samples.size())
     return;
-  throw std::invalid_argument(std::string(function) + ": fit, drive and regimes have " +
+  throw std::invalid_argument(std::string(function) + ": fit, inputs and regimes have " +
                               std::to_string(fit.innovation.size()) + ", " +
                               std::to_string(inputs.samples.size()) + " and " +
                               std::to_string(regimes.size()) + " samples");
@@ -27,7 +27,7 @@ void requireOneSize(const char* function, const WhitenedFit& fit, const InputSeq
 
 constexpr std::size_t kMinEpisodes = 5;  // docs/physics.md#regimes
 constexpr int kFlips = 4999;
-// so that a recording without mismatch alarms in at most 2 % of cases
+// at most 2 % of recordings without mismatch have a significant finding
 constexpr double kDiscoveryRate = 0.02;
 constexpr double kEndShare = 0.2;  // of an episode
 constexpr std::size_t kSlopeSamples = 5;
@@ -208,7 +208,7 @@ void takeMean(const std::vector<double>& values, RegimeFinding& finding) {
   finding.upper = finding.value + half;
 }
 
-void raiseAlarms(std::vector<RegimeFinding>& findings) {
+void markSignificant(std::vector<RegimeFinding>& findings) {
   std::vector<double> sorted;
   for (const RegimeFinding& finding : findings) sorted.push_back(finding.p_value);
   std::sort(sorted.begin(), sorted.end());
@@ -218,7 +218,8 @@ void raiseAlarms(std::vector<RegimeFinding>& findings) {
         kDiscoveryRate * static_cast<double>(k + 1) / static_cast<double>(sorted.size()))
       limit = sorted[k];
   for (RegimeFinding& finding : findings)
-    finding.alarm = finding.p_value <= limit && (finding.lower > 0.0 || finding.upper < 0.0);
+    finding.is_significant =
+        finding.p_value <= limit && (finding.lower > 0.0 || finding.upper < 0.0);
 }
 
 }  // namespace
@@ -249,7 +250,7 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSeq
         sharesOf(question, signatures.columns.col(static_cast<Eigen::Index>(k)), fit.innovation));
     findings.push_back(finding);
   }
-  raiseAlarms(findings);
+  markSignificant(findings);
   return findings;
 }
 

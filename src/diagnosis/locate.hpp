@@ -18,17 +18,17 @@ namespace battery_sof {
  * neighbouring, hence dependent, episodes (Newey and West 1987).
  *
  * Test: neighbouring errors are dependent and a misfit of u_dc moves them all, so flipping
- * episodes' errors would alarm on noise. Flipped are their shares in the score of the statistic's
- * own signature s (one, time since the episode's middle, or one in its last fifth; zero elsewhere)
- * after whitening and projection:
+ * episodes' errors would find a mismatch in noise. Flipped are their shares in the score of the
+ * statistic's own signature s (one, time since the episode's middle, or one in its last fifth; zero
+ * elsewhere) after whitening and projection:
  *
  *     x_j = sum over n of episode j and on to the next of (M K s)_n v_n,   p: share of 4999 draws of signs with |sum +-x_j| >= |sum x_j|
  *
  * Innovations are independent, and what the parameters absorb is gone
  * (docs/physics.md#what-the-base-circuit-absorbs).
  *
- * @return alarm: among those that the step-up procedure of Benjamini and Hochberg (1995) keeps at
- * 0.02 over all statistics,
+ * @return is_significant: among those that the step-up procedure of Benjamini and Hochberg (1995)
+ * keeps at 0.02 over all statistics,
  *   and the interval excludes 0. The signs are seeded: same input, same answer.
  */
 std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSequence& inputs,

@@ -5,7 +5,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kTold = 1e-2;  // of the noise's variance
+constexpr double kMinInformation = 1e-2;  // of the noise's variance
 
 Eigen::VectorXd deviationOf(const LinearProblem& problem, const LinearFit& fit) {
   Eigen::VectorXd deviation(problem.products.cols());
@@ -21,12 +21,12 @@ Eigen::VectorXd deviationOf(const LinearProblem& problem, const LinearFit& fit) 
 Eigen::MatrixXd NoiseRows::directions(const LinearProblem& problem, const LinearFit& fit,
                                       double effective_sample_fraction) {
   const Eigen::VectorXd deviation = deviationOf(problem, fit);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> told(
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(
       deviation.asDiagonal() * problem.products * deviation.asDiagonal());
-  const auto used =
-      (effective_sample_fraction * told.eigenvalues().array() > kTold * fit.noise * fit.noise)
-          .count();
-  return deviation.asDiagonal() * told.eigenvectors().rightCols(used);
+  const auto used = (effective_sample_fraction * axes.eigenvalues().array() >
+                     kMinInformation * fit.noise * fit.noise)
+                        .count();
+  return deviation.asDiagonal() * axes.eigenvectors().rightCols(used);
 }
 
 double NoiseRows::evidence(const TimingJitterNoise& noise) const {

@@ -13,15 +13,15 @@ namespace battery_sof {
  *
  *     y = A z + e,   z = D V u,   u ~ N(0, 1),   D A'A D = V diag(v) V'
  *
- * with the strengths D that a fit to white rows found. Directions that the data cannot tell, v
- * below a hundredth of the noise's variance, are left out. What is left, as innovations of a noise,
- * has the evidence of evidenceOfUnitPriors().
+ * with the strengths D that a fit to white rows found. Directions that the data do not determine, v
+ * below a hundredth of the noise's variance, are left out. The remaining rows, as innovations of a
+ * noise, have the evidence of evidenceOfUnitPriors().
  */
 class NoiseRows {
  public:
-  /// @return D V, columns x directions: of the directions that the data can tell. @param problem
+  /// @return D V, columns x directions: of the directions that the data determine. @param problem
   /// sums of the white columns.
-  /// @param fit of them.  @param temper their weight.
+  /// @param fit of them.  @param effective_sample_fraction their weight.
   static Eigen::MatrixXd directions(const LinearProblem& problem, const LinearFit& fit,
                                     double effective_sample_fraction);
 
@@ -34,7 +34,7 @@ class NoiseRows {
         effective_sample_fraction_(effective_sample_fraction),
         noise_(noise) {}
 
-  /// @return ln of the marginal likelihood of the rows with a noise whose level is fitted [nats].
+  /// @return ln of the marginal likelihood of the rows with a noise whose level is fitted.
   double evidence(const TimingJitterNoise& noise) const;
 
  private:

@@ -82,7 +82,7 @@ std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSe
                                            const std::vector<Regime>& regimes) {
   if (regimes.size() != inputs.samples.size() || fit.residual.size() != fit.jacobian.rows() ||
       inputs.samples.size() != static_cast<std::size_t>(fit.residual.size()))
-    throw std::invalid_argument("parameterBiases: fit, drive and regimes have " +
+    throw std::invalid_argument("parameterBiases: fit, inputs and regimes have " +
                                 std::to_string(fit.residual.size()) + ", " +
                                 std::to_string(inputs.samples.size()) + " and " +
                                 std::to_string(regimes.size()) + " samples");

@@ -10,16 +10,16 @@
 namespace battery_sof {
 
 /**
- * @brief Which base parameter wants another value where (docs/physics.md#absorption).
+ * @brief Which base parameter fits better with another value where (docs/physics.md#parameter-bias-by-missing-physics).
  *
  *     s_jg = J_j 1_g,   z = (M K s)' v / (|M K s| s_v),   change = (M K s)' v / |M K s|^2,   M = 1 - Q Q'
  *
  * for r_discharge, r_charge, c2, beta, u_dc and every regime g, and for "first third", "middle
- * third", "last third" of the drive's time; s_v^2 = innovationVariance(). Under the model z is
+ * third", "last third" of the recording's time; s_v^2 = innovationVariance(). Under the model z is
  * standard normal; the largest of all of a map is below 4 in 99.7 % of cases.
  *
- * @return entries that this drive can tell: the parameters together leave more than a hundredth of
- * the signature's length,
+ * @return entries that this recording determines: the parameters together leave more than a
+ * hundredth of the signature's length,
  *   and the change is known to better than the value itself (0.5 V for u_dc).
  */
 std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSequence& inputs,
@@ -45,7 +45,7 @@ Exchange exchangeOf(const std::vector<const InputSequence*>& parts,
  * @brief Whether a part fits better with another part's parameters than with its own: E_k(theta_j)
  * < E_k(theta_k) - 12.
  *
- * That is no physics but an optimiser that stopped early (docs/physics.md#absorption). Less than 12
+ * That is no physics but an optimiser that stopped early (docs/physics.md#parameter-bias-by-missing-physics). Less than 12
  * could not be taken for a mismatch.
  */
 bool optimiserFailed(const Exchange& exchange);

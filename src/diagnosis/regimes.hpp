@@ -46,14 +46,14 @@ std::string regimeName(Regime regime);
  */
 std::vector<Regime> regimesOf(const InputSequence& inputs);
 
-/// The same of a series, one a sample of the range; by its compressed drive, whose means have less
+/// The same of a series, one a sample of the range; by its compressed inputs, whose means have less
 /// noise.
 std::vector<Regime> regimesOf(const Series& series, IndexRange range);
 
 /// A run of samples of one regime.
 struct Episode {
   Regime regime;
-  IndexRange range;  ///< samples of the drive
+  IndexRange range;  ///< samples of the inputs
 };
 
 /// @return runs of one regime, in order; a gap ends one.

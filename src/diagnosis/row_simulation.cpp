@@ -8,8 +8,8 @@
 namespace battery_sof {
 namespace {
 
-/// Samples of a row as one: their mean current drives from the middle of the row before to the
-/// middle of this one.
+/// Samples of a row as one: their mean current is the input from the middle of the row before to
+/// the middle of this one.
 InputSample averaged(const InputSequence& inputs, std::size_t begin, std::size_t end,
                      const InputSample* before) {
   InputSample row = inputs.samples[begin];

@@ -14,7 +14,7 @@ namespace battery_sof {
 struct RowErrors {
   /// measured less modelled, one a row [V]; empty where the model has no finite voltage
   Eigen::VectorXd error;
-  Eigen::MatrixXd sensitivity;  ///< - d error / d lane, rows x lanes
+  Eigen::MatrixXd sensitivity;  ///< - d error / d tangent, rows x tangents
 };
 
 /**
@@ -22,17 +22,17 @@ struct RowErrors {
  *
  * Simulated under the rows' mean currents; what acts at edges at full rate in rows whose current
  * moves. What that leaves of the full rate is taken from the base circuit once and added: an effect
- * is not worth more for being simulated more finely. Where the voltage drives, an error of the
- * current counts as the voltage that it represents beside the base circuit.
+ * is not worth more for being simulated more finely. Where the voltage is the input, an error of
+ * the current counts as the voltage that it represents in the base circuit.
  */
 class RowSimulation {
  public:
-  /// Both must outlive this. @param response of the whole drive.
+  /// Both must outlive this. @param response of the whole sequence.
   RowSimulation(const InputSequence& inputs, const Linearization& response,
                 const CompositionPoint& base);
 
-  /// @param seeds d(parameters, first state) / d(lane), as Simulation takes them; no columns for
-  /// errors alone.
+  /// @param seeds d(parameters, first state) / d(tangent), as Simulation takes them; no columns
+  /// for errors alone.
   RowErrors errors(const BatteryModel& model, const CompositionPoint& point,
                    const Eigen::MatrixXd& seeds = {}) const;
 

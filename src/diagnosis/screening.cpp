@@ -54,7 +54,7 @@ std::string faultOf(const Finding& finding, const Series& series) {
              : "";
 }
 
-/// @return values shifted to `by` samples later; what comes in at an end is its neighbour.
+/// @return values shifted to `by` samples later; what enters at an end is its neighbour.
 std::vector<double> moved(const std::vector<double>& values, std::ptrdiff_t by) {
   const auto last = static_cast<std::ptrdiff_t>(values.size()) - 1;
   std::vector<double> shifted(values.size());

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kBin = 1.0;            // [s]
 constexpr double kChance = 1e-3;        // of a recording without a tone
-constexpr double kShortestSpan = 10.0;  // periods of a tone that a drive must hold
+constexpr double kShortestSpan = 10.0;  // periods of a tone that a recording must hold
 constexpr std::size_t kAround = 20;     // frequencies to either side that tell the level there
 constexpr std::size_t kFewest = 4 * kAround;
 // of the RMS error: a tone below it takes less than 2 % of the error

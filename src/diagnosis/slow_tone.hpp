@@ -20,9 +20,9 @@ struct SlowTone {
  *     P(f) = |DFT of the innovation, in bins of a second|^2,   power = max over f of P(f) ln 2 / median of P around f
  *
  * The noise model has taken up part of a tone as random walk; what it leaves is still a line.
- * Periods from two bins to a tenth of the drive. A bin is a second, or a sample where those are
- * farther apart. Not looked for where there are more than four bins a sample: most of such a drive
- * is gaps.
+ * Periods from two bins to a tenth of the recording. A bin is a second, or a sample where those are
+ * farther apart. Not looked for where there are more than four bins a sample: most of such a
+ * recording is gaps.
  *
  *     p(P > x) = prod over j = 0..m of (n - j) / (n - j + x / ln 2),   n = 2 m + 1 = 41 lines around f, the one in the middle the median
  *

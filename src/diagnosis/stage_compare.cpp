@@ -13,7 +13,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr std::size_t kMinForRidge = 60;  // samples, as ridgeVoltage() asks for
+constexpr std::size_t kMinForRidge = 60;  // samples, as ridgeVoltage() requires
 
 /// The whole recording as it is compared with: the training part as it was fitted, then what was
 /// held out, its current treated as training taught and not by what its own voltage says. Where the
@@ -88,19 +88,19 @@ MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Ser
 void compareBaseline(Comparison& fit, const Series& series, const Prepared& prepared,
                      const Opened& opened, const std::optional<ChargerControl>& driving) {
   const IndexRange train = prepared.parts.train, holdout = prepared.parts.holdout;
-  const std::vector<char> drives =
+  const std::vector<char> controlled =
       driving ? driving->voltage_controlled : std::vector<char>(series.size(), 0);
-  const BaselinePredictor baseline = fitBaseline(series, train, drives);
+  const BaselinePredictor baseline = fitBaseline(series, train, controlled);
   if (baseline.voltage_from_current) {
     fit.baseline_line = errorMetrics(
-        series, holdout, predictBaseline(baseline, series, {0, series.size()}, drives).voltage,
+        series, holdout, predictBaseline(baseline, series, {0, series.size()}, controlled).voltage,
         std::nullopt, opened.masked);
     if (driving)
-      takeShares(
-          scoreBaseline(baseline, series, holdout,
-                        {drives.begin() + static_cast<std::ptrdiff_t>(holdout.first), drives.end()})
-              .mixed,
-          *fit.baseline_line);
+      takeShares(scoreBaseline(baseline, series, holdout,
+                               {controlled.begin() + static_cast<std::ptrdiff_t>(holdout.first),
+                                controlled.end()})
+                     .mixed,
+                 *fit.baseline_line);
   }
   if (train.size() < kMinForRidge) return;
   std::vector<double> voltage = series.voltage;
@@ -118,7 +118,7 @@ void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
 }
 
 /// What predicts the hold-out worse than the base model is reported and not given. Where a source
-/// drives, the model that is handed on answers in the other direction and stays.
+/// controls the voltage, the model that is handed on answers in the other direction and stays.
 void withhold(Compared& compared, const FittedModel& base, bool is_driven) {
   Comparison& fit = compared.fit;
   compared.withheld_rmse = fit.extended_holdout.rmse;
@@ -133,8 +133,8 @@ void withhold(Compared& compared, const FittedModel& base, bool is_driven) {
   }
 }
 
-/// Where a source drives, what was estimated of the voltage from the current; the model that is
-/// handed on answers in the other direction.
+/// Where a source controls the voltage, what was estimated of the voltage from the current; the
+/// model that is handed on answers in the other direction.
 std::vector<double> extendedVoltage(const Opened& opened, const Compared& compared, bool is_driven,
                                     const EstimatedDiscrepancy& discrepancy) {
   if (!is_driven) return voltageOf(opened, compared.extended);

@@ -6,7 +6,7 @@
 
 namespace battery_sof {
 
-/// What currents and their memory say of the voltage beside the model, by blocks that are left out.
+/// The discrepancy of the voltage by currents and their memory, checked on blocks left out.
 struct EstimatedDiscrepancy {
   UnexplainedPart unexplained;
   std::optional<DiscrepancyFinding> finding;    ///< none where it is neither used nor needed

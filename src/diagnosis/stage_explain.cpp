@@ -24,7 +24,7 @@ bool isLeadAcid(const Series& series) {
   return blocks >= 1.0 && *middle >= blocks * kLowestVoltage && *middle <= blocks * kHighestVoltage;
 }
 
-/// Ids to weigh. @param notes grows by what is left out.
+/// Ids to weigh. @param notes grows by the ids left out.
 std::vector<std::string> idsToWeigh(const Screening& screened,
                                     const std::vector<std::string>& wanted, bool is_driven,
                                     bool is_lead_acid, std::vector<std::string>& notes) {
@@ -47,7 +47,7 @@ std::vector<std::string> idsToWeigh(const Screening& screened,
   return ids;
 }
 
-/// The rows of the training part with who drives each, and what can be estimated of them.
+/// The rows of the training part with the input of each, and what can be estimated of them.
 struct Rows {
   Rows(const Prepared& prepared, const std::optional<ChargerControl>& driving) {
     std::vector<char> masked = prepared.screened.limits.masked;
@@ -98,7 +98,7 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
       explained.driving.reset();
       explained.notes.push_back(
           "a source is seen, but to take it as holding the voltage leaves no less of the error: "
-          "the current drives");
+          "the current is the input");
     }
   }
   const std::vector<std::string> ids =

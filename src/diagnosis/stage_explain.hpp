@@ -13,7 +13,7 @@ namespace battery_sof {
 /// Mechanisms and effects that represent the base circuit's errors, in the direction that is
 /// controlled.
 struct Explained {
-  /// a source that drives the battery; then the voltage is controlled where it does
+  /// a charger that controls the voltage
   std::optional<ChargerControl> driving;
   Explanation explanation;
   bool is_lead_acid = true;        ///< the voltage is that of blocks of six lead-acid cells

@@ -13,10 +13,10 @@ namespace battery_sof {
 namespace {
 
 // [1], of the mechanisms reported of batteries of unknown law: docs/diagnosis.md
-constexpr double kToldRight = 0.7;
+constexpr double kReportedRight = 0.7;
 
-/// RMS of what a fit leaves of its samples beside white noise and rounding [V]; samples weigh by
-/// their count, which edges of a slow sampling make less.
+/// RMS of what a fit leaves of its samples apart from white noise and rounding [V]; samples weigh
+/// by their count, which edges of a slow sampling make less.
 double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltage_lsb_std) {
   double square = 0.0, counted = 0.0;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
@@ -46,9 +46,9 @@ Unexplained restOf(const Prepared& prepared, const FinalFit& last,
   return rest;
 }
 
-/// What is reported an explanation: effects by their evidence; a mechanism that its columns alone
-/// represent where what they estimated holds on blocks that were left out. Ageing is reported by
-/// its evidence: how far it had come in a block the others do not say.
+/// What is reported an explanation: effects by their evidence; a mechanism that its regressors
+/// alone represent where what they estimated holds on blocks that were left out. Ageing is reported
+/// by its evidence: how far it had come in a block the others do not say.
 Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discrepancy) {
   const auto is_untold = [&](const SelectedTerm& one) {
     return one.member.empty() && !discrepancy.holds() && one.mechanism != Mechanism::kAgeing;
@@ -134,7 +134,7 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
   judged.terms = explanation.terms;
   // The evidence weighs mechanisms against each other and does not know that a battery's law may be
   // none of them.
-  for (SelectedTerm& one : judged.terms) one.probability *= kToldRight;
+  for (SelectedTerm& one : judged.terms) one.probability *= kReportedRight;
   if (!judged.terms.empty()) {
     judged.mechanism = judged.terms.front().mechanism;
     judged.probability = judged.terms.front().probability;
@@ -150,8 +150,9 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
     judged.verdict = Verdict::kMechanism;
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
   if (options.lists_detection_limits)
-    judged.detection_limits = detectionLimitsOf(explanation.least, discrepancy.unexplained,
-                                                {recording, prepared, last.fit}, options);
+    judged.detection_limits =
+        detectionLimitsOf(explanation.detection_limits, discrepancy.unexplained,
+                          {recording, prepared, last.fit}, options);
   return judged;
 }
 

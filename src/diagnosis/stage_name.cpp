@@ -31,8 +31,8 @@ FittedModel completed(const WhitenedFit& fit, const Prepared& prepared,
   return model;
 }
 
-/// Where a source drives, both models are fitted in the direction that is controlled; the extended
-/// one with what its window teaches.
+/// Where a source controls the voltage, both models are fitted in the direction that is controlled;
+/// the extended one with what its window teaches.
 void takeBothWays(Named& named, const Prepared& prepared, const Explained& explained,
                   const std::string& recording) {
   IdentifyOptions options;

@@ -10,7 +10,7 @@ namespace battery_sof {
 /// The models that are handed on, and the effects that stand in the extended one.
 struct Named {
   FittedModel base, extended;  ///< extended equals base when nothing was added
-  /// the base model in the direction that is controlled, where a source drives
+  /// the base model in the direction that is controlled, where a source controls the voltage
   std::optional<FittedModel> base_both_ways;
   std::vector<NamedEffect> effects;
 };

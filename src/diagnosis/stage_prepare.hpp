@@ -32,7 +32,7 @@ struct Prepared {
   std::vector<std::string> notes;  ///< on the instruments, a sentence each
 };
 
-/// Instrument screen and base fit. @param parts the training part holds what lackOf() asks for.
+/// Instrument screen and base fit. @param parts the training part holds what lackOf() requires.
 Prepared prepare(const Recording& recording, const Parts& parts, const DiagnoseOptions& options);
 
 /// What every simulation of the training part at full rate begins with.

@@ -38,7 +38,7 @@ class TimingJitterNoise {
   TimingJitterNoise with(double jitter, double charge) const;
 
   /// @return the same rows with q and h of greatest evidence, found one after the other. @param
-  /// evidence [nats] of a noise.
+  /// evidence of a noise, as a logarithm.
   TimingJitterNoise best(const std::function<double(const TimingJitterNoise&)>& evidence) const;
 
   /// @return whether rows are left as they are.
@@ -53,8 +53,8 @@ class TimingJitterNoise {
   double jitter() const { return jitter_; }  ///< q [1/A^2]
   double charge() const { return charge_; }  ///< h [1/(A s)]
 
-  /// @return a drive of single samples that count as much less as w is wider. Averaged ones stay as
-  /// they are.
+  /// @return an input sequence of single samples that count as much less as w is wider. Averaged
+  /// ones stay as they are.
   static InputSequence weighed(InputSequence inputs, double jitter);
 
  private:

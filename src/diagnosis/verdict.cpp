@@ -48,7 +48,7 @@ std::string gainSentence(const Diagnosis& diagnosis) {
          (diagnosis.withheld_rmse ? ", so the base model is given" : "");
 }
 
-/// Effects beside a mechanism that only its columns represent.
+/// Effects found in a mechanism that only its regressors represent.
 std::string partOfIt(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
   for (const Candidate& candidate : diagnosis.candidates)
@@ -141,18 +141,19 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
       for (const DetectionLimit& one : diagnosis.detection_limits)
         if (!one.visible && effectInfo(one.id).tier() == 'P')
           return "This recording could not have shown " + one.id + " (" + titleOrId(one.id) +
-                 "); it would take " + effectInfo(one.id).tells_apart + ".";
+                 "); it would take " + effectInfo(one.id).distinguished_by + ".";
       return "Nothing is open; the same recording at another temperature would widen what the "
              "model is good for.";
     }
     default: break;
   }
   for (const NamedEffect& effect : diagnosis.effects)
-    if (!effect.indistinguishable_from.empty() && !effectInfo(effect.id).tells_apart.empty())
-      return "To tell " + effect.id + " from " + joined(effect.indistinguishable_from, " and ") +
-             ": " + effectInfo(effect.id).tells_apart + ".";
+    if (!effect.indistinguishable_from.empty() && !effectInfo(effect.id).distinguished_by.empty())
+      return "To distinguish " + effect.id + " from " +
+             joined(effect.indistinguishable_from, " and ") + ": " +
+             effectInfo(effect.id).distinguished_by + ".";
   const std::string& id = diagnosis.effects.front().id;
-  return "To confirm " + id + ": " + effectInfo(id).tells_apart + ".";
+  return "To confirm " + id + ": " + effectInfo(id).distinguished_by + ".";
 }
 
 std::string summaryOf(const Diagnosis& diagnosis) {
@@ -160,7 +161,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
   for (const NamedEffect& effect : diagnosis.effects) ids.push_back(titleOrId(effect.id));
   switch (diagnosis.verdict) {
     case Verdict::kNoMismatch:
-      return "Model and measurement agree as well as this recording can tell (" +
+      return "Model and measurement agree as far as this recording shows (" +
              format("%.1f mV", 1e3 * diagnosis.fit.base_holdout.rmse) +
              " RMS on the part that was held out).";
     case Verdict::kEffect:
@@ -174,7 +175,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
       return (diagnosis.mechanism
                   ? "Missing mechanism, of which no equation of the catalogue fits: " +
                         mechanismSentence(*diagnosis.mechanism)
-                  : std::string("Model and measurement part in a way that no mechanism explains")) +
+                  : std::string("Model and measurement deviate, and no mechanism explains how")) +
              partOfIt(diagnosis) + discrepancySentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault:
       return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";

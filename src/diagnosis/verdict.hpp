@@ -17,9 +17,9 @@ struct InstrumentScreen {
 
 /// What speaks for something that no component of an explanation represents.
 struct Unexplained {
-  bool is_tone = false;          ///< slowTone() beside it
+  bool is_tone = false;          ///< slowTone() in addition
   bool has_discrepancy = false;  ///< a discrepancy model predicts blocks that it was not fitted to
-  double rmse = 0.0;             ///< [V], of what is left, white noise and rounding taken out
+  double rmse = 0.0;             ///< [V], of the residual, white noise and rounding taken out
 };
 
 /**
@@ -27,10 +27,10 @@ struct Unexplained {
  *
  * - instruments alone: sensor_fault; effects: named or several, ambiguous where others would do as
  * well;
- * - the most evident component is a mechanism's columns: unknown (the mechanism is known, its form
- * is not);
- * - no component: sensor_fault for a fault of the instruments; unknown where a force is estimated,
- * a tone stands out or more is
+ * - the most evident component is a mechanism's regressors: unknown (the mechanism is known, its
+ * form is not);
+ * - no component: sensor_fault for a fault of the instruments; unknown where a discrepancy is
+ * estimated, a tone stands out or more is
  *   left than instruments leave; else no_mismatch.
  */
 Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,

@@ -29,7 +29,7 @@ Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
   return basis;
 }
 
-/// One pass with derivatives over the drive.
+/// One pass with derivatives over the sequence.
 void takePass(WhitenedFit& fit, const InputSequence& inputs, const Eigen::MatrixXd& seeds) {
   Simulation simulation(
       fit.model, {fit.point.parameters, fit.point.state, inputs.first_time, inputs.first_time},

@@ -10,7 +10,7 @@
 namespace battery_sof {
 
 /**
- * @brief A composition fitted to a drive under its own noise model, with all that tests on its
+ * @brief A composition fitted to a sequence under its own noise model, with all that tests on its
  * residual need.
  *
  *     e = u_b - u_m,   v = K e   (Whitening),   Q: orthonormal basis of K J, J = d u_m / d coordinates
@@ -22,14 +22,14 @@ struct WhitenedFit {
   BatteryModel model = BatteryModel();
   CompositionPoint point;
   NoiseModel noise;
-  Eigen::VectorXd residual;    ///< e [V], one a sample of the drive
+  Eigen::VectorXd residual;    ///< e [V], one a sample of the inputs
   Eigen::VectorXd innovation;  ///< v [1]
   /// J [V], samples x coordinates (CompositionProblem::coordinatesOf)
   Eigen::MatrixXd jacobian;
   Eigen::MatrixXd biased;          ///< Q, samples x rank
   std::vector<Eigen::Index> rows;  ///< of (parameters, first states) that each coordinate moves
   double deviance = 0.0;           ///< -2 ln likelihood with priors
-  std::size_t measured = 0;        ///< samples of the drive that count
+  std::size_t measured = 0;        ///< samples of the inputs that count
 };
 
 struct WhitenedSearch {
@@ -52,22 +52,22 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
                         const std::vector<CompositionPoint>& starts,
                         const std::optional<NoiseModel>& noise, const WhitenedSearch& search = {});
 
-/// @return RMS of values over the drive's measurements, each as often as it counts [the values'
+/// @return RMS of values over the sequence's measurements, each as often as it counts [the values'
 /// unit]; 0 without any.
 double rmsOver(const Eigen::VectorXd& values, const InputSequence& inputs);
 
-/// @return K s for a column of the drive's samples [V].
+/// @return K s for a column of the sequence's samples [V].
 Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
                          const Eigen::VectorXd& column);
 
 /**
- * @brief The same drive without the samples around edges of the current: they drive the model and
+ * @brief The same inputs without the samples around edges of the current: they are inputs and
  * do not count.
  *
  * What happens within a tenth of a second of an edge is the instruments' and the fastest processes'
  * and says nothing of slower physics; for those this hides it.
  *
- * The drive's beginning, and what follows a gap, is an edge: the current before is not known.
+ * The sequence's beginning, and what follows a gap, is an edge: the current before is not known.
  *
  * Where the current changes sign the resistance changes too, and a filter before the sampling does
  * not commute with that: a fifth of an edge is enough there.
@@ -77,7 +77,7 @@ Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
  */
 InputSequence withoutEdges(const InputSequence& inputs, double edge, double before, double after);
 
-/// @return terminal voltage of every sample of the drive [V].
+/// @return terminal voltage of every sample of the inputs [V].
 Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point,
                                  const InputSequence& inputs);
 

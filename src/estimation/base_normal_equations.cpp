@@ -7,18 +7,18 @@ namespace {
 
 static_assert(kLinearColumns == kColumnLogC2 && kLinearColumns + kStateColumns == kBaseColumns);
 
-/// The lanes' sums as the symmetric matrix of all columns, without the linear ones among
-/// themselves.
+/// The SIMD lanes' sums as the symmetric matrix of all columns, without the linear ones
+/// among themselves.
 Eigen::Matrix<double, kBaseColumns, kBaseColumns> joined(const LaneProducts& products) {
-  using Lanes = Eigen::Map<const Eigen::Array<double, kLanes, 1>>;
+  using LaneArray = Eigen::Map<const Eigen::Array<double, kLanes, 1>>;
   Eigen::Matrix<double, kBaseColumns, kBaseColumns> total;
   for (int j = 0; j < kStateColumns; ++j) {
     const int row = kLinearColumns + j;
     for (int k = 0; k < kLinearColumns; ++k)
-      total(row, k) = total(k, row) = Lanes(products.with_linear[j][k]).sum();
+      total(row, k) = total(k, row) = LaneArray(products.with_linear[j][k]).sum();
     for (int k = j; k < kStateColumns; ++k)
       total(row, kLinearColumns + k) = total(kLinearColumns + k, row) =
-          Lanes(products.with_states[j][k]).sum();
+          LaneArray(products.with_states[j][k]).sum();
   }
   return total;
 }

@@ -11,7 +11,7 @@
 
 namespace battery_sof {
 
-/// Columns of the base model's Jacobian beside the residual without ohmic drop and u_dc.
+/// Columns of the base model's Jacobian with the residual without ohmic drop and u_dc.
 enum BaseColumn {
   kColumnDischarge,  ///< i where i < 0: d u / d r_discharge [A]
   kColumnCharge,     ///< i where i >= 0: d u / d r_charge [A]
@@ -55,7 +55,7 @@ class BaseNormalEquations {
   BaseSums sums(const OverpotentialSweep::Point& point,
                 InstructionSet set = widestInstructionSet()) const;
 
-  /// @return what is left at a point; the equations are used up. @param linear r_discharge,
+  /// @return the residual at a point; the equations are used up. @param linear r_discharge,
   /// r_charge [Ohm], u_dc [V] there.
   BaseResidual residual(const OverpotentialSweep::Point& point, const Eigen::Vector3d& linear) &&;
 
@@ -95,7 +95,7 @@ struct SampleSums {
 
 /**
  * @brief The samples of a range with weight^2 where current < weight_current, 1 elsewhere (paper,
- * eq. 3), each made from the recording where it is asked for: passes over a window need no copy of
+ * eq. 3), each made from the recording where it is needed: passes over a window need no copy of
  * it.
  */
 class WindowSamples {
@@ -122,7 +122,7 @@ class WindowSamples {
 
  private:
   const double *time_, *current_, *voltage_;  // from the range's first sample on
-  const char* masked_;                        // likewise; none: null
+  const char* masked_;                        // likewise; none: nullptr
   std::size_t size_;
   CrankWeight weight_;
   double max_gap_;

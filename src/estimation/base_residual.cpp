@@ -5,12 +5,12 @@
 namespace battery_sof {
 namespace {
 
-using Lanes = Eigen::Map<const Eigen::Array<double, kLanes, 1>>;
+using LaneArray = Eigen::Map<const Eigen::Array<double, kLanes, 1>>;
 
 BaseMatrix joined(const ScoreProducts& products) {
   BaseMatrix total;
   for (int j = 0; j < kScoreColumns; ++j)
-    for (int k = 0; k <= j; ++k) total(j, k) = total(k, j) = Lanes(products.sums[j][k]).sum();
+    for (int k = 0; k <= j; ++k) total(j, k) = total(k, j) = LaneArray(products.sums[j][k]).sum();
   return total;
 }
 
@@ -21,9 +21,9 @@ BaseResidual::BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptB
     : blocks_(std::move(blocks)),
       derivatives_(std::move(derivatives)),
       size_(size),
-      squares_(Lanes(full_blocks.squares).sum()) {
+      squares_(LaneArray(full_blocks.squares).sum()) {
   const std::size_t full = size_ / kBlockSize * kBlockSize;
-  double sum = Lanes(full_blocks.residual).sum(), lagged = Lanes(full_blocks.lagged).sum();
+  double sum = LaneArray(full_blocks.residual).sum(), lagged = LaneArray(full_blocks.lagged).sum();
   for (std::size_t n = kLaneSteps; n < full; n += kLaneSteps) lagged += at(n) * at(n - 1);
   for (std::size_t n = full; n < size_; ++n) {
     sum += at(n);

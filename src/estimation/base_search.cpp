@@ -134,7 +134,7 @@ Penalty penaltyOf(const ParameterInfo& info, double value) {
   return {growth - 1.0, (below ? -1.0 : 1.0) * kPenaltySteepness * growth * info.magnitude / bound};
 }
 
-/// What a point means in the paper's search: u_dc of eq. 4 beside the normal equations of eq. 3.
+/// What a point means in the paper's search: u_dc of eq. 4 with the normal equations of eq. 3.
 struct PaperPoint {
   std::array<double, 4> theta{};
   OverpotentialSweep::Point point;

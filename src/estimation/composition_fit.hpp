@@ -15,7 +15,7 @@
 namespace battery_sof {
 
 /**
- * @brief Errors of both channels, for a cost that is well posed whichever of them drives.
+ * @brief Errors of both channels, for a cost that is well posed whichever of them is the input.
  *
  *     sigma_i^2 = s_i^2 + (G s_u)^2 + (rho i)^2  [A^2]  of a current,   sigma_u^2 = sigma_i^2 / G^2  [V^2]  of a voltage
  *
@@ -49,12 +49,12 @@ struct FitCost {
 /// Parameters and first states of a composition.
 struct CompositionPoint {
   Eigen::VectorXd parameters;  ///< in the order of BatteryModel::parameters()
-  /// at the drive's first sample, in the order of BatteryModel::states()
+  /// at the first sample, in the order of BatteryModel::states()
   Eigen::VectorXd state;
 };
 
 /**
- * @brief A composition, a drive and a cost as a least-squares problem in search coordinates.
+ * @brief A composition, its inputs and a cost as a least-squares problem in search coordinates.
  *
  *     E(x) = sum_n w_n e_n^2 + sum_j ((x_j - x_j0) / s_j)^2 E_0     or   E(x) = sum_n v_n^2 + sum_j ((x_j - x_j0) / s_j)^2
  *     or, with errors in both variables,   E(x) = sum_n rho(e_n / sigma_n) + sum_j ((x_j - x_j0) / s_j)^2 / independent
@@ -65,8 +65,8 @@ struct CompositionPoint {
  * that are estimated. Those in which the voltage is linear can be solved for the others (variable
  * projection), see Elimination.
  *
- * One pass goes through the drive once: simulation, sensitivities, whitening and normal equations,
- * nothing stored but the sums. Holds references to model and drive.
+ * One pass goes through the sequence once: simulation, sensitivities, whitening and normal
+ * equations, nothing stored but the sums. Holds references to model and inputs.
  */
 class CompositionProblem {
  public:
@@ -76,7 +76,7 @@ class CompositionProblem {
   /**
    * @param free names of parameters to set free although they are held by default.
    * @param fixed names of parameters that stay at `start`.
-   * @throws std::invalid_argument for unknown names, an empty drive, or more than
+   * @throws std::invalid_argument for unknown names, an empty sequence, or more than
    * Simulation::kMaxTangents coordinates.
    */
   CompositionProblem(const BatteryModel& model, const InputSequence& inputs, const FitCost& cost,
@@ -98,7 +98,7 @@ class CompositionProblem {
   /// Which coordinates the voltage is linear in.
   const std::vector<bool>& isLinear() const { return linear_; }
 
-  /// Residual at x [V], or [A] where the voltage drives, one a sample of the drive, not whitened.
+  /// Residual at x [V], or [A] where the voltage is the input, one a sample, not whitened.
   Eigen::VectorXd residual(const Eigen::VectorXd& x) const;
 
   /// 1 / s_j^2 of every coordinate, 0 without a prior; times priorWeight() it is the priors' part
@@ -106,7 +106,7 @@ class CompositionProblem {
   Eigen::VectorXd priorPrecision() const;
   double priorWeight() const { return prior_weight_; }
   /// W^2 times the samples averaged [1]; with ChannelErrors 1 / sigma^2 times them. @param k of the
-  /// drive's samples.
+  /// sequence's samples.
   double weightOf(std::size_t k) const;
   /// Share of the cost that half a standard error is worth: what a stalled search may still
   /// promise.
@@ -146,8 +146,8 @@ class CompositionProblem {
 /// How a composition is searched.
 struct CompositionSearch {
   int max_iterations = 60;
-  int more_starts = 0;      ///< beside the given ones, spread over the bounds of what is not linear
-  int threads = 1;          ///< 0: as many as the machine has; the result is the same
+  int more_starts = 0;  ///< added to the given ones, spread over the bounds of what is not linear
+  int threads = 1;      ///< 0: as many as the machine has; the result is the same
   bool every_start = true;  ///< false: only from the start of least cost
   /// stop when a step promises less than this share of the cost, see MinimizeOptions
   double tolerance = 1e-8;
@@ -185,7 +185,7 @@ CompositionFit fitComposition(const CompositionProblem& problem,
 CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point,
                           const BatteryModel& larger);
 
-/// @return base parameters at Table I's magnitudes, u_dc from the drive's mean voltage, everything
+/// @return base parameters at Table I's magnitudes, u_dc from the mean voltage, everything
 /// else typical and at rest.
 CompositionPoint typicalStart(const BatteryModel& model, const InputSequence& inputs);
 

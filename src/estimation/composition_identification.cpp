@@ -56,7 +56,7 @@ CompositionPoint withInstants(const BatteryModel& model, CompositionPoint point,
 struct Fitted {
   CompositionFit fit;
   std::optional<NoiseModel> noise;
-  Eigen::Index samples = 0;  // of the drive that was fitted
+  Eigen::Index samples = 0;  // of the inputs that were fitted
   std::optional<ChannelErrors> channels = std::nullopt;
 };
 
@@ -113,7 +113,7 @@ Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
   return fitted;
 }
 
-/// One pass with derivatives over a drive, kept whole.
+/// One pass with derivatives over a sequence, kept whole.
 struct Pass {
   Eigen::MatrixXd jacobian;  // samples x coordinates
   Eigen::VectorXd residual, weight;
@@ -194,7 +194,7 @@ std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model,
   return estimates;
 }
 
-/// What was fitted: the window and its drives; compressed is empty for short ones.
+/// What was fitted: the window and its inputs; compressed is empty for short ones.
 struct Window {
   const Series& series;
   IndexRange range;
@@ -202,7 +202,7 @@ struct Window {
   const InputSequence& compressed;
 };
 
-/// Scores of a residual that is a voltage's or, where the voltage drives, a current's.
+/// Scores of a residual that is a voltage's or, where the voltage is the input, a current's.
 FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequence& inputs,
                          const Eigen::VectorXd& residual, double crank_current) {
   Eigen::VectorXd of_voltage = residual;

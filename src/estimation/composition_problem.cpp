@@ -31,8 +31,8 @@ double meanInterval(const InputSequence& inputs) {
   return count > 1.0 ? span / (count - 1.0) : 0.0;
 }
 
-/// Weighs a row (Jacobian, residual last, in sigmas) as rho asks for. @return rho(z) less the
-/// square that is then summed.
+/// Weighs a row (Jacobian, residual last, in sigmas) by rho. @return rho(z) less the square
+/// that is then summed.
 template <typename Row>
 double makeRobust(Row& row, double k) {
   const double z = row[row.size() - 1] / k;
@@ -41,7 +41,7 @@ double makeRobust(Row& row, double k) {
   return 2.0 * k * k * (root - 1.0) - k * k * z * z / root;
 }
 
-/// d error / d lane of Simulation::follow().
+/// d error / d tangent of Simulation::follow().
 Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxTangents>
 errorDerivatives(const Simulation& simulation, const InputSample& sample) {
   if (sample.voltage_controlled) return simulation.currentErrorDerivatives().transpose().array();
@@ -57,7 +57,7 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSeq
     : model_(model), inputs_(inputs), cost_(cost), start_(start) {
   requireKnown(model, free);
   requireKnown(model, fixed);
-  if (inputs.samples.empty()) throw std::invalid_argument("the drive has no sample");
+  if (inputs.samples.empty()) throw std::invalid_argument("the input sequence has no sample");
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
     const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
     if ((!info.held || contains(free, info.name)) && !contains(fixed, info.name))

@@ -62,9 +62,9 @@ std::optional<NormalEquations> Elimination::movedOn(const Eigen::VectorXd& step,
 Elimination::Predicted Elimination::predicted(const Eigen::VectorXd& step) {
   Eigen::VectorXd whole = Eigen::VectorXd::Zero(full_.size());
   whole(others_) = step;
-  const NormalEquations beside = shifted(all_, whole);
-  const Eigen::VectorXd linear = solveLinear(passed_ + whole, beside);
-  return {inside(passed_ + whole + linear), shifted(beside, linear)};
+  const NormalEquations moved = shifted(all_, whole);
+  const Eigen::VectorXd linear = solveLinear(passed_ + whole, moved);
+  return {inside(passed_ + whole + linear), shifted(moved, linear)};
 }
 
 Eigen::VectorXd Elimination::solveLinear(const Eigen::VectorXd& x, const NormalEquations& all) {

@@ -5,7 +5,7 @@
 
 namespace battery_sof {
 
-/// A crank that passed, and what was to be expected of the current that flowed.
+/// A past crank, and what was to be expected of the current that flowed.
 struct PastCrank {
   double time = 0.0;      ///< [s], of the minimum
   double current = 0.0;   ///< [A], lowest
@@ -13,7 +13,7 @@ struct PastCrank {
   double modelled = 0.0;  ///< [V], lowest by the equations
 };
 
-/// The beginning of a charge that passed, and what was to be expected at the voltage that stood.
+/// The beginning of a past charge, and what was to be expected at the voltage that stood.
 struct PastCharge {
   double time = 0.0;           ///< [s], of its first sample
   double duration = 0.0;       ///< [s], over which currents are means: 10 or 60

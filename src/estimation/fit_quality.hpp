@@ -7,7 +7,7 @@
 namespace battery_sof {
 
 /**
- * @brief Share of the voltage's variation that a model explains (paper, eq. 6).
+ * @brief Explained variation of the voltage (paper, eq. 6).
  *
  *     Q_dyn = 100 % (1 - sqrt(sum e^2) / sqrt(sum (u_b - mean u_b)^2))
  *

@@ -63,13 +63,13 @@ struct FitWindow {
 /// How well the fit follows its own window.
 struct FitScores {
   double q_dyn_percent = 0.0;  ///< paper, eq. 6
-  /// [V], unweighted; where the voltage drives nothing is counted
+  /// [V], unweighted; where the voltage is the input nothing is counted
   double rmse = 0.0;
-  /// [A], where the voltage drives; none where it never does
+  /// [A], where the voltage is the input; none where it never is
   std::optional<double> current_rmse = std::nullopt;
   /// Share of the variation explained in the direction that was controlled [%], both quantities
   /// together, what was estimated from the window's other blocks alone; none where the voltage
-  /// never drives.
+  /// is never the input.
   std::optional<double> left_out_share_percent = std::nullopt;
   /// [V], RMS error of the cranks' minima; rmse when there was no crank
   double crank_error_std = 0.0;
@@ -92,14 +92,14 @@ struct ExcitedRange {
   std::optional<double> temperature;  ///< [K], mean
 };
 
-/// Factor on the width of a kind of interval, as its own past asks for; see update().
+/// Factor on the width of a kind of interval, from its own past; see update().
 struct IntervalCalibration {
   double factor = 1.0;  ///< [1]
   int events = 0;       ///< intervals that were followed by the event
   int inside = 0;       ///< of those the event fell into
 };
 
-/// What a window taught: the model, how well it is known, and what may be asked of it.
+/// What was identified from a window: the model, how well it is known, and its valid range.
 struct Fit {
   BaseParameters parameters;
   std::vector<ParameterEstimate> estimates;  ///< in the order of BatteryModel::parameters()
@@ -110,7 +110,7 @@ struct Fit {
   std::vector<std::string> effects;  ///< ids of further physics; empty for the base model
   /// what the effect "discrepancy" is; none without it
   std::shared_ptr<const DiscrepancyModel> discrepancy;
-  /// where the voltage is controlled it drives; none: the current drives throughout
+  /// where the voltage is controlled it is the input; none: the current is throughout
   std::optional<ControlModeRule> source;
   /// [samples], by which the voltage channel is behind the current
   std::size_t voltage_lag = 0;
@@ -136,9 +136,9 @@ struct Fit {
   double series_blocks = 1.0;
 };
 
-/// How the intervals of answers learn from what happens.
+/// Calibration of the intervals of answers by past events.
 struct IntervalLearning {
-  /// cranks and charges of the window and since, beside what was expected of them
+  /// cranks and charges of the window and since, with what was expected of them
   EventHistory event_history;
   IntervalCalibration crank_calibration, charge_calibration;
 };
@@ -194,7 +194,7 @@ FittedModel rested(FittedModel model);
 
 /// Puts a simulation's state and its covariance into the model it was begun with. @param simulation
 /// from
-///   uncertainSimulationOf(), or without lanes: the covariance then stays.
+///   uncertainSimulationOf(), or without tangents: the covariance then stays.
 void takeState(FittedModel& model, const Simulation& simulation, double current);
 
 }  // namespace battery_sof

@@ -10,17 +10,17 @@ namespace battery_sof {
 /// One sample as a model followed it.
 struct FollowedSample {
   bool voltage_controlled = false;
-  double voltage = 0.0;                ///< [V], modelled; controlled where the voltage drives
-  double current = 0.0;                ///< [A], modelled; measured where the current drives
+  double voltage = 0.0;                ///< [V], modelled; measured where it is the input
+  double current = 0.0;                ///< [A], modelled; measured where it is the input
   double physics_error = 0.0;          ///< [A] or [V], measured less what the equations say
   double regression_correction = 0.0;  ///< [A] or [V], what ResidualRegression adds to them
-  double variance = 0.0;    ///< [A^2] or [V^2], by the parameters and the state; 0 without lanes
+  double variance = 0.0;    ///< [A^2] or [V^2], by the parameters and the state; 0 without tangents
   Eigen::VectorXd columns;  ///< of ResidualRegression
 };
 
 /**
- * @brief A model that goes along with a drive in the direction that is controlled: equations, what
- * was estimated beside them, and the memory that needs.
+ * @brief A model that follows an input sequence in its operating mode: equations, residual
+ * regression and discrepancy, and their memories.
  */
 class Follower {
  public:

@@ -19,7 +19,7 @@
 namespace battery_sof {
 namespace {
 
-// A window whose current moves less than this cannot tell a resistance from an offset.
+// A window whose current moves less than this cannot distinguish a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
 constexpr const char* kChargingPhysics = "fresh_sulphate";
 constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
@@ -82,7 +82,7 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
                                 std::to_string(options.source->voltage_controlled.size()) +
                                 " entries for a recording of " + std::to_string(series.size()));
   if (options.start == FitStart::kPaper && options.source)
-    throw std::invalid_argument("the paper's start drives with the current alone: no source");
+    throw std::invalid_argument("the paper's start has the current as its only input: no source");
   if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
     throw std::invalid_argument(
         "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
@@ -219,7 +219,7 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
             << " are needed";
   } else if (span < kMinCurrentSpan) {
     message << "the current moves by " << span << " A in the window, at least " << kMinCurrentSpan
-            << " A are needed to tell a resistance from an offset";
+            << " A are needed to distinguish a resistance from an offset";
   } else {
     return std::nullopt;
   }

@@ -13,7 +13,7 @@
 
 namespace battery_sof {
 
-/// A source whose voltage is to drive, and what must be put right in the channel for that.
+/// A source whose voltage is to be the input, and what must be put right in the channel for that.
 struct ChargerControl : ControlModes {
   VoltageRepair repair;
 };
@@ -34,21 +34,21 @@ struct IdentifyOptions {
   /// not set.
   std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};
 
-  /// Samples of the series that are no measurement, 1 each: they drive the model and cost nothing.
-  /// Empty for none.
+  /// Samples of the series that are no measurement, 1 each: they are inputs of the model and cost
+  /// nothing. Empty for none.
   std::vector<char> masked = {};  ///< see InstrumentLimits
   double voltage_lsb_std = 0.0;   ///< [V], what rounding adds at least to the white noise
 
-  /// Operating mode in the series. Set: where the voltage is controlled it drives, the fit has
-  /// errors in both variables (ChannelErrors), what the equations miss is estimated
-  /// (ResidualRegression) and past events are kept (EventHistory). None: the current drives
+  /// Operating mode in the series. Set: where the voltage is controlled it is the input, the fit
+  /// has errors in both variables (ChannelErrors), what the equations miss is estimated
+  /// (ResidualRegression) and past events are kept (EventHistory). None: the current is the input
   /// throughout, as in the paper.
   std::optional<ChargerControl> source = std::nullopt;
 
   /// Without `effects`, where a source controls the voltage in the window: with the physics of
   /// charging (fresh_sulphate).
   bool chooses_effects = false;
-  /// ids of further physics, see effectCatalogue(); "learned" with `force`
+  /// ids of further physics, see effectCatalogue(); "discrepancy" with `discrepancy`
   std::vector<std::string> effects = {};
   /// estimated before (fitDiscrepancy()); its factors are fitted
   std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;
@@ -56,7 +56,7 @@ struct IdentifyOptions {
   /// by the current alone has no priors.
   std::vector<KnownPopulation> priors = {};
   bool whiten = false;  ///< cost of residuals whitened by a fitted noise model in place of eq. 3
-  /// of a composition, beside the base model's optimum and the effects' magnitudes
+  /// of a composition, in addition to the base model's optimum and the effects' magnitudes
   int more_starts = 2;
   int threads = 1;  ///< for the starts; 0: as many as the machine has; the result is the same
 };
@@ -90,11 +90,11 @@ struct IdentifyOptions {
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
 /**
- * @brief Operating mode, where that is to drive a fit.
+ * @brief Operating mode, where a fit is to use it.
  *
  * A source is seen, and samples are a quarter of a second or more apart: then the current between
  * them is not known, and its error grows in a blocked electrode
- * (docs/decisions/0011-mixed-drive.md). Faster current is as good as exact and drives alone.
+ * (docs/decisions/0009-operating-mode.md). Faster current is as good as exact and is the only input.
  */
 std::optional<ChargerControl> chargerControl(const Series& series);
 

@@ -115,7 +115,7 @@ NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSamp
                                 std::to_string(kMinSamples));
   const double rms = std::max(
       std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size())), 2.0 * min_white);
-  // The four numbers change the deviance, which may be negative; minimize() wants a cost above
+  // The four numbers change the deviance, which may be negative; minimize() needs a cost above
   // zero.
   double shift = 0.0;
   const auto evaluate = [&](const Eigen::VectorXd& logs, NormalEquations& equations) {

@@ -17,7 +17,7 @@ struct alignas(64) MeasuredBlock {
 constexpr int kLinearColumns = 3;  ///< discharge, charge, 1
 constexpr int kStateColumns = 4;   ///< d_log_c2, d_log_beta, d_initial, voltage - u_c2
 
-/// Sums over the samples of each lane.
+/// Sums over the samples of each SIMD lane.
 struct alignas(64) LaneProducts {
   double with_linear[kStateColumns][kLinearColumns][kLanes];
   double with_states[kStateColumns][kStateColumns][kLanes];  ///< upper triangle

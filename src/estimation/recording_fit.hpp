@@ -7,7 +7,7 @@
 
 namespace battery_sof {
 
-/// What is asked of an identification of a recording, by the command and by whoever links the core.
+/// Options of an identification of a recording, for the command and for whoever links the core.
 struct FitRequest {
   std::optional<double> from;   ///< [s], recording's clock; none: its first sample
   std::optional<double> to;     ///< [s]; none: its last sample
@@ -26,7 +26,7 @@ struct FitPlan {
 /**
  * @brief The window and the settings of a fit: the whole of from..to where both are given, else the
  * best window inside (chooseWindow()); clipped samples are masked (instrumentLimits()), a source
- * drives where one is seen (chargerControl(); not with FitStart::kPaper).
+ * is the input where one is seen (chargerControl(); not with FitStart::kPaper).
  *
  * @param series at the rate to fit at, see atDesignRate(); not empty.
  * @throws std::invalid_argument when there is no sample from `from` to `to`.

@@ -37,7 +37,7 @@ class ResidualFilter {
   /// @param ahead [s] from the last sample.
   ErrorForecast forecast(double ahead) const;
   /// For an event that is unlike the driving before it, as a crank is: d is kept, a is not carried
-  /// into it and its square counts as variance (docs/decisions/0004).
+  /// into it and its square counts as variance (docs/decisions/0004-residual-carried-forward.md).
   ErrorForecast forecastThrough(double ahead) const;
   ResidualState residual_state() const;
 
@@ -51,8 +51,8 @@ class ResidualFilter {
  * @brief Fits the noise model of a fit's residual over its window, and starts the discrepancy from
  * it.
  *
- * On averages of at least 0.1 s (docs/physics.md#noise-of-a-residual), where the current drives;
- * elsewhere it waits. Leaves the model as it is when the window has fewer than 30 of them.
+ * On averages of at least 0.1 s (docs/physics.md#noise-of-a-residual), where the current is the
+ * input; elsewhere it waits. Leaves the model as it is when the window has fewer than 30 of them.
  * @param range the window that was fitted; the model's state stands at its last sample.
  */
 void fitErrors(FittedModel& model, const Series& series, IndexRange range);

@@ -72,7 +72,7 @@ std::vector<double> InputMemory::numbers() const {
 
 InputMemory InputMemory::fromNumbers(const std::vector<double>& x) {
   if (x.size() != kNumbers)
-    throw std::invalid_argument("a drive's memory has " + std::to_string(x.size()) +
+    throw std::invalid_argument("a memory of inputs has " + std::to_string(x.size()) +
                                 " numbers, expected " + std::to_string(kNumbers));
   InputMemory memory;
   auto at = x.begin();

@@ -45,11 +45,11 @@ struct InputMemory {
   struct Moment {
     double duration = 0.0;  ///< [s], since the sample before
     bool voltage_controlled = false;
-    double voltage = 0.0;  ///< [V], measured where it drives, else modelled
-    double current = 0.0;  ///< [A], modelled where the voltage drives, else measured
+    double voltage = 0.0;  ///< [V], measured where it is the input, else modelled
+    double current = 0.0;  ///< [A], modelled where the voltage is the input, else measured
   };
   /// Moves on to a sample. @return the columns of ResidualRegression: those of a current where the
-  /// voltage drives, else those of a voltage.
+  /// voltage is the input, else those of a voltage.
   Eigen::VectorXd advance(const Moment& moment);
 
  private:
@@ -59,8 +59,8 @@ struct InputMemory {
 
 /**
  * @brief What a model misses in the well-posed direction, estimated over its window: a ridge
- * regression of the current's error where the voltage drives, and of the voltage's error where the
- * current does, on InputMemory.
+ * regression of the current's error where the voltage is the input, and of the voltage's error
+ * where the current does, on InputMemory.
  *
  * Penalties are chosen by leaving six (five) blocks of the window out, predictions scaled by what
  * those ask for, columns held inside the range of the window. Where leaving out shows no gain
@@ -83,7 +83,7 @@ struct ResidualSamples {
 
 /**
  * @param left_out set to what would be predicted of every sample without its block [A] or [V]; may
- * be null.
+ * be nullptr.
  * @return empty parts where there are fewer than 60 samples of a current or 30 of a voltage.
  */
 ResidualRegression fitResidualRegression(const ResidualSamples& samples,

@@ -6,7 +6,7 @@
 
 namespace battery_sof {
 
-/// Sums over the samples of each lane.
+/// Sums over the samples of each SIMD lane.
 struct alignas(64) ResidualSums {
   double residual[kLanes], squares[kLanes];
   double lagged[kLanes];  ///< residual times the one before; a lane's first sample has none

@@ -62,8 +62,8 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search);
  *     s = 1 / (1 + e / 50 mV),   e = exp(-1.68) rmse^1.02 excitation^-7.9,   excitation at least 0.4
  *
  * e is the mean error of cranks over the recording that the window comes from, [V], as regressed on
- * 126 windows of nine simulated and three real stretches (docs/archive/study.md has how well it
- * does on others, and what else was tried).
+ * 126 windows of nine simulated and three real stretches; how well it does on others:
+ * docs/validation.md#windows-and-intervals.
  *
  * @param rmse of the fit over its window [V].  @param excitation windowExcitation().
  * @return [0, 1].

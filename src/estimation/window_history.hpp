@@ -6,14 +6,14 @@
 namespace battery_sof {
 
 /**
- * @brief What a fitted window teaches beside the parameters: the baseline predictors, what the
- * equations miss, the cranks and charges that passed.
+ * @brief What a fitted window gives in addition to the parameters: the baseline predictors,
+ * the residual regression, past cranks and charges.
  *
- * Sets baseline, source, learned and experience, and the state's memory. Of the window's own
- * charges `modelled` holds what the equations and a regression without the charge's block say, so
- * that past errors are not those of a fit to itself.
+ * Sets baseline, source, residual_regression and event_history, and the state's memory. Of the
+ * window's own charges `modelled` holds what the equations and a regression without the charge's
+ * block say, so that past errors are not those of a fit to itself.
  *
- * @param model fitted to the range, with its first_state.  @param drive of the range, as it was
+ * @param model fitted to the range, with its first_state.  @param inputs of the range, as it was
  * fitted.
  */
 void followWindow(FittedModel& model, const Series& series, IndexRange range,

@@ -16,7 +16,7 @@ constexpr double kClosedFormLimit = 300.0;
 // The same for the implicit step, as the larger of the two exponents: below 1e-8 s for all of Table
 // I.
 constexpr double kImplicitLimit = 30.0;
-// [V] per step; far below the 1 mV the model is asked for
+// [V] per step; far below the required 1 mV
 constexpr double kImplicitTolerance = 1e-6;
 constexpr double kNewtonTolerance = 1e-13;  // [V]
 
@@ -201,7 +201,7 @@ Overpotential OverpotentialStep::advanceImplicit(const Overpotential& before, do
     const Overpotential half = sdirkStep(p, state, current, settled, 0.5 * h);
     const Overpotential next = sdirkStep(p, half, current, settled, 0.5 * h);
     const double error = std::abs(next.value - whole) / 3.0;  // order 2: 1 / (2^2 - 1)
-    // Below 1e-12 s no step matters to any sampled voltage; it ends the search in pathological
+    // Below 1e-12 s no step changes any sampled voltage; it ends the search in pathological
     // cases.
     if (error <= kImplicitTolerance || h < 1e-12) {
       state = next;

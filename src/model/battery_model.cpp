@@ -23,7 +23,7 @@ void requireSound(const std::vector<std::string>& effects, bool has_discrepancy)
                                     ? "a discrepancy model is given, and \"" + kDiscrepancyEffect +
                                           "\" is not among the effects"
                                     : "effect \"" + kDiscrepancyEffect +
-                                          "\" has no meaning without the force that was estimated, "
+                                          "\" has no meaning without the estimated discrepancy, "
                                           "as a model file holds it");
 }
 
@@ -53,7 +53,7 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects,
     states_.insert(states_.end(), info.states.begin(), info.states.end());
   }
   for (const EffectInfo& effect : infos)
-    for (const ParameterInfo& info : effect.beside)
+    for (const ParameterInfo& info : effect.overrides)
       if (const auto row = parameterRow(info.name))
         parameters_[static_cast<std::size_t>(*row)] = info;
   for (const EffectInfo& effect : infos)

@@ -25,10 +25,10 @@ enum BaseRow { kRowRDischarge, kRowRCharge, kRowC2, kRowBeta, kRowUDc, kBaseRows
  */
 class BatteryModel {
  public:
-  /// @param effects ids in any order; "learned" (kDiscrepancyEffect) with the force that it is.
+  /// @param effects ids in any order; kDiscrepancyEffect with its discrepancy model.
   /// @throws std::invalid_argument for an unknown id, one given twice, one whose needs are not
-  /// among them, "learned" without a
-  ///   force or the other way round; the message says which and what is known.
+  /// among them, kDiscrepancyEffect without a
+  ///   discrepancy model or the other way round; the message says which and what is known.
   explicit BatteryModel(const std::vector<std::string>& effects = {},
                         std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
 
@@ -46,7 +46,7 @@ class BatteryModel {
   /// @return every state of a battery at rest.
   Eigen::VectorXd restState() const;
 
-  /// The discrepancy model; none without "learned".
+  /// The discrepancy model; none without kDiscrepancyEffect.
   const std::shared_ptr<const DiscrepancyModel>& discrepancy() const { return discrepancy_; }
 
   /// First row of an effect's parameters and of its states, by position in effects().

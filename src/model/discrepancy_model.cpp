@@ -18,24 +18,24 @@ void require(bool sound, const std::string& what) {
 }
 
 void requireSound(const DiscrepancyModel& discrepancy) {
-  const auto columns = static_cast<Eigen::Index>(discrepancy.columns.size());
+  const auto regressors = static_cast<Eigen::Index>(discrepancy.regressors.size());
   for (const Eigen::VectorXd* each : {&discrepancy.lower, &discrepancy.upper, &discrepancy.centre,
                                       &discrepancy.scale, &discrepancy.weight})
-    require(each->size() == columns && each->allFinite(),
-            std::to_string(columns) + " columns need as many finite numbers each");
+    require(each->size() == regressors && each->allFinite(),
+            std::to_string(regressors) + " regressors need as many finite numbers each");
   require(discrepancy.base_change.size() == kBaseDirections && discrepancy.base_change.allFinite(),
           "the circuit's change must be " + std::to_string(kBaseDirections) + " finite numbers");
   require((discrepancy.scale.array() > 0.0).all(), "scales must be above 0");
   require((discrepancy.lower.array() <= discrepancy.upper.array()).all(), "ranges must rise");
   require(discrepancy.context.span > 0.0 && std::isfinite(discrepancy.context.span),
           "the span must be above 0");
-  for (const Regressor& column : discrepancy.columns) {
-    require(
-        std::isfinite(column.time) && std::isfinite(column.scale) && std::isfinite(column.charge),
-        "a column's numbers must be finite");
+  for (const Regressor& regressor : discrepancy.regressors) {
+    require(std::isfinite(regressor.time) && std::isfinite(regressor.scale) &&
+                std::isfinite(regressor.charge),
+            "a regressor's numbers must be finite");
     require(std::any_of(discrepancy.parts.begin(), discrepancy.parts.end(),
-                        [&](const auto& part) { return part.mechanism == column.mechanism; }),
-            "columns of " + mechanismId(column.mechanism) + " have no factor");
+                        [&](const auto& part) { return part.mechanism == regressor.mechanism; }),
+            "regressors of " + mechanismId(regressor.mechanism) + " have no factor");
   }
   for (const DiscrepancyModel::Part& part : discrepancy.parts)
     require(part.std >= 0.0 && std::isfinite(part.std),
@@ -44,7 +44,7 @@ void requireSound(const DiscrepancyModel& discrepancy) {
 
 }  // namespace
 
-std::size_t DiscrepancyModel::memorySize() const { return columns.size() + kSharedStates + 1; }
+std::size_t DiscrepancyModel::memorySize() const { return regressors.size() + kSharedStates + 1; }
 
 bool isUnbounded(RegressorKind kind) {
   return kind == RegressorKind::kCharge || kind == RegressorKind::kSlowCharge;
@@ -55,7 +55,7 @@ EffectInfo discrepancyInfo(const DiscrepancyModel& discrepancy) {
   EffectInfo info;
   info.id = kDiscrepancyEffect;
   info.code = "L1";
-  info.title = "what currents and their memory say beside the equations";
+  info.title = "discrepancy: what currents and their memory add to the equations";
   info.equations = "u = u_m + S d + sum of a_f w_k (x_k - centre_k) / scale_k";
   for (const DiscrepancyModel::Part& part : discrepancy.parts) {
     ParameterInfo factor =
@@ -68,12 +68,12 @@ EffectInfo discrepancyInfo(const DiscrepancyModel& discrepancy) {
 }
 
 std::vector<double> restedMemory(const DiscrepancyModel& discrepancy, std::vector<double> memory) {
-  RegressorMemory columns(discrepancy.columns, discrepancy.context);
-  if (!memory.empty()) columns.setState({memory.begin(), memory.end() - 1});
-  Eigen::VectorXd values(static_cast<Eigen::Index>(discrepancy.columns.size()));
-  columns.advance({0.0, 0.0, 0.0, false, 0.0, 0.0}, values);
-  columns.advance({kRest, 0.0, 0.0, false, 0.0, 0.0}, values);
-  memory = columns.state();
+  RegressorMemory regressors(discrepancy.regressors, discrepancy.context);
+  if (!memory.empty()) regressors.setState({memory.begin(), memory.end() - 1});
+  Eigen::VectorXd values(static_cast<Eigen::Index>(discrepancy.regressors.size()));
+  regressors.advance({0.0, 0.0, 0.0, false, 0.0, 0.0}, values);
+  regressors.advance({kRest, 0.0, 0.0, false, 0.0, 0.0}, values);
+  memory = regressors.state();
   memory.push_back(0.0);  // the circuit's change has settled
   return memory;
 }

@@ -13,14 +13,14 @@
 
 namespace battery_sof {
 
-/// Memory of a discrepancy model at a simulation's beginning, in arithmetic S: of the columns,
+/// Memory of a discrepancy model at a simulation's beginning, in arithmetic S: of the regressors,
 /// those they share, then s [V].
 /// @param memory as Simulation::regressorMemory(); empty: it begins with the simulation.
 template <typename S>
 std::vector<S> firstRegressorMemory(const DiscrepancyModel& discrepancy,
                                     std::vector<double> memory) {
   if (memory.empty()) {
-    memory = freshColumnStates(discrepancy.columns);
+    memory = freshRegressorStates(discrepancy.regressors);
     memory.push_back(discrepancy.base_change[kBaseDirections - 1]);
   }
   if (memory.size() != discrepancy.memorySize())
@@ -35,7 +35,7 @@ std::vector<S> firstRegressorMemory(const DiscrepancyModel& discrepancy,
 template <typename S>
 class DiscrepancyRun {
  public:
-  /// The battery over one interval, as the force sees it.
+  /// The battery over one interval, as the discrepancy sees it.
   struct Interval {
     RegressorInputOf<S> moment;  // overpotential: at the end
     S before;                    // [V], u_c2 at the beginning
@@ -44,10 +44,10 @@ class DiscrepancyRun {
 
   explicit DiscrepancyRun(std::shared_ptr<const DiscrepancyModel> discrepancy)
       : discrepancy_(std::move(discrepancy)) {
-    values_.assign(discrepancy_->columns.size(), S(0.0));
-    for (const Regressor& column : discrepancy_->columns) {
+    values_.assign(discrepancy_->regressors.size(), S(0.0));
+    for (const Regressor& regressor : discrepancy_->regressors) {
       std::size_t part = 0;
-      while (discrepancy_->parts[part].mechanism != column.mechanism) ++part;
+      while (discrepancy_->parts[part].mechanism != regressor.mechanism) ++part;
       part_.push_back(part);
     }
   }
@@ -56,16 +56,16 @@ class DiscrepancyRun {
   void advance(const Interval& interval, const S* factors, std::vector<S>& memory) {
     if (interval.moment.duration != share_duration_) {
       share_duration_ = interval.moment.duration;
-      takeShares(discrepancy_->columns, share_duration_, share_);
+      takeShares(discrepancy_->regressors, share_duration_, share_);
     }
-    ColumnKernel<S>{discrepancy_->columns, discrepancy_->context, share_, memory.data()}.advance(
-        interval.moment, values_.data());
+    RegressorKernel<S>{discrepancy_->regressors, discrepancy_->context, share_, memory.data()}
+        .advance(interval.moment, values_.data());
     moveCircuit(interval, memory.back());
     voltage_ = S(memory.back() + circuitAt(interval.moment.current) + sumOf(factors));
   }
 
   const S& voltage() const { return voltage_; }  ///< [V], after the last interval
-  /// [V], by which columns were held inside their ranges then
+  /// [V], by which regressors were held inside their ranges then
   double beyond() const { return beyond_; }
   void setBeyond(double beyond) { beyond_ = beyond; }
 
@@ -100,7 +100,7 @@ class DiscrepancyRun {
       if (weight == 0.0) continue;
       const double value = valueOf(values_[k]),
                    inside = std::clamp(value, discrepancy_->lower[j], discrepancy_->upper[j]);
-      const bool held = value != inside && !isUnbounded(discrepancy_->columns[k].kind);
+      const bool held = value != inside && !isUnbounded(discrepancy_->regressors[k].kind);
       if (held) beyond_ += std::abs(weight * (value - inside));
       const S x = held ? S(inside) : values_[k];
       sum = S(sum + factors[part_[k]] * S((x - discrepancy_->centre[j]) * weight));
@@ -112,7 +112,7 @@ class DiscrepancyRun {
 
   std::shared_ptr<const DiscrepancyModel> discrepancy_;
   std::vector<S> values_;
-  std::vector<std::size_t> part_;  // of every column
+  std::vector<std::size_t> part_;  // of every regressor
   std::vector<double> share_;
   double share_duration_ = -1.0, beyond_ = 0.0;
   S voltage_ = S(0.0);

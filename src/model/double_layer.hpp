@@ -45,7 +45,7 @@ class DoubleLayer {
   }
 
   /// @param p all parameters.  @param pace updated.
-  /// @param u, log_activity, ladder states, updated; the last two may be null.
+  /// @param u, log_activity, ladder states, updated; the last two may be nullptr.
   void advance(const S* p, const Present<S>& present, const S& current, double duration,
                LayerPace& pace, S& u, S* log_activity, S* ladder) {
     if (duration <= 0.0) return;
@@ -126,7 +126,7 @@ class DoubleLayer {
         [&] { return parametersOf(p, activity_); }, nullptr);
   }
 
-  /// @param trail of the trials of a hold, in which this one takes part; null: none. Arithmetic
+  /// @param trail of the trials of a hold, in which this one takes part; nullptr: none. Arithmetic
   /// Slope leaves its roots in it.
   void useTrail(StepTrail* trail) { trail_ = trail; }
 

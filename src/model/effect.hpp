@@ -35,15 +35,15 @@ struct EffectInfo {
   std::vector<ParameterInfo> parameters;
   std::vector<StateInfo> states;
   std::vector<std::string> look_alikes;  ///< ids it is often confused with
-  std::string tells_apart;               ///< the recording that separates it from them
+  std::string distinguished_by;          ///< the recording that separates it from them
   std::vector<std::string> needs;        ///< ids without which it has no meaning
   /// parameters in which the voltage is not linear once this effect is there
   std::vector<std::string> is_nonlinear = {};
   /// ids that current and voltage at 100 Hz do not tell it from, whatever a fit says
   std::vector<std::string> same_as = {};
-  /// Base parameters as they are beside this effect: magnitude, bounds and what is known
+  /// Base parameters as they are with this effect: magnitude, bounds and what is known
   /// beforehand.
-  std::vector<ParameterInfo> beside = {};
+  std::vector<ParameterInfo> overrides = {};
   /// within a tenth of a second of a change of the current, and nowhere else
   bool acts_at_edges = false;
   /// long intervals cost as many short ones: the effect acts back on others within them

@@ -30,8 +30,8 @@ class Simulation::Engine {
 };
 
 /**
- * @brief A simulation in one arithmetic: of values alone, or of as many lanes as the name says. One
- * file each (engine_of_*.cpp): a compiler inlines less where a file grows too large, and these
+ * @brief A simulation in one arithmetic: of values alone, or of as many tangents as the name says.
+ * One file each (engine_of_*.cpp): a compiler inlines less where a file grows too large, and these
  * steps are where the time goes.
  *
  * @param seeds at most as many columns.

@@ -37,7 +37,7 @@ class CurrentTrace {
   std::vector<char> gap_;                        // whether the segment that ends here is a gap
 };
 
-/// An interval of a drive and the sample that ends it.
+/// An interval of an input sequence and the sample that ends it.
 struct InputStep {
   double time = 0.0;      ///< [s], of the sample
   double duration = 0.0;  ///< [s], since the sample before, >= 0
@@ -66,7 +66,7 @@ struct InputStep {
   int rampPieces() const;
 };
 
-/// @return the step from one sample to the next; the first of a drive has duration 0.
+/// @return the step from one sample to the next; the first of a sequence has duration 0.
 InputStep inputStep(double time_before, double current_before, double time, double current,
                     double max_gap);
 
@@ -85,7 +85,7 @@ class MissedCrank {
   static constexpr double kSeenBelow = -60.0;  ///< [A]
   static constexpr double kSlowestSeen = 0.5;  ///< [s], between samples that see every crank
 
-  /// @return [As], >= 0; above 0 only where the voltage drives again.
+  /// @return [As], >= 0; above 0 only where the voltage is the input again.
   double add(double duration, double current, bool voltage_controlled);
 
  private:
@@ -96,9 +96,9 @@ class MissedCrank {
 struct InputSample {
   InputStep step;
   double voltage = 0.0;  ///< [V]
-  /// samples averaged into this one; 0: not a measurement, drives the simulation only
+  /// samples averaged into this one; 0: not a measurement, an input of the simulation only
   double count = 1.0;
-  /// a source controlled the voltage: it drives, the current is compared
+  /// a source controlled the voltage: it is the input, the current is compared
   bool voltage_controlled = false;
 };
 
@@ -118,7 +118,7 @@ InputSequence inputSequence(const Series& series, IndexRange range,
                             const std::vector<char>& masked = {},
                             const std::vector<char>& voltage_controlled = {});
 
-/// How much of a drive may be averaged.
+/// How much of a sequence may be averaged.
 struct Compression {
   double max_length = 0.5;  ///< [s], longest stretch averaged into one sample
   /// [A], a change of the current by more than this within a stretch ends it
@@ -128,10 +128,10 @@ struct Compression {
 };
 
 /**
- * @brief A drive with stretches of nearly held current averaged into single samples; full rate at
- * edges.
+ * @brief An input sequence with stretches of nearly held current averaged into single samples; full
+ * rate at edges.
  *
- * A stretch's mean current drives the model from middle to middle, so its state represents the mean
+ * A stretch's mean current is the input from middle to middle, so its state represents the mean
  * of the state over the stretch; the error is (length / time constant)^2 / 24 of the state's
  * movement.
  */

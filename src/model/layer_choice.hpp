@@ -30,7 +30,7 @@ class LayerChoice {
  public:
   explicit LayerChoice(const BoundComposition& bound) : bound_(bound) {}
 
-  /// @param lanes those that can reach the layer while the current is given.
+  /// @param tangents those that can reach the layer while the current is given.
   std::unique_ptr<LayerOf<S>> underCurrent(const std::vector<int>& tangents) const {
     std::unique_ptr<LayerOf<S>> layer = narrow<8>(tangents);
     if (!layer) layer = narrow<16>(tangents);
@@ -38,7 +38,7 @@ class LayerChoice {
     return layer ? std::move(layer) : wide();
   }
 
-  /// Every lane may reach it: a current that follows from a voltage depends on all of them.
+  /// Every tangent may reach it: a current that follows from a voltage depends on all of them.
   std::unique_ptr<LayerOf<S>> behindSource() const {
     std::unique_ptr<LayerOf<S>> layer = local<8>();
     if (!layer) layer = local<16>();
@@ -53,7 +53,7 @@ class LayerChoice {
     return static_cast<std::size_t>(bound_.model.parameterCount());
   }
 
-  /// @return nothing unless N lanes suffice and are fewer than those of S.
+  /// @return nothing unless N tangents suffice and are fewer than those of S.
   template <int N>
   std::unique_ptr<LayerOf<S>> narrow(const std::vector<int>& tangents) const {
     if constexpr (N < Width<S>::value) {
@@ -66,7 +66,7 @@ class LayerChoice {
   }
 
   /// @return nothing unless the layer has implicit steps, into which at most N quantities flow,
-  /// fewer than S has lanes.
+  /// fewer than S has tangents.
   template <int N>
   std::unique_ptr<LayerOf<S>> local() const {
     if constexpr (N < Width<S>::value) {

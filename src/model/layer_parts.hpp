@@ -29,7 +29,7 @@ inline double scaledTolerance(double tolerance, double u, double charging_slope)
          std::max({1.0, std::abs(u) / kMaxOfLayer, 1.0 / (kMaxOfLayer * charging_slope)});
 }
 
-/// Whether the reaction is symmetric, whatever the lanes.
+/// Whether the reaction is symmetric, whatever the tangents.
 inline bool isHalf(double alpha) { return alpha == 0.5; }
 template <typename D>
 bool isHalf(const Eigen::AutoDiffScalar<D>& alpha) {

@@ -53,8 +53,8 @@ class WideLayer final : public LayerOf<S> {
 };
 
 /**
- * @brief In numbers of N derivatives, for a simulation that carries more: only those lanes that can
- * reach the layer.
+ * @brief In numbers of N derivatives, for a simulation that carries more: only those tangents that
+ * can reach the layer.
  *
  * Most parameters never do (series resistances, u_dc, acid), and the layer's implicit steps are
  * where the time goes.
@@ -93,13 +93,13 @@ class NarrowLayer final : public LayerOf<S> {
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) scatter(rungs[k], ladder[k]);
   }
-  // A current that follows from a voltage depends on every lane: it is stepped in the wide layer
-  // (LayerChoice::behindSource()).
+  // A current that follows from a voltage depends on every tangent: it is stepped in the wide
+  // layer (LayerChoice::behindSource()).
   SourceStep atSource(const S*, const Present<S>&, double, double, double, double) override {
-    throw std::logic_error("a narrow layer is asked for a source's step");
+    throw std::logic_error("a narrow layer has no step at a source");
   }
   S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const override {
-    throw std::logic_error("a narrow layer is asked for a source's step");
+    throw std::logic_error("a narrow layer has no step at a source");
   }
   void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
@@ -147,9 +147,9 @@ class NarrowLayer final : public LayerOf<S> {
 
 /**
  * @brief In numbers of N derivatives, one for each quantity that flows into a step; chained to the
- * lanes of S afterwards.
+ * tangents of S afterwards.
  *
- * For a simulation behind a source, where every lane reaches the layer: what flows into its
+ * For a simulation behind a source, where every tangent reaches the layer: what flows into its
  * implicit steps is few all the same (its states, the current, capacitance, slope and the
  * parameters of what is bound to it). For layers without ladder.
  */
@@ -199,10 +199,10 @@ class LocalLayer final : public LayerOf<S> {
     if (log_activity) chain(local_activity, *log_activity);
   }
   SourceStep atSource(const S*, const Present<S>&, double, double, double, double) override {
-    throw std::logic_error("a local layer is asked for a source's step");
+    throw std::logic_error("a local layer has no step at a source");
   }
   S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const override {
-    throw std::logic_error("a local layer is asked for a source's step");
+    throw std::logic_error("a local layer has no step at a source");
   }
   void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
@@ -213,7 +213,7 @@ class LocalLayer final : public LayerOf<S> {
   static std::array<const S*, kAdapted> adaptedOf(const Present<S>& f) {
     return {&f.i0, &f.alpha, &f.acceptance, &f.warming, &f.reactivity, &f.inverse_supply};
   }
-  /// A quantity as the k-th of the inputs. What follows no lane stays a number: a symmetric
+  /// A quantity as the k-th of the inputs. What follows no tangent stays a number: a symmetric
   /// reaction is known by it.
   static Dual<N> own(const S& x, Eigen::Index k) {
     Dual<N> local(x.value());

@@ -9,7 +9,7 @@ constexpr int kLanes = 8;
 constexpr int kLaneSteps = 32;                   ///< samples of a stretch
 constexpr int kBlockSize = kLanes * kLaneSteps;  ///< samples of a block
 
-/// Place of a block's k-th sample in its arrays (lane order): a lane holds a stretch of
+/// Place of a block's k-th sample in its arrays (lane order): a SIMD lane holds a stretch of
 /// neighbouring samples.
 constexpr int lanePosition(int k) { return k % kLaneSteps * kLanes + k / kLaneSteps; }
 

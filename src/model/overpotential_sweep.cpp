@@ -38,13 +38,13 @@ void OverpotentialSweep::keepDerivatives(const OverpotentialStates& states, Swep
   std::copy_n(states.d_initial, kBlockSize, block.derivatives.d_initial);
 }
 
-void OverpotentialSweep::inSampleOrder(const OverpotentialStates& lanes, States& states) {
+void OverpotentialSweep::inSampleOrder(const OverpotentialStates& in_lanes, States& states) {
   for (int k = 0; k < kBlock; ++k) {
     const int place = lanePosition(k);
-    states.u_c2[k] = lanes.u_c2[place];
-    states.d_log_c2[k] = lanes.d_log_c2[place];
-    states.d_log_beta[k] = lanes.d_log_beta[place];
-    states.d_initial[k] = lanes.d_initial[place];
+    states.u_c2[k] = in_lanes.u_c2[place];
+    states.d_log_c2[k] = in_lanes.d_log_c2[place];
+    states.d_log_beta[k] = in_lanes.d_log_beta[place];
+    states.d_initial[k] = in_lanes.d_initial[place];
   }
 }
 

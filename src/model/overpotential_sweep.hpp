@@ -44,8 +44,8 @@ class OverpotentialSweep {
   /// A window whose blocks are still to be driven. @param size samples.
   explicit OverpotentialSweep(std::size_t size) : blocks_((size + kBlock - 1) / kBlock) {}
 
-  /// Sets what a block's samples are reached with. @param held in lane order, duration 0 past the
-  /// window's end.
+  /// Sets what a block's samples are reached with. @param held in SIMD lane order, duration 0 past
+  /// the window's end.
   void drive(Eigen::Index block, const HeldBlock& held, double i0) {
     shareCurrents(held, i0, blocks_[static_cast<std::size_t>(block)].driven,
                   widestInstructionSet());
@@ -57,8 +57,8 @@ class OverpotentialSweep {
   template <typename Visitor>
   void run(const Point& point, Visitor&& visit) const;
 
-  /// Calls visit(block index, const OverpotentialStates&), samples in lane order (lanePosition()):
-  /// for sums, faster.
+  /// Calls visit(block index, const OverpotentialStates&), samples in SIMD lane order
+  /// (lanePosition()): for sums, faster.
   /// @param set at most widestInstructionSet().
   template <typename Visitor>
   void runInLanes(const Point& point, InstructionSet set, Visitor&& visit) const;
@@ -72,7 +72,7 @@ class OverpotentialSweep {
   static OverpotentialScale scaleOf(const Point& point);
   static OverpotentialCarried begin(const Point& point);
   static void keepDerivatives(const OverpotentialStates& states, SweptBlock& block);
-  static void inSampleOrder(const OverpotentialStates& lanes, States& states);
+  static void inSampleOrder(const OverpotentialStates& in_lanes, States& states);
 
   std::vector<SweptBlock> blocks_;
 };
@@ -103,8 +103,8 @@ template <typename Visitor>
 void OverpotentialSweep::run(const Point& point, Visitor&& visit) const {
   States states;
   runInLanes(point, widestInstructionSet(),
-             [&](Eigen::Index block, const OverpotentialStates& lanes) {
-               inSampleOrder(lanes, states);
+             [&](Eigen::Index block, const OverpotentialStates& in_lanes) {
+               inSampleOrder(in_lanes, states);
                visit(block, states);
              });
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// The columns of a discrepancy model in arithmetic S: one definition for values, derivatives and
+// The regressors of a discrepancy model in arithmetic S: one definition for values, derivatives and
 // the solver for a current.
 
 #include <algorithm>
@@ -13,9 +13,10 @@
 
 namespace battery_sof {
 
-/// States behind those of the columns: charge [Ah], charge drawn since a charge [As], last change
+/// States behind those of the regressors: charge [Ah], charge drawn since a charge [As], last
+/// change
 /// [A], last current [A], 0 before the first sample.
-enum SharedColumnState {
+enum SharedRegressorState {
   kChargeState,
   kDrawnState,
   kChangeState,
@@ -31,10 +32,10 @@ Dual<N> mapped(const Dual<N>& x, double value, double slope) {
   return Dual<N>(value, slope * x.derivatives());
 }
 
-/// Time constant of a column's low pass [s]; 0 without one.
-inline double lowPassTime(const Regressor& column) {
-  switch (column.kind) {
-    case RegressorKind::kHighMemory: return column.charge;
+/// Time constant of a regressor's low pass [s]; 0 without one.
+inline double lowPassTime(const Regressor& regressor) {
+  switch (regressor.kind) {
+    case RegressorKind::kHighMemory: return regressor.charge;
     case RegressorKind::kChargeMemory:
     case RegressorKind::kDischargeMemory:
     case RegressorKind::kMemory:
@@ -47,49 +48,50 @@ inline double lowPassTime(const Regressor& column) {
     case RegressorKind::kFreshCharging:
     case RegressorKind::kSlowCharge:
     case RegressorKind::kEdge:
-    case RegressorKind::kWarmCurrent: return column.time;
+    case RegressorKind::kWarmCurrent: return regressor.time;
     default: return 0.0;
   }
 }
 
-/// What a low pass takes of a step in an interval, 1 - exp(-duration / time), one a column.
-inline void takeShares(const std::vector<Regressor>& columns, double duration,
+/// What a low pass takes of a step in an interval, 1 - exp(-duration / time), one a regressor.
+inline void takeShares(const std::vector<Regressor>& regressors, double duration,
                        std::vector<double>& share) {
-  share.resize(columns.size());
-  for (std::size_t k = 0; k < columns.size(); ++k) {
-    const double time = lowPassTime(columns[k]);
+  share.resize(regressors.size());
+  for (std::size_t k = 0; k < regressors.size(); ++k) {
+    const double time = lowPassTime(regressors[k]);
     share[k] = time > 0.0 ? -std::expm1(-duration / time) : 0.0;
   }
 }
 
 /// States before the first sample: reserves full, nothing moved.
-inline std::vector<double> freshColumnStates(const std::vector<Regressor>& columns) {
-  std::vector<double> state(columns.size() + kSharedStates, 0.0);
-  for (std::size_t k = 0; k < columns.size(); ++k)
-    if (columns[k].kind == RegressorKind::kAcceptanceReserve ||
-        columns[k].kind == RegressorKind::kDischargeReserve)
+inline std::vector<double> freshRegressorStates(const std::vector<Regressor>& regressors) {
+  std::vector<double> state(regressors.size() + kSharedStates, 0.0);
+  for (std::size_t k = 0; k < regressors.size(); ++k)
+    if (regressors[k].kind == RegressorKind::kAcceptanceReserve ||
+        regressors[k].kind == RegressorKind::kDischargeReserve)
       state[k] = 1.0;
   return state;
 }
 
-/// Moves columns over a sample.
+/// Moves regressors over a sample.
 template <typename S>
-struct ColumnKernel {
-  const std::vector<Regressor>& columns;
+struct RegressorKernel {
+  const std::vector<Regressor>& regressors;
   const RegressorContext& context;
   const std::vector<double>& share;  // see takeShares()
-  S* state;                          // one a column, then the shared ones
+  S* state;                          // one a regressor, then the shared ones
 
-  /// @param values one a column, overwritten.
+  /// @param values one a regressor, overwritten.
   void advance(const RegressorInputOf<S>& moment, S* values) const {
-    S* shared = state + columns.size();
+    S* shared = state + regressors.size();
     if (!hasBegun()) shared[kLastCurrent] = moment.current;
     if (!moment.gap)
       shared[kChargeState] =
           S(shared[kChargeState] + moment.held * (moment.duration / kSecondsPerHour));
     const S flowed = moment.gap ? S(0.0) : moment.current;
     shared[kDrawnState] = positivePart(S(shared[kDrawnState] - flowed * moment.duration));
-    for (std::size_t k = 0; k < columns.size(); ++k) values[k] = valueOfColumn(k, moment, flowed);
+    for (std::size_t k = 0; k < regressors.size(); ++k)
+      values[k] = valueOfRegressor(k, moment, flowed);
     shared[kChangeState] = moment.gap ? S(0.0) : S(moment.current - shared[kLastCurrent]);
     shared[kLastCurrent] = moment.current;
     shared[kBegunState] = S(1.0);
@@ -100,7 +102,7 @@ struct ColumnKernel {
   // [1], overpotentials beyond it say nothing more of kinetics
   static constexpr double kMaxBend = 3.0;
 
-  bool hasBegun() const { return valueOf(state[columns.size() + kBegunState]) != 0.0; }
+  bool hasBegun() const { return valueOf(state[regressors.size() + kBegunState]) != 0.0; }
 
   static S limited(const S& x, double most) {
     return std::abs(valueOf(x)) > most ? S(std::copysign(most, valueOf(x))) : x;
@@ -117,11 +119,11 @@ struct ColumnKernel {
     return mapped(magnitude, value, -value / scale);
   }
   /// ln(1 + exp(z)) of how far an overpotential is beyond what is high.
-  static S highPart(const Regressor& column, const S& overpotential) {
-    const double z = (valueOf(overpotential) - column.time) / column.scale;
+  static S highPart(const Regressor& regressor, const S& overpotential) {
+    const double z = (valueOf(overpotential) - regressor.time) / regressor.scale;
     const double value = z > 30.0 ? z : std::log1p(std::exp(std::max(z, -30.0)));
     return mapped(overpotential, value,
-                  1.0 / ((1.0 + std::exp(std::clamp(-z, -700.0, 700.0))) * column.scale));
+                  1.0 / ((1.0 + std::exp(std::clamp(-z, -700.0, 700.0))) * regressor.scale));
   }
   static S logCosh(const S& z) {
     const S bounded = limited(z, 30.0);
@@ -135,9 +137,9 @@ struct ColumnKernel {
 
   /// c of a reserve that `out` empties and time and `in` fill [1].
   S reserve(std::size_t k, const S& out, const S& in, double duration) const {
-    const Regressor& column = columns[k];
-    const S filling = S(in * (1.0 / column.scale) + 1.0 / column.time),
-            rate = S(filling + out * (1.0 / column.scale));
+    const Regressor& regressor = regressors[k];
+    const S filling = S(in * (1.0 / regressor.scale) + 1.0 / regressor.time),
+            rate = S(filling + out * (1.0 / regressor.scale));
     const S end = S(filling / rate);
     const double kept = std::exp(-duration * valueOf(rate));
     state[k] = S(end + (state[k] - end) * mapped(rate, kept, -duration * kept));
@@ -148,64 +150,65 @@ struct ColumnKernel {
   S path(std::size_t k, const S& flowed, double duration) const {
     const double towards = valueOf(flowed) > 0.0 ? 1.0 : -1.0;
     const S magnitude = magnitudeOf(flowed);
-    const double rate = duration / columns[k].scale, kept = std::exp(-valueOf(magnitude) * rate);
+    const double rate = duration / regressors[k].scale, kept = std::exp(-valueOf(magnitude) * rate);
     state[k] = S(towards + (state[k] - towards) * mapped(magnitude, kept, -rate * kept));
     return state[k];
   }
 
   /// Share of a store of fresh discharge products that is used up: scale / (scale + s).
   S fresh(std::size_t k, const S& discharging) const {
-    const Regressor& column = columns[k];
-    return S(column.scale / (lowPass(k, discharging) * column.time + column.scale));
+    const Regressor& regressor = regressors[k];
+    return S(regressor.scale / (lowPass(k, discharging) * regressor.time + regressor.scale));
   }
 
-  /// A column with a memory of its own, which moves; else of the moment.
-  S valueOfColumn(std::size_t k, const RegressorInputOf<S>& moment, const S& flowed) const {
-    const Regressor& column = columns[k];
+  /// A regressor with a memory of its own, which moves; else of the moment.
+  S valueOfRegressor(std::size_t k, const RegressorInputOf<S>& moment, const S& flowed) const {
+    const Regressor& regressor = regressors[k];
     const S &i = moment.current, &u = moment.overpotential;
     const S charging = positivePart(flowed), discharging = positivePart(S(-flowed));
-    switch (column.kind) {
+    switch (regressor.kind) {
       case RegressorKind::kChargeMemory: return lowPass(k, charging);
       case RegressorKind::kDischargeMemory: return lowPass(k, discharging);
       case RegressorKind::kMemory: return lowPass(k, flowed);
-      case RegressorKind::kLogChargeMemory: return logOf(lowPass(k, charging), column.scale);
-      case RegressorKind::kLogDischargeMemory: return logOf(lowPass(k, discharging), column.scale);
-      case RegressorKind::kCompressedMemory: return bentAt(lowPass(k, flowed), column.scale);
-      case RegressorKind::kMemoryOfCompressed: return lowPass(k, bentAt(flowed, column.scale));
-      case RegressorKind::kMemoryOfCharging: return lowPass(k, bentAt(charging, column.scale));
+      case RegressorKind::kLogChargeMemory: return logOf(lowPass(k, charging), regressor.scale);
+      case RegressorKind::kLogDischargeMemory:
+        return logOf(lowPass(k, discharging), regressor.scale);
+      case RegressorKind::kCompressedMemory: return bentAt(lowPass(k, flowed), regressor.scale);
+      case RegressorKind::kMemoryOfCompressed: return lowPass(k, bentAt(flowed, regressor.scale));
+      case RegressorKind::kMemoryOfCharging: return lowPass(k, bentAt(charging, regressor.scale));
       case RegressorKind::kFresh: return fresh(k, discharging);
       case RegressorKind::kFreshCharging: return S(positivePart(i) * fresh(k, discharging));
       case RegressorKind::kAcceptanceReserve:
         return S(-logReserve(reserve(k, charging, discharging, moment.duration)));
       case RegressorKind::kDischargeReserve:
         return logReserve(reserve(k, discharging, charging, moment.duration));
-      case RegressorKind::kSlowCharge: return lowPass(k, state[columns.size() + kChargeState]);
+      case RegressorKind::kSlowCharge: return lowPass(k, state[regressors.size() + kChargeState]);
       case RegressorKind::kPath: return path(k, flowed, moment.duration);
       case RegressorKind::kEdge: return S(i - lowPass(k, i));
-      case RegressorKind::kHighMemory: return lowPass(k, highPart(column, u));
+      case RegressorKind::kHighMemory: return lowPass(k, highPart(regressor, u));
       case RegressorKind::kHighSum:
-        return state[k] = S(state[k] + highPart(column, u) * moment.duration);
+        return state[k] = S(state[k] + highPart(regressor, u) * moment.duration);
       case RegressorKind::kWarmCurrent: return S(i * lowPass(k, S(flowed * flowed)));
-      default: return valueNow(column, moment);
+      default: return valueNow(regressor, moment);
     }
   }
 
-  S valueNow(const Regressor& column, const RegressorInputOf<S>& moment) const {
-    const S* shared = state + columns.size();
+  S valueNow(const Regressor& regressor, const RegressorInputOf<S>& moment) const {
+    const S* shared = state + regressors.size();
     const S &i = moment.current, &u = moment.overpotential;
     const double t = std::clamp(moment.time / context.span, 0.0, 1.0);
-    const auto bent = [&] { return limited(S(u * column.scale), kMaxBend); };
-    switch (column.kind) {
+    const auto bent = [&] { return limited(S(u * regressor.scale), kMaxBend); };
+    switch (regressor.kind) {
       case RegressorKind::kSinceCharge:
-        return valueOf(i) < -1.0 ? fading(shared[kDrawnState], column.scale) : S(0.0);
-      case RegressorKind::kCompressed: return bentAt(i, column.scale);
+        return valueOf(i) < -1.0 ? fading(shared[kDrawnState], regressor.scale) : S(0.0);
+      case RegressorKind::kCompressed: return bentAt(i, regressor.scale);
       case RegressorKind::kSaturating: {
-        const double value = std::tanh(valueOf(i) / column.scale);
-        return mapped(i, value, (1.0 - value * value) / column.scale);
+        const double value = std::tanh(valueOf(i) / regressor.scale);
+        return mapped(i, value, (1.0 - value * value) / regressor.scale);
       }
-      case RegressorKind::kLogMagnitude: return logOf(magnitudeOf(i), column.scale);
-      case RegressorKind::kSmallCurrent: return S(i * fading(magnitudeOf(i), column.scale));
-      case RegressorKind::kRest: return fading(magnitudeOf(i), column.scale);
+      case RegressorKind::kLogMagnitude: return logOf(magnitudeOf(i), regressor.scale);
+      case RegressorKind::kSmallCurrent: return S(i * fading(magnitudeOf(i), regressor.scale));
+      case RegressorKind::kRest: return fading(magnitudeOf(i), regressor.scale);
       case RegressorKind::kCharge: return shared[kChargeState];
       case RegressorKind::kChargeSquared: return S(shared[kChargeState] * shared[kChargeState]);
       case RegressorKind::kChange: return moment.gap ? S(0.0) : S(i - shared[kLastCurrent]);
@@ -213,15 +216,15 @@ struct ColumnKernel {
       case RegressorKind::kOverpotentialMagnitude: return magnitudeOf(u);
       case RegressorKind::kOverpotentialSquared: return S(bent() * bent());
       case RegressorKind::kOverpotentialCubed: return S(bent() * S(bent() * bent()));
-      case RegressorKind::kOverpotentialLogCosh: return logCosh(S(u * column.scale));
-      case RegressorKind::kHighOverpotential: return highPart(column, u);
+      case RegressorKind::kOverpotentialLogCosh: return logCosh(S(u * regressor.scale));
+      case RegressorKind::kHighOverpotential: return highPart(regressor, u);
       case RegressorKind::kTimeCurrent: return S(i * t);
       case RegressorKind::kTimeMagnitude: return S(magnitudeOf(i) * t);
       case RegressorKind::kTimeSquaredCurrent: return S(i * (t * t));
       case RegressorKind::kTimeOverpotential: return S(u * t);
       case RegressorKind::kTime: return S(t);
-      case RegressorKind::kStepCurrent: return moment.time >= column.time ? i : S(0.0);
-      default: throw std::logic_error("a column of an unknown kind");
+      case RegressorKind::kStepCurrent: return moment.time >= regressor.time ? i : S(0.0);
+      default: throw std::logic_error("a regressor of an unknown kind");
     }
   }
 };

@@ -37,7 +37,7 @@ class Library {
     takeEdges();
     takeOverpotential();
     takeTime();
-    return std::move(columns_);
+    return std::move(regressors_);
   }
 
  private:
@@ -47,7 +47,7 @@ class Library {
 
   void add(Mechanism mechanism, RegressorKind kind, double time = 0.0, double scale = 0.0,
            double charge = 0.0) {
-    columns_.push_back({kind, mechanism, time, scale, charge});
+    regressors_.push_back({kind, mechanism, time, scale, charge});
   }
 
   void takeMemories() {
@@ -148,7 +148,7 @@ class Library {
   }
 
   RegressorContext context_;
-  std::vector<Regressor> columns_;
+  std::vector<Regressor> regressors_;
 };
 
 struct KindInfo {
@@ -240,7 +240,7 @@ constexpr KindInfo kKinds[] = {
 const KindInfo& infoOf(RegressorKind kind) {
   for (const KindInfo& info : kKinds)
     if (info.kind == kind) return info;
-  throw std::logic_error("a column of an unknown kind");
+  throw std::logic_error("a regressor of an unknown kind");
 }
 
 }  // namespace
@@ -259,8 +259,10 @@ std::vector<Regressor> regressorLibrary(const RegressorContext& context) {
   return Library(context).take();
 }
 
-RegressorMemory::RegressorMemory(std::vector<Regressor> columns, RegressorContext context)
-    : columns_(std::move(columns)), context_(context), state_(freshColumnStates(columns_)) {}
+RegressorMemory::RegressorMemory(std::vector<Regressor> regressors, RegressorContext context)
+    : regressors_(std::move(regressors)),
+      context_(context),
+      state_(freshRegressorStates(regressors_)) {}
 
 void RegressorMemory::setState(const std::vector<double>& state) {
   if (state.size() != state_.size())
@@ -272,15 +274,16 @@ void RegressorMemory::setState(const std::vector<double>& state) {
 void RegressorMemory::advance(const RegressorInput& moment, Eigen::Ref<Eigen::VectorXd> values) {
   if (moment.duration != share_duration_) {
     share_duration_ = moment.duration;
-    takeShares(columns_, moment.duration, share_);
+    takeShares(regressors_, moment.duration, share_);
   }
-  ColumnKernel<double>{columns_, context_, share_, state_.data()}.advance(moment, values.data());
+  RegressorKernel<double>{regressors_, context_, share_, state_.data()}.advance(moment,
+                                                                                values.data());
 }
 
-std::string toString(const Regressor& column) {
-  const KindInfo& info = infoOf(column.kind);
-  return format(info.words, info.scale_first ? column.scale : column.time,
-                info.scale_first ? column.time : column.scale);
+std::string toString(const Regressor& regressor) {
+  const KindInfo& info = infoOf(regressor.kind);
+  return format(info.words, info.scale_first ? regressor.scale : regressor.time,
+                info.scale_first ? regressor.time : regressor.scale);
 }
 
 }  // namespace battery_sof

@@ -8,8 +8,8 @@
 
 namespace battery_sof {
 
-/// What a column makes of the drive. i: current [A], i+ = max(i, 0), i- = max(-i, 0), LP: low pass
-/// of first order.
+/// What a regressor makes of the inputs. i: current [A], i+ = max(i, 0), i- = max(-i, 0), LP: low
+/// pass of first order.
 enum class RegressorKind {
   kChargeMemory,        ///< LP[i+] [A]
   kDischargeMemory,     ///< LP[i-] [A]
@@ -61,7 +61,7 @@ std::vector<RegressorKind> allRegressorKinds();
 /// @return a kind's id in files: "charge_memory", "discharge_memory", ...
 std::string kindId(RegressorKind kind);
 
-/// Kinds whose columns share one strength.
+/// Kinds whose regressors share one strength.
 enum class RegressorGroup {
   kCharge,
   kDischarge,
@@ -76,7 +76,7 @@ enum class RegressorGroup {
 constexpr int kRegressorGroups = 9;
 RegressorGroup groupOf(RegressorKind kind);
 
-/// One column of a discrepancy model: a kind with its numbers. What they mean stands beside the
+/// One regressor of a discrepancy model: a kind with its numbers. Their meaning stands at the
 /// kinds.
 struct Regressor {
   RegressorKind kind;
@@ -86,7 +86,7 @@ struct Regressor {
   double charge = 0.0;  ///< third number of kinds that have one
 };
 
-/// What a recording offers to columns.
+/// What a recording offers to regressors.
 struct RegressorContext {
   double interval = 0.0;  ///< [s], median between samples
   double span = 0.0;      ///< [s], of the training part
@@ -100,7 +100,7 @@ struct RegressorContext {
 /// equation of the catalogue.
 std::vector<Regressor> regressorLibrary(const RegressorContext& context);
 
-/// A sample as columns see it, in arithmetic S.
+/// A sample as regressors see it, in arithmetic S.
 template <typename S>
 struct RegressorInputOf {
   double duration = 0.0;     ///< [s], since the sample before
@@ -113,32 +113,32 @@ struct RegressorInputOf {
 using RegressorInput = RegressorInputOf<double>;
 
 /**
- * @brief Values of columns along a drive, sample by sample, looking at nothing that comes later.
+ * @brief Values of regressors along a sequence, sample by sample, from nothing that comes later.
  *
  * Memories begin at the first sample's value, reserves full, charges at zero.
  */
 class RegressorMemory {
  public:
-  RegressorMemory(std::vector<Regressor> columns, RegressorContext context);
+  RegressorMemory(std::vector<Regressor> regressors, RegressorContext context);
 
-  /// Moves on to a sample. @param values one a column, overwritten.
+  /// Moves on to a sample. @param values one a regressor, overwritten.
   void advance(const RegressorInput& moment, Eigen::Ref<Eigen::VectorXd> values);
 
-  /// For a file: what the columns remember. @throws std::invalid_argument for another size.
+  /// For a file: what the regressors remember. @throws std::invalid_argument for another size.
   const std::vector<double>& state() const { return state_; }
   void setState(const std::vector<double>& state);
 
-  const std::vector<Regressor>& columns() const { return columns_; }
+  const std::vector<Regressor>& regressors() const { return regressors_; }
 
  private:
-  std::vector<Regressor> columns_;
+  std::vector<Regressor> regressors_;
   RegressorContext context_;
-  std::vector<double> state_;  // one a column, then those that columns share
-  std::vector<double> share_;  // 1 - exp(-duration / time), one a column
+  std::vector<double> state_;  // one a regressor, then those that regressors share
+  std::vector<double> share_;  // 1 - exp(-duration / time), one a regressor
   double share_duration_ = -1.0;
 };
 
-/// @return a column in words with its numbers, for pages and messages.
-std::string toString(const Regressor& column);
+/// @return a regressor in words with its numbers, for pages and messages.
+std::string toString(const Regressor& regressor);
 
 }  // namespace battery_sof

@@ -38,8 +38,8 @@ struct ModelPoint {
  * at that value.
  *
  * Derivatives are forward sensitivities of the very step that is taken: every number carries its
- * derivatives along (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 lanes; the
- * implicit steps carry only those that can reach the double layer). A lane is a direction in the
+ * derivatives along (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 tangents; the
+ * implicit steps carry only those that can reach the double layer). A tangent is a direction in the
  * space of parameters and first states, a column of `seeds`: unit vectors give plain derivatives, a
  * factor L of a covariance L L' gives standard deviations.
  */
@@ -50,10 +50,10 @@ class Simulation {
   /**
    * @param model  copied.
    * @param start  first state, not stepped.
-   * @param seeds  (parameters + states) x lanes, d(parameters, first state) / d(lane); no columns for values alone.
+   * @param seeds  (parameters + states) x tangents, d(parameters, first state) / d(tangent); no
+   * columns for values alone.
    * @throws std::invalid_argument for sizes that do not fit, values that are not finite, r, c2 or
-   * beta not above zero, or
-   *   more than kMaxTangents lanes.
+   * beta not above zero, or more than kMaxTangents tangents.
    */
   Simulation(const BatteryModel& model, const ModelPoint& start,
              const Eigen::Ref<const Eigen::MatrixXd>& seeds);
@@ -83,29 +83,29 @@ class Simulation {
   double advanceAtVoltage(double voltage, double duration, double max_current);
 
   /**
-   * @brief Moves to a sample up to which a source held the voltage: the voltage drives, the current
-   * is the answer.
+   * @brief Moves to a sample up to which a source held the voltage: the voltage is the input, the
+   * current is the answer.
    *
-   *     u goes in a straight line from where the simulation stands to `voltage`;  i is what makes it so
+   *     u goes linearly from where the simulation stands to `voltage`;  i is what makes it so
    *
    * in holds of at most 0.5 s (eight of them at slow rates), each as advanceAtVoltage(). The
    * direction is well posed where that from the current is not: a blocked electrode takes half an
    * ampere whatever its voltage docs/model.md. A step of no duration only places the sample:
    * nothing is compared there. In a gap the battery rests but for its last second.
    *
-   * @param step    current is what was measured; it is compared, it drives nothing.
+   * @param step    current is what was measured; it is compared, it is no input.
    * @param voltage [V], measured at the step's end.
    */
   void followVoltage(const InputStep& step, double voltage);
 
   /// Moves to a sample in the direction that is controlled there. @return measured less modelled
-  /// current [A] where the voltage drives, voltage [V] elsewhere.
+  /// current [A] where the voltage is the input, voltage [V] elsewhere.
   double follow(const InputSample& sample);
 
   /// Measured less modelled current of the last followVoltage() [A], the current as the
   /// instruments' effects let it be known.
   double currentError() const;
-  /// d currentError / d lane [A].
+  /// d currentError / d tangent [A].
   Eigen::Map<const Eigen::VectorXd> currentErrorDerivatives() const;
 
   /// @return d u / d i of a current held for `duration` from here on [Ohm], at its end; moves
@@ -114,14 +114,14 @@ class Simulation {
 
   /// Terminal voltage as the voltage channel shows it [V], at the end of the last step.
   double voltage() const;
-  /// d voltage / d lane, as many as seeds had columns.
+  /// d voltage / d tangent, as many as seeds had columns.
   Eigen::Map<const Eigen::VectorXd> voltageDerivatives() const;
   /// Derivatives of the last current that advanceAtVoltage() found.
   Eigen::Map<const Eigen::VectorXd> currentDerivatives() const;
 
   double time() const;
   Eigen::VectorXd state() const;
-  /// d state / d lane, states x lanes.
+  /// d state / d tangent, states x tangents.
   Eigen::MatrixXd stateDerivatives() const;
   /// What a discrepancy model remembers, DiscrepancyModel::memorySize() numbers; empty without one.
   std::vector<double> regressorMemory() const;

@@ -29,8 +29,8 @@ struct SimulationState {
   unsigned intervals = 0;     ///< since fading numbers were dropped
 };
 
-/// Changes every number that carries lanes, and each beside its counterpart in another standing of
-/// the same battery.
+/// Changes every number that carries tangents, each together with its counterpart in another state
+/// of the same battery.
 template <typename S, typename Change>
 void changeNumbers(SimulationState<S>& to, const Change& change) {
   for (S& x : to.x) change(x);
@@ -114,7 +114,7 @@ class Stepper {
     return memory;
   }
 
-  /// From here on every lane may reach the layer.
+  /// From here on every tangent may reach the layer.
   void widen() {
     if (is_wide_) return;
     is_wide_ = true;
@@ -150,7 +150,7 @@ class Stepper {
     show({end, slope, duration, present});
   }
 
-  /// An interval at whose end u_c2 is known: what is left are effects and force. @param mean of
+  /// An interval at whose end u_c2 is known: effects and discrepancy remain. @param mean of
   /// u_c2.  @param present in its middle.
   void passKnown(const S& current, const S& u_c2, const S& mean, double duration,
                  const Present<S>& present) {
@@ -192,7 +192,7 @@ class Stepper {
 
  private:
   static constexpr double kGrowing = 0.005;  // of the time passed
-  // of an interval, where nothing asks for fine steps
+  // of an interval, where nothing requires fine steps
   static constexpr double kMaxPieces = 8.0;
   // intervals; too few to fade from kFaded to what is stuck
   static constexpr unsigned kFadingLooked = 1024;
@@ -244,7 +244,7 @@ class Stepper {
       effects_.advance({held, duration, mean, held, present}, false, now.x);
     if (bound.steps_finely) advanceFinely(held, 0.5 * duration, present);
   }
-  /// No effect that steps finely asks for what reacted.
+  /// No effect that steps finely requires what reacted.
   void advanceFinely(const S& held, double duration, const Present<S>& present) {
     effects_.advance({held, duration, now.x[0], held, present}, true, now.x);
   }

@@ -22,9 +22,9 @@ struct LayerPace {
  *
  * An interval whose steps come to no end, or of which even the shortest miss the tolerance again
  * and again (a layer that parameters beyond any battery's take to a hundred volts swings for ever),
- * takes what is left as one step: implicit and matched steps are stable at any length. A simulation
- * of which many intervals take more than usual has fewer for the later ones. So the work of an
- * interval, and with it of an answer, is bounded whatever the parameters are.
+ * takes its remainder as one step: implicit and matched steps are stable at any length. A
+ * simulation of which many intervals take more than usual has fewer for the later ones. So the work
+ * of an interval, and with it of an answer, is bounded whatever the parameters are.
  */
 struct StepsTaken {
   /// @param of the simulation; steps beyond the usual are taken off it.

@@ -32,7 +32,7 @@ struct SourceMemory {
 
 /**
  * @brief A source of the terminal voltage: finds the current that flows, and moves the battery on
- * under it. In arithmetic S the current follows the lanes as the implicit function's derivative.
+ * under it. In arithmetic S the current follows the tangents as the implicit function's derivative.
  */
 template <typename S>
 class VoltageSource {
@@ -40,10 +40,10 @@ class VoltageSource {
   VoltageSource(Stepper<S>& battery, SourceMemory<S>& memory)
       : battery_(battery), now_(battery.now), memory_(memory) {}
 
-  /// As Simulation::advanceAtVoltage(), to a voltage that may follow the lanes itself.
+  /// As Simulation::advanceAtVoltage(), to a voltage that may follow the tangents itself.
   double advanceTo(const S& voltage, double duration, double max_current) {
     const BoundComposition& bound = battery_.effects().bound();
-    battery_.widen();  // the current's lanes reach the double layer
+    battery_.widen();  // the current's tangents reach the double layer
     if (bound.limits_reaction && bound.activity_state < 0 && bound.ladder_state < 0 &&
         !bound.steps_finely && stepAtSource(voltage, duration, max_current))
       return valueOf(memory_.current);
@@ -211,8 +211,8 @@ class VoltageSource {
   }
 
   /**
-   * @brief The hold in arithmetic S with the current as one lane more: Newton's last step, and the
-   * implicit function's derivatives.
+   * @brief The hold in arithmetic S with the current as one tangent more: Newton's last step, and
+   * the implicit function's derivatives.
    *
    * @return false, nothing moved, when that step is longer than a last one may be; `search` goes on
    * from there.
@@ -236,7 +236,7 @@ class VoltageSource {
     }
   }
 
-  /// Takes the current's lane up into the others: it is what keeps the terminal at the voltage.
+  /// Takes the current's tangent up into the others: it is what keeps the terminal at the voltage.
   /// @param end [A], of the search.
   void foldCurrent(const S& held, double end, const S& voltage) {
     const Eigen::Index own = battery_.tangents();
@@ -254,8 +254,8 @@ class VoltageSource {
     changeNumbers(now_, fold);
   }
 
-  /// Lets the current that was solved for follow the lanes so that the terminal voltage stays: the
-  /// implicit function's derivative, by the slopes that the probe has to the current.
+  /// Lets the current that was solved for follow the tangents so that the terminal voltage stays:
+  /// the implicit function's derivative, by the slopes that the probe has to the current.
   void letCurrentFollow(const S& voltage) {
     const S follow = S((valueOf(now_.terminal) - now_.terminal + voltage - valueOf(voltage)) /
                        probeResistance());

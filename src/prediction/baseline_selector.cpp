@@ -136,13 +136,13 @@ ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer, const ChargeAccep
 }
 
 std::string baselineCrankName(const BaselinePredictor& baseline) {
-  return baseline.cranks ? "the straight line through past cranks"
-                         : "the straight line of voltage over current";
+  return baseline.cranks ? "the baseline (line through past cranks)"
+                         : "the baseline (line of voltage over current)";
 }
 
 std::string baselineChargeName(const BaselinePredictor& baseline) {
-  return baseline.phase ? "the median of past charges"
-                        : "the straight line of current over voltage";
+  return baseline.phase ? "the baseline (median of past charges)"
+                        : "the baseline (line of current over voltage)";
 }
 
 }  // namespace battery_sof

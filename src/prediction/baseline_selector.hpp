@@ -37,8 +37,8 @@ struct BaselineSelection {
 };
 
 /**
- * @brief A model beside the baseline predictor of its window over one kind of event: which one
- * answers.
+ * @brief A model compared with the baseline predictor of its window over one kind of event: which
+ * one answers.
  *
  * Each event is expected by both before it is compared. The last 20 events count, and all of the
  * last 15 min. The baseline predictor answers from when at least 5 events were compared and the

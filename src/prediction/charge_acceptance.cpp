@@ -44,7 +44,7 @@ struct MeanCurrent {
   double value = 0.0;              // [A]
   double highest = 0.0;            // [A]
   double beyond_identified = 0.0;  // [V], Simulation::beyondIdentified() at its most
-  Eigen::VectorXd derivatives;     // to the lanes
+  Eigen::VectorXd derivatives;     // to the tangents
 };
 
 /// @param shift [V], added to the voltages, as a function of the time since the start.
@@ -87,8 +87,8 @@ struct ExpectedCurrent {
   double highest, beyond_identified;
 };
 
-/// Mean current with its interval: the lanes' share, and what a standard deviation of the voltage's
-/// error moves it by.
+/// Mean current with its interval: the tangents' share, and what a standard deviation of the
+/// voltage's error moves it by.
 ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<VoltageStep>& steps,
                                 double i_limit) {
   const ResidualFilter errors(model);

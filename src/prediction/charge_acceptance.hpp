@@ -31,7 +31,7 @@ std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQ
 /// A model's mean current at a measured voltage, and the measured one.
 struct MeanChargeCurrent {
   Interval current;           ///< [A], with its 90 % interval
-  double modelled = 0.0;      ///< [A], of the model alone, without what past charges taught
+  double modelled = 0.0;      ///< [A], of the model alone, without the correction by past charges
   double measured = 0.0;      ///< [A]
   double mean_voltage = 0.0;  ///< [V]
 };

@@ -16,7 +16,7 @@ struct ChargeComparison {
   double first_voltage = 0.0;     ///< [V], at its first sample
   double measured_current = 0.0;  ///< [A], mean
   Interval expected_current;      ///< [A], mean
-  /// [A], mean, without what past charges taught
+  /// [A], mean, without the correction by past charges
   double modelled_current = 0.0;
   /// [A], by the window's baseline predictor; see BaselineSelector
   std::optional<Interval> baseline_current = std::nullopt;
@@ -25,7 +25,7 @@ struct ChargeComparison {
 };
 
 /**
- * @brief Finds charges as they begin and sets the model's current at the measured voltage beside
+ * @brief Finds charges as they begin and compares the model's current at the measured voltage with
  * the measured one: the error of SOF2 (docs/physics.md#sof2).
  *
  * A charge begins when the current rises above 2 A from below it and is compared after 10 s; a

@@ -18,7 +18,7 @@ struct CrankComparison {
   double measured_minimum = 0.0;  ///< [V]
   /// [V], each bound's own minimum over the crank
   Interval expected_minimum;
-  double modelled_minimum = 0.0;  ///< [V], without what past cranks taught
+  double modelled_minimum = 0.0;  ///< [V], without the correction by past cranks
   /// [V], by the window's baseline predictor; see BaselineSelector
   std::optional<Interval> baseline_minimum = std::nullopt;
   /// a question before it was answered by that one
@@ -26,8 +26,8 @@ struct CrankComparison {
 };
 
 /**
- * @brief Finds cranks as they pass, by the definition of detectEvents(), and sets the model beside
- * them.
+ * @brief Finds cranks as they pass, by the definition of detectEvents(), and compares the model
+ * with them.
  *
  * The model is frozen at the last sample before the crank and run over the crank's own current.
  */

@@ -39,7 +39,7 @@ std::string faultsOf(const CrankingQuery& query);
 /// Lowest voltage of a crank, of the model's series string, that begins where a simulation stands,
 /// `ahead` [s] after the model's state.
 /// @param beyond_identified raised to Simulation::beyondIdentified() of any moment of the crank
-/// [V]; may be null.
+/// [V]; nullptr: not needed.
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
                        double ahead, double* beyond_identified = nullptr);
 

@@ -9,7 +9,7 @@
 namespace battery_sof {
 
 /**
- * @brief A crank's lowest voltage, the equations' corrected by the cranks that passed.
+ * @brief A crank's lowest voltage, the equations' corrected by past cranks.
  *
  *     u_1 = u_m + w_1' f(i),   u_2 = line(i) + w_2' f(i),   f = [1, clipped, (1 - clipped) (i + 200 A) / 100 A]
  *     u = (u_1 + u_2) / 2 with four past cranks or more, else u_1

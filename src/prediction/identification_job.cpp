@@ -50,7 +50,7 @@ struct JobWindow {
   double max_gap = 0.0;  // [s]
   EventLimits events;
   InstrumentLimits limits;
-  std::optional<ChargerControl> source;  // where it drives the model
+  std::optional<ChargerControl> source;  // where it controls the voltage
 };
 
 IdentificationTrial tryFit(const Series& series, const JobWindow& window, IdentifyOptions options,

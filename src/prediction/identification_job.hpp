@@ -32,8 +32,8 @@ struct IdentificationTrial {
   std::optional<FittedModel> model;
   std::string message;  ///< one sentence
   /// The same model as it followed the samples behind its window, with the events that passed
-  /// there; only where its source drives it: else there is nothing that another model's events do
-  /// not say.
+  /// there; only where a charger controls its voltage: else there is nothing that another model's
+  /// events do not say.
   std::optional<ModelMonitor> followed;
   double recent_rmse = 0.0;              ///< [V], of the model over the most recent window
   std::optional<double> incumbent_rmse;  ///< [V], of the incumbent over the same samples
@@ -54,8 +54,8 @@ IndexRange recentWindow(const Series& series, double length);
  * @brief Chooses a window, fits it (with the extended composition too, if asked) and carries the
  * state to the series' last sample. Reads and changes nothing else.
  *
- * A model that a source's voltage drives keeps past events (EventHistory): those of its window, and
- * of the samples behind it.
+ * A model whose voltage a source controls keeps past events (EventHistory): those of its window,
+ * and of the samples behind it.
  *
  * Both models' errors over recentWindow() are open-loop runs that start from the measured voltage
  * of its first samples, so neither profits from having been there.

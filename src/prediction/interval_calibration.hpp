@@ -6,7 +6,7 @@
 namespace battery_sof {
 
 /**
- * @brief Learns from an event how wide its kind of interval must be: adaptive conformal inference
+ * @brief Updates from an event how wide its kind of interval must be: adaptive conformal inference
  * (Gibbs and Candes 2021) on the logarithm of the width.
  *
  *     outside: factor <- factor e^(0.9 eta),   inside: factor <- factor e^(-0.1 eta),   eta = 0.25

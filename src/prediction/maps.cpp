@@ -76,7 +76,7 @@ MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
   const std::size_t answers = takeMap(verdict, cranking) + takeMap(verdict, charge);
   if (!cranking && !charge)
     verdict = {AnswerCode::kInvalidQuery,
-               "nothing is asked, expected i_load and t_stop, or u_boost and t_sof2"};
+               "no question is given, expected i_load and t_stop, or u_boost and t_sof2"};
   if (verdict.code == AnswerCode::kOk) verdict.message = format("%zu answers", answers);
   return verdict;
 }

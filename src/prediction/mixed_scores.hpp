@@ -39,8 +39,8 @@ struct MixedScores {
 /**
  * @brief Scores in the mixed direction: each sample by the quantity that is not controlled there.
  *
- *     share = 1 - RMS error / spread,     spread = standard deviation of the measured quantity over
- * its samples combined = 1 - sqrt((sum e_i^2 / spread_i^2 + sum e_v^2 / spread_v^2) / n)
+ *     share = 1 - RMS error / spread,  the explained variation; spread: standard deviation measured
+ *     combined = 1 - sqrt((sum e_i^2 / spread_i^2 + sum e_v^2 / spread_v^2) / n)
  *
  * A quantity with fewer than six samples has no share and adds no error to the combined one.
  * Charges are those of chargeBeginnings and beginningOfCharge: nine in ten samples of the first 10

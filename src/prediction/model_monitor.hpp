@@ -39,7 +39,7 @@ class ModelMonitor {
 
   static constexpr std::size_t kChargesKept = 20;  ///< whose voltage is kept
 
-  /// [s], charges that a model with a source is compared over beside 10 s
+  /// [s], charges that a model with a source is compared over in addition to 10 s
   static constexpr double kLongCharge = 60.0;
 
   explicit ModelMonitor(const EventLimits& limits);
@@ -71,13 +71,13 @@ class ModelMonitor {
   const IntervalCalibration& crankCalibration() const { return crank_calibration_; }
   const IntervalCalibration& chargeCalibration() const { return charge_calibration_; }
 
-  // These want a model.
+  // These need a model.
   const FittedModel& accepted() const { return *model_; }  ///< as it was installed
   FittedModel now() const { return tracker_->modelNow(); }
   const FollowedSample& last() const { return tracker_->last(); }
-  /// wants none
+  /// needs none
   bool isVoltageControlled() const { return tracker_ && tracker_->isVoltageControlled(); }
-  /// error() says something; wants none
+  /// error() says something; needs none
   bool isCompared() const { return tracker_ && tracker_->hasSettled(); }
   /// [V], see StateTracker::error()
   double error() const { return tracker_->error(); }

@@ -9,7 +9,7 @@ constexpr double kBlock = 10.0;              // [s]
 constexpr double kClearlyBetter = 0.95;      // of the RMSE
 constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
 constexpr int kMinEvents = 3;
-// Half a step of the coarsest battery sensor known (25 mV), and what it drives through r_charge's
+// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
 // magnitude of 10 mOhm.
 constexpr double kNegligibleVoltage = 0.0125;  // [V]
 constexpr double kNegligibleCurrent = 1.25;    // [A]

@@ -19,7 +19,7 @@ struct ModelSelectorScore {
 };
 
 /**
- * @brief Two models beside each other over the last 15 min: which one answers.
+ * @brief Two models compared over the last 15 min: which one answers.
  *
  * Every sample is predicted by both before it is compared, and identifications do not begin the
  * contest again, so the scores are those of predictions that were really made (prequential; Dawid

@@ -381,7 +381,7 @@ std::string OnlineSession::extensionSentence() const {
   std::string text = running.empty() ? "the base model answers" : selectorSentence();
   if (running == newest->effects) return text;
   const std::string names = join(newest->effects);
-  if (newest->outcome.empty()) return text + "; " + names + " is to be fitted beside it";
+  if (newest->outcome.empty()) return text + "; " + names + " is to be fitted in addition";
   return text + "; the fit with " + names + " was " + newest->outcome;
 }
 

@@ -36,8 +36,8 @@ enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady, kStale }
 /// controlled there.
 struct ExpectedSample {
   double time = 0.0;              ///< [s]
-  std::optional<double> voltage;  ///< [V], where the current drives
-  std::optional<double> current;  ///< [A], where the voltage drives
+  std::optional<double> voltage;  ///< [V], where the current is the input
+  std::optional<double> current;  ///< [A], where the voltage is the input
 };
 
 /// A summary for a status message.
@@ -103,9 +103,9 @@ struct IdentificationOutcome {
  * What the baseline predictors of the model's window were better at, cranks or charges, they answer
  * (BaselineSelector).
  *
- * extendWith() sets a second, extended composition beside the session's own: both are fitted to the
- * same windows and follow every sample; which one answers is the ModelSelector's to say, and the
- * base model answers whenever it says nothing.
+ * extendWith() sets a second, extended composition in addition to the session's own: both are
+ * fitted to the same windows and follow every sample; which one answers is the ModelSelector's to
+ * say, and the base model answers whenever it says nothing.
  */
 class OnlineSession {
  public:
@@ -141,11 +141,11 @@ class OnlineSession {
    * The same composition again changes nothing. With another one an identification is due at once;
    * its fit takes the place of the extended model before it under the same rule as any new fit, and
    * the contest goes on.
-   * @param effects, force the whole composition, as in IdentifyOptions; a force that was estimated
-   * again makes another composition.
+   * @param effects, discrepancy the whole composition, as in IdentifyOptions; a discrepancy that
+   * was estimated again makes another composition.
    * @param from_driving [s] of driving(), not before: what comes from a computation of unknown
    * length takes effect at one
-   *   moment of the drive, however fast that is played.
+   *   moment of the recording, however fast that is played.
    * @throws std::invalid_argument for an empty composition, one that cannot be, or
    * FitStart::kPaper.
    */

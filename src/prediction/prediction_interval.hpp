@@ -15,7 +15,7 @@ inline constexpr double kNinetyPercent = 1.6448536269514722;
  *
  *     var = sum_k (du / d tangent_k)^2 + sigma_m^2
  *
- * @param simulation  of uncertainSimulationOf(), so that the lanes' squares add up to a variance.
+ * @param simulation  of uncertainSimulationOf(), so that the tangents' squares sum to a variance.
  * @param model_error sigma_m [V], what the model misses even with the right parameters.
  */
 Interval voltageInterval(const Simulation& simulation, double model_error);

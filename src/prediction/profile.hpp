@@ -39,16 +39,16 @@ PredictedVoltage predictSeries(const FittedModel& model, const Series& series, I
 
 /// A prediction in the mixed direction with what a crank's correction starts from.
 struct FollowedPrediction : MixedPrediction {
-  /// one a sample of the range; what drives is as measured and has no width
+  /// one a sample of the range; the input is as measured and has no width
   std::vector<char> voltage_controlled;
-  std::vector<double> equations_voltage;  ///< [V], without what was estimated beside the equations
+  std::vector<double> equations_voltage;  ///< [V], of the equations alone
 };
 
 /**
  * @brief As predictSeries(), but driven by the voltage where the model's source controls it: the
  * current is predicted there.
  *
- * Of a range nothing is used but what drives in it. Without a source the current drives throughout.
+ * Of a range nothing is used but its inputs. Without a source the current is the input throughout.
  */
 FollowedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range);
 

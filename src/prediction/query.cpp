@@ -169,7 +169,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   }
   reasons.add(!range.says_nothing.empty(), range.says_nothing);
   reasons.add(range.beyond_identified > kDiscrepancyReach,
-              format("what was estimated beside the equations is held at its range's end, %.0f mV "
+              format("the discrepancy is held at its range's end, %.0f mV "
                      "from where it would be",
                      1e3 * fit.series_blocks * range.beyond_identified));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;

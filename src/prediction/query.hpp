@@ -14,8 +14,8 @@
 
 namespace battery_sof {
 
-/// What a request asks for by a number whose zero has no meaning: 0 and NaN, as in a request that
-/// was never filled in, ask for nothing.
+/// A number of a request whose zero has no meaning: 0 and NaN, as in a request that was never
+/// filled in, request nothing.
 std::optional<double> askedFor(std::optional<double> given);
 
 /// @return the first fault of a profile with what was expected; empty when sound. @param name for

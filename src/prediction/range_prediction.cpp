@@ -8,7 +8,7 @@
 namespace battery_sof {
 namespace {
 
-/// The current drives throughout: what drives is as measured.
+/// The current is the input throughout, as measured.
 FollowedPrediction currentDriven(const FittedModel& model, const Series& series, IndexRange range) {
   const PredictedVoltage voltage = predictSeries(model, series, range);
   FollowedPrediction predicted;
@@ -21,8 +21,8 @@ FollowedPrediction currentDriven(const FittedModel& model, const Series& series,
   return predicted;
 }
 
-/// Whether the voltage drives where a source controls it; gives the fit a source when it was fitted
-/// without.
+/// Whether the voltage is the input where a source controls it; gives the fit a source when it was
+/// fitted without.
 bool drivesBothWays(Fit& fit, const Series& series, PredictionMode mode) {
   if (mode == PredictionMode::kCurrent) return false;
   if (mode == PredictionMode::kAsFitted || fit.source) return fit.source.has_value();

@@ -7,7 +7,7 @@
 
 namespace battery_sof {
 
-/// What drives a model through a recording.
+/// The inputs of a model along a recording.
 enum class PredictionMode {
   kAsFitted,  ///< both, where the model was fitted so; else the current
   kMixed,     ///< the voltage where a source controls it, else the current
@@ -20,11 +20,11 @@ class NoSource : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// What a prediction comes to, in every direction and beside what needs no physics.
+/// Scores of a prediction in every operating mode, with those of the baseline.
 struct PredictionReport {
   /// as the paper has it; its cranks are those of both_ways where that is
   PredictionScores from_current;
-  std::optional<BothWaysScores> both_ways;  ///< none when the current drives throughout
+  std::optional<BothWaysScores> both_ways;  ///< none when the current is the input throughout
   BothWaysScores baseline;
   /// of the baseline line; none without one
   std::optional<PredictionScores> baseline_from_current;

@@ -41,7 +41,7 @@ struct StreamCounts {
 class SampleStream {
  public:
   static constexpr double kClockBack = 10.0;   ///< [s]; real sensors' clocks step back by up to 3 s
-  static constexpr double kClockAhead = 60.0;  ///< [s]; beyond it a stamp wants a witness
+  static constexpr double kClockAhead = 60.0;  ///< [s]; beyond it a stamp needs a witness
 
   /// What came of one offered sample.
   struct Step {

@@ -86,7 +86,7 @@ void StateTracker::lookAhead() {
     step(*ahead_, sampleAfter(*ahead_, n));
 }
 
-/// The n-th of the recent samples as it drives a place that stands at the one before.
+/// The n-th of the recent samples as the input of a state that stands at the one before.
 InputSample StateTracker::sampleAfter(const SimulationPoint& point, std::size_t n) const {
   InputSample sample;
   sample.step = inputStep(point.state.time, point.state.current, recent_.time[n],
@@ -151,7 +151,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
   for (Eigen::Index j = 0; j < composition.stateCount(); ++j) {
     const bool follows = j == 0 || composition.states()[static_cast<std::size_t>(j)].begins_as_u_c2;
     if (!follows) continue;
-    // du/du_c2 is one, so what the voltage does not know beside u_c2 is what u_c2 takes over.
+    // du/du_c2 is one, so what the voltage leaves open apart from u_c2 is what u_c2 takes over.
     (j == 0 ? model.state.u_c2 : model.state.further[static_cast<std::size_t>(j) - 1]) += missing;
     if (factor.cols() > 0)
       moved.row(parameters + j) = factor.row(parameters) - here.voltageDerivatives().transpose();

@@ -10,7 +10,7 @@ namespace battery_sof {
  *
  * One step a sample, with the derivatives of uncertainSimulationOf(); constant memory. Across a gap
  * the battery is taken to rest (driving_current.hpp). Where the model's source controls the voltage
- * (ControlModeDetector), that drives, and the error is the current's.
+ * (ControlModeDetector), that is the input, and the error is the current's.
  *
  * A slow voltage channel is put right as in the fit (VoltageRepair): a sample is settled once the
  * sample after the one that shows its voltage is there, which is voltage_lag + 1 samples later.
@@ -34,7 +34,7 @@ class StateTracker {
   bool follow(double time, double current, double voltage);
   /// Widths of intervals, as past events ask for.
   void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
-  /// What the caller knows of the model beside its numbers: recording and duration of the fit.
+  /// What the caller knows of the model and its numbers do not say: recording, duration of the fit.
   void setOrigin(const Provenance& origin);
 
   // The last settled sample; meaningless before the first.
@@ -42,8 +42,8 @@ class StateTracker {
   const FollowedSample& last() const { return last_; }     ///< as the model followed it
   double lastTime() const { return settled_.state.time; }  ///< [s]
   double lastVoltage() const { return last_voltage_; }     ///< [V], measured, put right
-  /// @return measured less expected [V]; where the voltage drives, the current's error through 10
-  /// mOhm. 0 before the first.
+  /// @return measured less expected [V]; where the voltage is the input, the current's error
+  /// through 10 mOhm. 0 before the first.
   double error() const { return error_; }
 
   /// @return the model with state and covariance moved to the newest sample.
@@ -54,9 +54,9 @@ class StateTracker {
 
   /// At the newest sample; without discrepancy and memories, which modelNow() has.
   const LiveState& state() const { return here().state; }
-  /// Whether a source may drive the model.
+  /// Whether a voltage may be the input of the model.
   bool hasSource() const { return watch_.has_value(); }
-  /// Whether the newest sample's voltage is controlled and drives the model.
+  /// Whether the newest sample's voltage is controlled and is the input of the model.
   bool isVoltageControlled() const { return voltage_controlled_; }
 
   /// What a slow sampling saw of the discharge under way.

@@ -46,7 +46,7 @@ double stopThatDraws(double charge, double i_load) {
   return i_load < 0.0 ? std::min(kLongest, 3600.0 * charge / -i_load) : kLongest;
 }
 
-/// Follows the stop phase and asks for a crank along it.
+/// Follows the stop phase and predicts cranks along it.
 class StopScan {
  public:
   /// @param longest [s], where the stop phase ends.

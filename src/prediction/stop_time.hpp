@@ -4,8 +4,8 @@
 
 namespace battery_sof {
 
-/// The question of a request, as asked() of a crank. Without an u_required nothing is asked, and
-/// the answer says so.
+/// The question of a request, as asked() of a crank. Without an u_required there is no
+/// question, and the answer says so.
 StopTimeQuery asked(StopTimeQuery request);
 
 /**

@@ -31,8 +31,7 @@ std::vector<Finding> findCoarseStep(const Channel& channel, double coarse, doubl
   Finding finding;
   finding.id = "quantisation";
   finding.severity = step < very_coarse * (1.0 - 1e-3) ? Severity::kNote : Severity::kWarning;
-  finding.what =
-      std::string(channel.name) + " comes in steps of " + number(step) + " " + channel.unit;
+  finding.what = std::string(channel.name) + " has steps of " + number(step) + " " + channel.unit;
   finding.meaning =
       "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning;
   finding.value = step;

@@ -153,10 +153,10 @@ Finding aliasingOf(const Evidence& evidence, const Tones& found) {
     finding.what += "; " + counted(found.tones.size() - 1, "weaker tone") + " besides";
   }
   finding.meaning =
-      "ripple from above half the sampling rate, an alternator's for instance, folded down for "
-      "want of an anti-alias filter; or a real load that switches at this rate and is not in the "
-      "measured current: the recording cannot tell. Fits take it for noise, and the lowest voltage "
-      "of a crank is off by up to its amplitude";
+      "ripple from above half the sampling rate, an alternator's for instance, folded down "
+      "without an anti-alias filter; or a real load that switches at this rate and is not in the "
+      "measured current: the recording cannot show which. Fits take it for noise, and the lowest "
+      "voltage of a crank is off by up to its amplitude";
   finding.value = tone.frequency / evidence.interval;
   finding.unit = "Hz";
   finding.samples = static_cast<std::size_t>(std::lround(samples));

@@ -153,7 +153,7 @@ struct Losses {
 /// missing in a row, the logger was off or slow.
 Losses lossesOf(const Evidence& evidence) {
   constexpr double kOnGrid = 0.1;     // of an interval
-  constexpr double kRegular = 0.95;   // of the intervals; what is left is a clock that was set
+  constexpr double kRegular = 0.95;   // of the intervals; the others are of a clock that was set
   constexpr double kMaxInARow = 4.0;  // of one in ten lost at random, five in a row are one in 1e5
   constexpr double kUnbroken = 0.8;   // of the intervals; below, the rate is another
   Losses losses;

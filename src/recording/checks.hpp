@@ -16,7 +16,7 @@ enum class Severity {
   kProblem,  ///< this recording cannot answer the usual questions as it is
 };
 
-/// One thing found in a recording, and what it means to somebody who wants to use it.
+/// One thing found in a recording, and what it means to somebody who is to use it.
 struct Finding {
   /// rate, gaps, clock, missing, clipping, quantisation, sign, offset, skew, stuck, aliasing,
   /// voltage_level, excitation

@@ -111,8 +111,8 @@ double wellPosedAbove(const Series& series, const ControlModeRule& rule) {
   return -(kClearlyCurrent * rule.current_noise + worth);
 }
 
-/// Small changes within discharges beside large ones: a battery answers to both, a held voltage to
-/// neither.
+/// Small changes within discharges compared with large ones: a battery answers to both, a held
+/// voltage to neither.
 bool holdsVoltageInDischarge(const Series& series, const ControlModeRule& rule, double lowest) {
   const auto is_load = [&](double i) { return i < rule.min_current; };
   const auto is_light = [&](double i) { return is_load(i) && i > lowest; };
@@ -215,8 +215,8 @@ void requireValid(const ControlModeRule& rule) {
       (!rule.resistance || (std::isfinite(*rule.resistance) && *rule.resistance > 0.0));
   if (valid) return;
   throw std::invalid_argument(
-      "ControlModeRule: least_current is " + std::to_string(rule.min_current) +
-      " A, current_noise " + std::to_string(rule.current_noise) + " A, voltage_noise " +
+      "ControlModeRule: min_current is " + std::to_string(rule.min_current) + " A, current_noise " +
+      std::to_string(rule.current_noise) + " A, voltage_noise " +
       std::to_string(rule.voltage_noise) + " V (both expected at least 0), max_gap " +
       std::to_string(rule.max_gap) + " s and resistance " +
       std::to_string(rule.resistance.value_or(1.0)) + " Ohm (both expected above 0)");

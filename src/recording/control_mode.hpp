@@ -171,7 +171,7 @@ struct ControlModes {
  *
  * @param series any sampling.
  * @return nothing seen for an empty series.
- * @note One source a recording: a drive followed by a night at a charger has one rule for both.
+ * @note One source a recording: driving followed by a night at a charger has one rule for both.
  */
 ControlModes detectControlMode(const Series& series);
 

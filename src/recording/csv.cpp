@@ -126,7 +126,7 @@ Layout readLayout(const std::filesystem::path& path, TextLines& lines, const Csv
 // ---------------------------------------------------------------------------------------------
 // cells into numbers
 
-/// Where cells end with semicolons, a single comma without a point beside it is the decimal sign.
+/// Where cells end with semicolons, a single comma without a point next to it is the decimal sign.
 std::string withPoint(std::string_view cell, char separator) {
   std::string text(cell);
   const std::size_t comma = text.find(',');

@@ -7,7 +7,7 @@
 namespace battery_sof {
 
 /**
- * @brief What the current channel shows beside a smooth course, and how much of it the battery saw.
+ * @brief What the current channel shows around a smooth course, and how much of it the battery saw.
  *
  *     i = smooth + flicker,   share = cov(u's own flicker, flicker) / (r var(flicker)),   r from the steps of the current
  *

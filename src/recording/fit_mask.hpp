@@ -15,7 +15,7 @@ enum class SampleFault : char { kClipped = 1, kStuck = 2, kRepeated = 3, kBehind
 /// others are known.
 struct InstrumentLimits {
   /// One per sample of the series; a SampleFault for a sample that is no measurement, else 0. Its
-  /// current still drives the simulation: nothing better is known.
+  /// current is still the input of the simulation: nothing better is known.
   std::vector<char> masked;
   /// samples masked because a channel reads exactly its limit
   std::size_t clipped = 0;

@@ -75,7 +75,7 @@ Intake::Intake(IntakeLimits limits) : limits_(limits) {
   }
   if (!(limits.max_abs_time > 0.0) || !(limits.min_interval > 0.0)) {
     throw std::invalid_argument("IntakeLimits: max_abs_time is " +
-                                std::to_string(limits.max_abs_time) + " s and least_interval " +
+                                std::to_string(limits.max_abs_time) + " s and min_interval " +
                                 std::to_string(limits.min_interval) + " s; both must be above 0");
   }
 }

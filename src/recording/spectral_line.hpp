@@ -35,10 +35,10 @@ constexpr std::size_t kLineBlocksMin = 8;  ///< with fewer no line is looked for
  *     Pr{ P > median / ln 2 * ln(K / alpha) } = alpha / K
  *
  * with the median of the neighbouring bins, K bins in a block and alpha = 0.01, the probability of
- * a false alarm anywhere in one block. A line exceeds that in four of five blocks or more; in noise
- * eight blocks do so with a probability below 1e-20. Its phase advances alike from block to block:
- * the mean of exp(i advance) has a magnitude of 0.8 or more, which excludes resonances and loads
- * that switch at irregular times.
+ * a false positive anywhere in one block. A line exceeds that in four of five blocks or more; in
+ * noise eight blocks do so with a probability below 1e-20. Its phase advances alike from block to
+ * block: the mean of exp(i advance) has a magnitude of 0.8 or more, which excludes resonances and
+ * loads that switch at irregular times.
  *
  * A tone must have about 0.6 standard deviations of white noise to be found. Bins below 8 and above
  * 120 (of 128) are not looked at: trends leak into the former, the mirror image into the latter.

@@ -7,7 +7,7 @@
 
 namespace battery_sof {
 
-/// What must be put right in a slow voltage channel before it may drive a model.
+/// What must be put right in a slow voltage channel before it may be the input of a model.
 struct VoltageRepair {
   std::vector<char> dropped;  ///< one a sample; 1 where the channel dropped out for a sample
   std::size_t lag = 0;        ///< [samples], by which the voltage is behind the current

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kFast = 0.06;  // [s]; sampled faster, samples are averaged
 constexpr double kRow = 0.1;    // [s]
-constexpr double kFlat = 1e-9;  // [1], of a column's range: it does not move
+constexpr double kFlat = 1e-9;  // [1], of a regressor's range: it does not move
 // quantile of the overpotential above which side reactions are looked for
 constexpr double kTimesNear = 0.9;
 
@@ -134,7 +134,7 @@ class Responder {
   Linearization out_;
 };
 
-/// Context for columns: how high the overpotential goes, how fast and how long the drive is.
+/// Context for regressors: how high the overpotential goes, how fast and how long the recording is.
 RegressorContext contextOf(const InputSequence& inputs, const Linearization& response,
                            double beta) {
   RegressorContext context;
@@ -156,12 +156,12 @@ RegressorContext contextOf(const InputSequence& inputs, const Linearization& res
   return context;
 }
 
-/// Means of a memory's columns over the rows.
-Eigen::MatrixXd rawColumns(const InputSequence& inputs, const Linearization& response,
-                           RegressorMemory& memory) {
-  const auto columns = static_cast<Eigen::Index>(memory.columns().size());
-  Eigen::MatrixXd values(response.time.size(), columns);
-  Eigen::VectorXd now(columns), sum(columns);
+/// Means of a memory's regressors over the rows.
+Eigen::MatrixXd rawRegressors(const InputSequence& inputs, const Linearization& response,
+                              RegressorMemory& memory) {
+  const auto count = static_cast<Eigen::Index>(memory.regressors().size());
+  Eigen::MatrixXd values(response.time.size(), count);
+  Eigen::VectorXd now(count), sum(count);
   for (Eigen::Index row = 0; row < response.time.size(); ++row) {
     sum.setZero();
     const auto begin = response.first[static_cast<std::size_t>(row)],
@@ -231,7 +231,7 @@ DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& resp
   DesignMatrix table;
   table.context = contextOf(inputs, response, beta);
   RegressorMemory memory(regressorLibrary(table.context), table.context);
-  Eigen::MatrixXd values = rawColumns(inputs, response, memory);
+  Eigen::MatrixXd values = rawRegressors(inputs, response, memory);
   const auto training = values.topRows(response.training);
   std::vector<Eigen::Index> moving;
   const Eigen::VectorXd low = training.colwise().minCoeff(), high = training.colwise().maxCoeff();
@@ -241,19 +241,19 @@ DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& resp
   for (Eigen::Index k = 0; k < values.cols(); ++k)
     if (scale[k] > kFlat * (1.0 + std::max(std::abs(low[k]), std::abs(high[k]))))
       moving.push_back(k);
-  table.columns = kept(memory.columns(), moving);
+  table.regressors = kept(memory.regressors(), moving);
   table.lower = low(moving);
   table.upper = high(moving);
   table.centre = centre(moving);
   table.scale = scale(moving);
-  const auto kept_columns = static_cast<Eigen::Index>(moving.size());
-  for (Eigen::Index j = 0; j < kept_columns; ++j) {  // in place: a column's own is never before it
+  const auto kept_count = static_cast<Eigen::Index>(moving.size());
+  for (Eigen::Index j = 0; j < kept_count; ++j) {  // in place: a regressor's own is never before it
     Eigen::ArrayXd x = values.col(moving[static_cast<std::size_t>(j)]).array();
-    if (!isUnbounded(table.columns[static_cast<std::size_t>(j)].kind))
+    if (!isUnbounded(table.regressors[static_cast<std::size_t>(j)].kind))
       x = x.max(table.lower[j]).min(table.upper[j]);
     values.col(j) = answered(response, ((x - table.centre[j]) / table.scale[j]).matrix());
   }
-  values.conservativeResize(Eigen::NoChange, kept_columns);
+  values.conservativeResize(Eigen::NoChange, kept_count);
   table.values = std::move(values);
   return table;
 }

@@ -7,14 +7,14 @@
 namespace battery_sof {
 namespace {
 
-// [s]; a recording with a gap of years would ask for years
+// [s]; a recording with a gap of years would need years
 constexpr double kLongestAnswer = 43200.0;
 
-/// The force's sum over columns as they stand.
+/// The discrepancy's sum over regressors as they stand.
 double summed(const DiscrepancyModel& discrepancy, const Eigen::VectorXd& values) {
   double sum = 0.0;
   for (Eigen::Index k = 0; k < discrepancy.weight.size(); ++k) {
-    const bool free = isUnbounded(discrepancy.columns[static_cast<std::size_t>(k)].kind);
+    const bool free = isUnbounded(discrepancy.regressors[static_cast<std::size_t>(k)].kind);
     const double x =
         free ? values[k] : std::clamp(values[k], discrepancy.lower[k], discrepancy.upper[k]);
     sum += discrepancy.weight[k] * (x - discrepancy.centre[k]) / discrepancy.scale[k];
@@ -22,13 +22,13 @@ double summed(const DiscrepancyModel& discrepancy, const Eigen::VectorXd& values
   return sum;
 }
 
-/// Standard deviation of a force's change from some columns' values to others.
+/// Standard deviation of a discrepancy's change from some regressors' values to others.
 std::optional<double> changeStd(const DiscrepancyModel& discrepancy, const Eigen::VectorXd& from,
                                 const Eigen::VectorXd& to) {
   if (discrepancy.covariance.rows() != discrepancy.weight.size()) return std::nullopt;
   Eigen::VectorXd change = to - from;
   for (Eigen::Index k = 0; k < change.size(); ++k)
-    if (!isUnbounded(discrepancy.columns[static_cast<std::size_t>(k)].kind))
+    if (!isUnbounded(discrepancy.regressors[static_cast<std::size_t>(k)].kind))
       change[k] = std::clamp(to[k], discrepancy.lower[k], discrepancy.upper[k]) -
                   std::clamp(from[k], discrepancy.lower[k], discrepancy.upper[k]);
   change.array() /= discrepancy.scale.array();
@@ -40,9 +40,9 @@ std::optional<double> changeStd(const DiscrepancyModel& discrepancy, const Eigen
 std::vector<DiscrepancyAnswer> answersOf(const DiscrepancyModel& discrepancy, double current,
                                          double longest) {
   const double step = std::max(0.1, discrepancy.context.interval);
-  Eigen::VectorXd rest(static_cast<Eigen::Index>(discrepancy.columns.size())), up = rest,
-                                                                               down = rest;
-  RegressorMemory rested(discrepancy.columns, discrepancy.context);
+  Eigen::VectorXd rest(static_cast<Eigen::Index>(discrepancy.regressors.size())), up = rest,
+                                                                                  down = rest;
+  RegressorMemory rested(discrepancy.regressors, discrepancy.context);
   rested.advance({0.0, 0.0, 0.0, false, 0.0, discrepancy.context.span}, rest);
   RegressorMemory charged = rested, discharged = rested, resting = rested;
   std::vector<DiscrepancyAnswer> answers;

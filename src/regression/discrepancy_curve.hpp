@@ -22,9 +22,9 @@ struct DiscrepancyAtCurrent {
  * @brief A discrepancy model over the current: answersOf() at 1, 2, 5, 10, ... 500 A in both
  * directions.
  * @param least, most currents that it was estimated from [A], least <= most; none beyond them is
- * asked for.
- * @return ascending in the current; empty where the force was estimated from too short a time to
- * answer.
+ * needed.
+ * @return ascending in the current; empty where the discrepancy was estimated from too short a
+ * time to answer.
  */
 std::vector<DiscrepancyAtCurrent> curveOf(const DiscrepancyModel& discrepancy, double least,
                                           double most);

@@ -8,7 +8,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr int kMaxColumns = 12;
+constexpr int kMaxRegressors = 12;
 constexpr double kFirstSampleFraction = 0.05;
 constexpr int kPasses = 3;
 const std::array<double, kBaseDirections> kDirectionStd = {0.01, 0.01, 1.5, 0.7, 0.5, 0.2};
@@ -18,7 +18,7 @@ const std::array<double, kBaseDirections> kDirectionStd = {0.01, 0.01, 1.5, 0.7,
 struct Rows {
   const Eigen::MatrixXd& directions;
   const Eigen::MatrixXd& table;
-  std::vector<Eigen::Index> used;     // columns of the table
+  std::vector<Eigen::Index> used;     // regressors of the table
   std::vector<Eigen::Index> counted;  // rows that are estimated from
   Eigen::VectorXd targets;            // of these
   LinearProblem problem;
@@ -27,7 +27,7 @@ struct Rows {
   Eigen::VectorXd times(const Eigen::VectorXd& z) const {
     return directions * z.head(kBaseDirections) + free(z.tail(z.size() - kBaseDirections));
   }
-  /// @return the same of the table's columns alone.
+  /// @return the same of the table's regressors alone.
   Eigen::VectorXd free(const Eigen::VectorXd& weight) const {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(table.cols());
     all(used) = weight;
@@ -62,7 +62,7 @@ Rows rowsOf(const Linearization& response, const DesignMatrix& table,
             const RegressorFilter& wanted) {
   Rows rows{response.sensitivity, table.values, {}, {}, {}, {}};
   for (Eigen::Index k = 0; k < table.values.cols(); ++k)
-    if (!wanted || wanted(table.columns[static_cast<std::size_t>(k)])) rows.used.push_back(k);
+    if (!wanted || wanted(table.regressors[static_cast<std::size_t>(k)])) rows.used.push_back(k);
   for (Eigen::Index row = 0; row < response.training; ++row)
     if (response.weight[row] > 0.0) rows.counted.push_back(row);
   rows.targets = response.error(rows.counted) -
@@ -74,7 +74,7 @@ Rows rowsOf(const Linearization& response, const DesignMatrix& table,
   problem.known_std = Eigen::Map<const Eigen::VectorXd>(kDirectionStd.data(), kBaseDirections);
   for (const Eigen::Index k : rows.used)
     problem.group.push_back(
-        static_cast<int>(groupOf(table.columns[static_cast<std::size_t>(k)].kind)));
+        static_cast<int>(groupOf(table.regressors[static_cast<std::size_t>(k)].kind)));
   problem.groups = kRegressorGroups;
   return rows;
 }
@@ -85,9 +85,9 @@ Eigen::VectorXd withoutDiscrepancy(const Rows& rows) {
   return fitSomeGroups(rows.problem, 1.0, none).z;
 }
 
-/// RMS of a part of the force over the training rows, what the base circuit can take up of it left
-/// out.
-double rmsBesideBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index known) {
+/// RMS of a part of the discrepancy over the training rows, less what the base circuit takes up of
+/// it.
+double rmsBeyondBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index known) {
   const Eigen::VectorXd part = rows.free(z)(rows.counted);
   const Eigen::MatrixXd base = rows.directions(rows.counted, Eigen::all);
   const Eigen::VectorXd taken =
@@ -95,15 +95,14 @@ double rmsBesideBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index kn
   return std::sqrt((part - base * taken).squaredNorm() / rows.problem.rows);
 }
 
-/// Which of the free columns belong to a mechanism, 1 each.
+/// Which of the free regressors belong to a mechanism, 1 each.
 Eigen::VectorXd ofMechanism(const Rows& rows, const DesignMatrix& table, Mechanism mechanism) {
   Eigen::VectorXd own(static_cast<Eigen::Index>(rows.used.size()));
   for (Eigen::Index k = 0; k < own.size(); ++k)
-    own[k] =
-        table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(k)])].mechanism ==
-                mechanism
-            ? 1.0
-            : 0.0;
+    own[k] = table.regressors[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(k)])]
+                         .mechanism == mechanism
+                 ? 1.0
+                 : 0.0;
   return own;
 }
 
@@ -133,7 +132,7 @@ std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const DesignMatrix& 
   std::array<double, kMechanisms> gain{};
   for (const SparseStep& step : sparse.path)
     gain[static_cast<std::size_t>(
-        table.columns[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(step.column)])]
+        table.regressors[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(step.column)])]
             .mechanism)] += step.gain;
   std::vector<MechanismWeight> mechanisms;
   const Eigen::Index known = rows.problem.known();
@@ -141,7 +140,7 @@ std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const DesignMatrix& 
     const Eigen::VectorXd own = weight.cwiseProduct(ofMechanism(rows, table, mechanism));
     if (gain[static_cast<std::size_t>(mechanism)] > 0.0)
       mechanisms.push_back(
-          {mechanism, gain[static_cast<std::size_t>(mechanism)], rmsBesideBase(rows, own, known)});
+          {mechanism, gain[static_cast<std::size_t>(mechanism)], rmsBeyondBase(rows, own, known)});
   }
   std::stable_sort(mechanisms.begin(), mechanisms.end(),
                    [](const MechanismWeight& one, const MechanismWeight& other) {
@@ -150,7 +149,7 @@ std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const DesignMatrix& 
   return mechanisms;
 }
 
-/// Strengths by groups, at the temper that what they leave asks for.
+/// Strengths by groups, at the effective sample fraction of their residual.
 LinearFit groupedFit(const Rows& rows) {
   double effective_sample_fraction = kFirstSampleFraction;
   LinearFit grouped;
@@ -162,18 +161,18 @@ LinearFit groupedFit(const Rows& rows) {
   return grouped;
 }
 
-/// The same by few columns.
+/// The same by few regressors.
 SparseFit sparseFit(const Rows& rows) {
   double effective_sample_fraction = kFirstSampleFraction;
   SparseFit sparse;
   for (int pass = 0; pass < kPasses; ++pass) {
-    sparse = fitSparse(rows.problem, effective_sample_fraction, kMaxColumns);
+    sparse = fitSparse(rows.problem, effective_sample_fraction, kMaxRegressors);
     effective_sample_fraction = independentShare(rows.left(sparse.fit.z));
   }
   return sparse;
 }
 
-/// Gain of ln evidence over the base circuit `alone`, at the temper of what that leaves.
+/// Gain of ln evidence over the base circuit `alone`, at the sample fraction of its residual.
 double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit& grouped) {
   const Eigen::VectorXd left = rows.left(alone);
   const double own = independentShare(left);
@@ -182,13 +181,13 @@ double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit&
          fitSomeGroups(rows.problem, own, none).evidence;
 }
 
-/// The force that weights z of all columns make. @return its base_change is left to the caller.
+/// The discrepancy with weights z of all regressors. @return its base_change is for the caller.
 DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table,
                                const LinearFit& grouped, const Eigen::VectorXd& z) {
   const Eigen::Index free = z.size() - rows.problem.known();
   DiscrepancyModel discrepancy;
   for (const Eigen::Index k : rows.used)
-    discrepancy.columns.push_back(table.columns[static_cast<std::size_t>(k)]);
+    discrepancy.regressors.push_back(table.regressors[static_cast<std::size_t>(k)]);
   discrepancy.context = table.context;
   discrepancy.lower = table.lower(rows.used);
   discrepancy.upper = table.upper(rows.used);
@@ -234,7 +233,7 @@ DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix&
   fit.discrepancy.base_change = response.expected + z.head(kBaseDirections);
   fit.mechanisms = mechanismsOf(rows, table, sparse, fit.discrepancy.weight);
   fit.noise = std::sqrt(rows.left(z).squaredNorm() / rows.problem.rows);
-  fit.rms = rmsBesideBase(rows, fit.discrepancy.weight, known);
+  fit.rms = rmsBeyondBase(rows, fit.discrepancy.weight, known);
   const Eigen::VectorXd from = response.sensitivity * response.expected;
   fit.predicted = from + rows.times(z);
   fit.base = from + response.sensitivity * alone.head(known);
@@ -263,6 +262,8 @@ LeftOutErrors leftOutErrors(const Linearization& response, const DesignMatrix& t
   return {std::sqrt(base / counted), std::sqrt(discrepancy / counted)};
 }
 
-bool isTimeless(const Regressor& column) { return groupOf(column.kind) != RegressorGroup::kTime; }
+bool isTimeless(const Regressor& regressor) {
+  return groupOf(regressor.kind) != RegressorGroup::kTime;
+}
 
 }  // namespace battery_sof

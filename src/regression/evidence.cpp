@@ -16,10 +16,10 @@ constexpr double kMinStrength = 1e-6;  // [V], off
 constexpr double kMinNoise = 3e-5;     // [V]
 constexpr double kTwoPi = 6.283185307179586;
 constexpr int kRounds = 60, kFewRounds = 20;
-constexpr double kSettled = 0.003;      // nats of ln p between rounds
+constexpr double kSettled = 0.003;      // of ln p between rounds
 constexpr double kSettledNoise = 1e-4;  // of the noise between rounds
 
-/// Sums of the columns in use, tempered.
+/// Sums of the columns in use, scaled by the effective sample fraction.
 struct Part {
   std::vector<Eigen::Index> columns;
   Eigen::MatrixXd products;
@@ -245,7 +245,7 @@ class SparseSearch {
   struct Gains {
     int best = -1;
     double gain = 0.0, strength = 0.0;
-    Eigen::VectorXd own;  // strength^2 that each chosen column asks for
+    Eigen::VectorXd own;  // strength^2 that each chosen column needs
   };
 
   void settle() {
@@ -395,19 +395,20 @@ double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::Vector
                             double square, double rows, double effective_sample_fraction,
                             double noise) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(effective_sample_fraction * products);
-  const Eigen::ArrayXd told = axes.eigenvalues().array().max(0.0);
+  const Eigen::ArrayXd spectrum = axes.eigenvalues().array().max(0.0);
   const Eigen::ArrayXd squares =
       (effective_sample_fraction * (axes.eigenvectors().transpose() * targets)).array().square();
   const double y2 = effective_sample_fraction * square, n = effective_sample_fraction * rows;
   double s = noise;
   for (int round = 0; round < kRounds; ++round) {
-    const Eigen::ArrayXd kept = told + s * s;
-    const double residual = y2 - (2.0 * squares / kept - told * squares / kept.square()).sum();
+    const Eigen::ArrayXd kept = spectrum + s * s;
+    const double residual = y2 - (2.0 * squares / kept - spectrum * squares / kept.square()).sum();
     const double next = std::max(
-        kMinNoise, std::sqrt(std::max(residual, 0.0) / std::max(n - (told / kept).sum(), 0.1 * n)));
+        kMinNoise,
+        std::sqrt(std::max(residual, 0.0) / std::max(n - (spectrum / kept).sum(), 0.1 * n)));
     if (std::abs(next - std::exchange(s, next)) < kSettledNoise * next) break;
   }
-  const Eigen::ArrayXd kept = told + s * s;
+  const Eigen::ArrayXd kept = spectrum + s * s;
   return -0.5 * n * std::log(kTwoPi * s * s) - 0.5 * (y2 - (squares / kept).sum()) / (s * s) -
          0.5 * (kept / (s * s)).log().sum();
 }

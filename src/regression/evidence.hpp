@@ -48,9 +48,9 @@ struct LinearFit {
  *
  *     ln p = -n/2 ln(2 pi s^2) - (y'y - h'B^-1 h) / (2 s^2) - ln|B| / 2,   B = 1 + D A'A D / s^2,  D = diag(s_k)
  *
- * times `temper`: rows whose errors hang together count as fewer. Started from small and from large
- * strengths and from groups taken in one after the other: a single start can be trapped with a
- * group off.
+ * times the effective sample fraction: rows whose errors hang together count as fewer. Started from
+ * small and from large strengths and from groups taken in one after the other: a single start can
+ * be trapped with a group off.
  */
 LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fraction,
                     const GroupPrior& prior = {});
@@ -60,8 +60,8 @@ LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fracti
 LinearFit fitSomeGroups(const LinearProblem& problem, double effective_sample_fraction,
                         const std::vector<char>& active, const GroupPrior& prior = {});
 
-/// The same from strengths and noise of another fit, such as one at another temper: no other start
-/// is tried.
+/// The same from strengths and noise of another fit, such as one at another fraction: no other
+/// start is tried.
 LinearFit fitGroupsFrom(const LinearProblem& problem, double effective_sample_fraction,
                         const LinearFit& start, const GroupPrior& prior = {});
 

@@ -12,7 +12,7 @@
 namespace battery_sof {
 
 // JSON of `sof stop-time` and `sof charge`: the fields of the services' responses. Absent numbers
-// are null, and so are infinite ones, which JSON does not have: outcome says "always" then.
+// are JSON null, and so are infinite ones, which JSON does not have: outcome says "always" then.
 nlohmann::json stopTimeJson(const StopTimeAnswer& answer);
 nlohmann::json chargeAcceptanceJson(const ChargeAcceptanceAnswer& answer);
 

@@ -109,7 +109,7 @@ nlohmann::json effectJson(const EffectInfo& effect) {
           {"parameters", parameters},
           {"states", states},
           {"look_alikes", effect.look_alikes},
-          {"tells_apart", effect.tells_apart},
+          {"tells_apart", effect.distinguished_by},
           {"needs", effect.needs},
           {"is_nonlinear", effect.is_nonlinear}};
 }
@@ -131,7 +131,7 @@ std::string codes(const std::vector<std::string>& names) {
   return join(marked);
 }
 
-/// Sections of docs/physics.md as links of a page beside it.
+/// Sections of docs/physics.md as links of a page in the same folder.
 std::string linked(const std::string& source) {
   static const std::regex section(R"(docs/(physics\.md#([a-z0-9_]+)))");
   return std::regex_replace(source, section, "[$2]($1)");
@@ -156,7 +156,7 @@ std::string effectMarkdown(const EffectInfo& effect) {
   if (!effect.is_nonlinear.empty())
     text += "- With it the voltage is no longer linear in " + codes(effect.is_nonlinear) + ".\n";
   text += "- Often confused with " + codes(effect.look_alikes) + ".\n";
-  return text + "- Distinguished by: " + effect.tells_apart + ".\n\n";
+  return text + "- Distinguished by: " + effect.distinguished_by + ".\n\n";
 }
 
 int tierRank(char tier) { return tier == 'S' ? 0 : tier == 'P' ? 1 : 2; }
@@ -204,10 +204,9 @@ std::string effectText(const EffectInfo& effect) {
   for (const auto& [name, state] : namedStates(effect))
     text += "    " + name + " [" + state.unit + "], " + beginningOf(state) + "\n";
   text += "\nconfused with  " + join(effect.look_alikes) + "\n";
-  text += "distinguish by " + effect.tells_apart + "\n";
+  text += "distinguish by " + effect.distinguished_by + "\n";
   if (!effect.needs.empty()) text += "needs          " + join(effect.needs) + "\n";
-  if (!effect.is_nonlinear.empty())
-    text += "bends          " + join(effect.is_nonlinear) + ": no longer linear beside it\n";
+  if (!effect.is_nonlinear.empty()) text += "nonlinear in   " + join(effect.is_nonlinear) + "\n";
   return text;
 }
 

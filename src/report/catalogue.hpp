@@ -19,9 +19,9 @@ std::string effectText(const EffectInfo& effect);
 
 /**
  * {"schema": "battery_sof/effects/1", "effects": [...], "mechanisms":
- * [{"id","sentence","members"}]}; what is not stated is null. Mechanisms are all of them, with the
- * faults of sampling that are no effects (namesOf()); an effect has its own under "mechanism", its
- * tier is its code's first letter.
+ * [{"id","sentence","members"}]}; what is not stated is JSON null. Mechanisms are all of them, with
+ * the faults of sampling that are no effects (namesOf()); an effect has its own under "mechanism",
+ * its tier is its code's first letter.
  */
 nlohmann::json catalogueJson(const std::vector<EffectInfo>& effects);
 

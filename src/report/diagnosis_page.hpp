@@ -14,7 +14,7 @@ bool hasPlotLibrary();
  * @brief A diagnosis as one HTML document that opens from disk: style, script, plot library and
  * data inside, no network.
  *
- * Plots hold the drive reduced by displaySamples(), so a page stays below 3 MB however long the
+ * Plots hold the recording reduced by displaySamples(), so a page stays below 3 MB however long the
  * recording.
  *
  * @param recording the one that was diagnosed, at the same rate.

@@ -13,9 +13,9 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kSegmentsTold = 8;    // of the text's list; JSON has all
-constexpr std::size_t kCandidatesTold = 6;  // of the text's list
-constexpr double kNotableZ = 4.0;           // of an absorption: 1 in 16,000 by chance alone
+constexpr std::size_t kSegmentsTold = 8;        // of the text's list; JSON has all
+constexpr std::size_t kReportedCandidates = 6;  // of the text's list
+constexpr double kNotableZ = 4.0;               // of an absorption: 1 in 16,000 by chance alone
 
 // ---------------------------------------------------------------------------------------------
 // JSON
@@ -81,7 +81,7 @@ Json regimeJson(const RegimeFinding& finding) {
           {"lower", number(finding.lower)},
           {"upper", number(finding.upper)},
           {"p_value", number(finding.p_value)},
-          {"alarm", finding.alarm}};
+          {"alarm", finding.is_significant}};
 }
 
 Json parameterBiasJson(const ParameterBias& parameter_bias) {
@@ -223,7 +223,7 @@ std::vector<MismatchSegment> largest(std::vector<MismatchSegment> segments) {
 std::string mismatchText(const Diagnosis& d) {
   if (d.mismatch.empty()) return "";
   std::string text =
-      format("\nwhere measurement and base model part (%zu stretches%s), measured minus model\n",
+      format("\nwhere measurement and base model deviate (%zu stretches%s), measured minus model\n",
              d.mismatch.size(), d.mismatch.size() > kSegmentsTold ? "; the largest" : "");
   text += format("%s%10s %10s  %-22s %10s %10s %9s\n", kIndent, "from [s]", "to [s]", "regime",
                  "mean [mV]", "peak [mV]", "p");
@@ -237,17 +237,17 @@ std::string mismatchText(const Diagnosis& d) {
 std::string regimesText(const Diagnosis& d) {
   std::string text;
   for (const RegimeFinding& f : d.regimes) {
-    if (!f.alarm) continue;
+    if (!f.is_significant) continue;
     const std::string unit = f.statistic == "slope" ? "mV/s" : "mV";
     text += wrapped(kIndent, plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) +
                                  " " + unit + ", 95 % between " + millivolts(f.lower) + " and " +
                                  millivolts(f.upper) + " " + unit +
                                  format(" (%zu episodes)", f.episodes));
   }
-  return text.empty() ? text : "\nregimes in which the base model errs\n" + text;
+  return text.empty() ? text : "\nregimes in which the base model deviates\n" + text;
 }
 
-std::string wantedChange(const ParameterBias& a) {
+std::string neededChange(const ParameterBias& a) {
   return a.parameter == "u_dc" ? millivolts(a.change) + " mV"
                                : format("%+.0f %%", 100.0 * a.change);
 }
@@ -256,8 +256,8 @@ std::string parameterBiasText(const Diagnosis& d) {
   std::string text;
   for (const ParameterBias& a : d.parameter_bias)
     if (std::abs(a.z) >= kNotableZ)
-      text += format("%s%-12s wants %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(),
-                     wantedChange(a).c_str(), plainName(a.regime).c_str(), a.z);
+      text += format("%s%-12s needs %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(),
+                     neededChange(a).c_str(), plainName(a.regime).c_str(), a.z);
   return text.empty() ? text : "\nwhat the base model's parameters have taken up\n" + text;
 }
 
@@ -293,9 +293,9 @@ std::string effectsText(const Diagnosis& d) {
 
 std::string rejectedText(const Diagnosis& d) {
   std::string text;
-  std::size_t told = 0;
+  std::size_t reported = 0;
   for (const Candidate& c : d.candidates)
-    if (!c.rejected_because.empty() && told++ < kCandidatesTold)
+    if (!c.rejected_because.empty() && reported++ < kReportedCandidates)
       text += wrapped(format("%s%-26s evidence %7.1f  ", kIndent, c.id.c_str(), c.evidence),
                       c.rejected_because);
   return text.empty() ? text : "\nweighed and rejected\n" + text;
@@ -358,9 +358,9 @@ std::string restText(const Diagnosis& d) {
                 ? wrapped("too small    ",
                           millivolts(d.unexplained.rmse) + " mV RMS of structure is left; below " +
                               millivolts(d.unexplained.limits.rmse) + " mV nothing is reported")
-                : wrapped("unexplained  ", "columns of the currents would take up " +
+                : wrapped("unexplained  ", "regressors of the currents would explain " +
                                                millivolts(d.unexplained.rmse) +
-                                               " mV RMS beside the equations");
+                                               " mV RMS in addition to the equations");
   if (!d.next_experiment.empty()) text += wrapped("next         ", d.next_experiment);
   return text.empty() ? text : "\n" + text;
 }

@@ -8,15 +8,15 @@
 namespace battery_sof {
 
 /**
- * @brief JSON of `sof diagnose`, schema battery_sof/diagnosis/1. Absent and not finite numbers are
- * null.
+ * @brief JSON of `sof diagnose`, schema battery_sof/diagnosis/2. Absent and not finite numbers are
+ * JSON null.
  *
- * Beside the contract's fields: program, recording; effects: title, evidence, voltage_rms_v,
- * indistinguishable_from, and parameters' lower, upper (of the 95 % interval), at_bound;
- * candidates: title, mechanism; fit.regimes; regimes; absorption; instrument; withheld_rmse_v: of
- * an extended model that predicts the hold-out worse than the base model and is not given; learned;
- * detectable; outside; controlled: operating mode, by reason, and the stretches whose voltage a
- * source controls.
+ * In addition to the contract's fields: program, recording; effects: title, evidence,
+ * voltage_rms_v, indistinguishable_from, and parameters' lower, upper (of the 95 % interval),
+ * at_bound; candidates: title, mechanism; fit.regimes; regimes; parameter_bias; instrument;
+ * withheld_rmse_v: of an extended model that predicts the hold-out worse than the base model and is
+ * not given; discrepancy; detection_limits; unobservable; operating_mode by reason, and the
+ * stretches whose voltage a source controls.
  */
 nlohmann::json diagnosisJson(const Diagnosis& diagnosis);
 

@@ -5,19 +5,19 @@
 namespace battery_sof {
 namespace {
 
-/// Numbers of a column: those of its kind, then where it was seen and what it weighs.
-constexpr std::array<const char*, 8> kColumnNumbers = {"time",  "scale",  "charge", "lower",
-                                                       "upper", "centre", "spread", "weight_v"};
+/// Numbers of a regressor: those of its kind, then where it was seen and what it weighs.
+constexpr std::array<const char*, 8> kRegressorNumbers = {"time",  "scale",  "charge", "lower",
+                                                          "upper", "centre", "spread", "weight_v"};
 
-YAML::Node columnNode(const DiscrepancyModel& discrepancy, std::size_t k) {
-  const Regressor& column = discrepancy.columns[k];
+YAML::Node regressorNode(const DiscrepancyModel& discrepancy, std::size_t k) {
+  const Regressor& regressor = discrepancy.regressors[k];
   const auto j = static_cast<Eigen::Index>(k);
   YAML::Node node;
-  node["kind"] = kindId(column.kind);
-  node["mechanism"] = mechanismId(column.mechanism);
-  node["numbers"] =
-      flow({column.time, column.scale, column.charge, discrepancy.lower[j], discrepancy.upper[j],
-            discrepancy.centre[j], discrepancy.scale[j], discrepancy.weight[j]});
+  node["kind"] = kindId(regressor.kind);
+  node["mechanism"] = mechanismId(regressor.mechanism);
+  node["numbers"] = flow({regressor.time, regressor.scale, regressor.charge, discrepancy.lower[j],
+                          discrepancy.upper[j], discrepancy.centre[j], discrepancy.scale[j],
+                          discrepancy.weight[j]});
   node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
 }
@@ -34,11 +34,11 @@ T oneOf(const Reader& node, const char* key, const All& all, const Name& name) {
   node.fail(key, "is \"" + id + "\", expected one of " + known);
 }
 
-void addColumn(const Reader& node, Eigen::Index j, DiscrepancyModel& discrepancy) {
-  const auto x = node.finiteNumbers("numbers", kColumnNumbers.size());
-  discrepancy.columns.push_back({oneOf<RegressorKind>(node, "kind", allRegressorKinds(), kindId),
-                                 oneOf<Mechanism>(node, "mechanism", kAllMechanisms, mechanismId),
-                                 x[0], x[1], x[2]});
+void addRegressor(const Reader& node, Eigen::Index j, DiscrepancyModel& discrepancy) {
+  const auto x = node.finiteNumbers("numbers", kRegressorNumbers.size());
+  discrepancy.regressors.push_back(
+      {oneOf<RegressorKind>(node, "kind", allRegressorKinds(), kindId),
+       oneOf<Mechanism>(node, "mechanism", kAllMechanisms, mechanismId), x[0], x[1], x[2]});
   discrepancy.lower[j] = x[3];
   discrepancy.upper[j] = x[4];
   discrepancy.centre[j] = x[5];
@@ -57,11 +57,11 @@ YAML::Node discrepancyNode(const DiscrepancyModel& discrepancy) {
                           discrepancy.base_change.data() + discrepancy.base_change.size()});
   for (const DiscrepancyModel::Part& part : discrepancy.parts)
     node["factor_std"][mechanismId(part.mechanism)] = scalar(part.std);
-  for (const char* name : kColumnNumbers) node["numbers"].push_back(name);
+  for (const char* name : kRegressorNumbers) node["numbers"].push_back(name);
   node["numbers"].SetStyle(YAML::EmitterStyle::Flow);
   node["regressors"] = YAML::Node(YAML::NodeType::Sequence);
-  for (std::size_t k = 0; k < discrepancy.columns.size(); ++k)
-    node["regressors"].push_back(columnNode(discrepancy, k));
+  for (std::size_t k = 0; k < discrepancy.regressors.size(); ++k)
+    node["regressors"].push_back(regressorNode(discrepancy, k));
   return node;
 }
 
@@ -74,13 +74,13 @@ DiscrepancyModel discrepancyOf(const Reader& node) {
               "must be interval (0 or more), span, beta (above 0), high and its width (above 0)");
   const auto circuit = node.finiteNumbers("circuit", static_cast<std::size_t>(kBaseDirections));
   discrepancy.base_change = Eigen::Map<const Eigen::VectorXd>(circuit.data(), kBaseDirections);
-  const std::vector<Reader> columns = node.listAt("regressors");
-  const auto size = static_cast<Eigen::Index>(columns.size());
+  const std::vector<Reader> regressors = node.listAt("regressors");
+  const auto size = static_cast<Eigen::Index>(regressors.size());
   for (Eigen::VectorXd* each : {&discrepancy.lower, &discrepancy.upper, &discrepancy.centre,
                                 &discrepancy.scale, &discrepancy.weight})
     each->setZero(size);
   for (Eigen::Index j = 0; j < size; ++j)
-    addColumn(columns[static_cast<std::size_t>(j)], j, discrepancy);
+    addRegressor(regressors[static_cast<std::size_t>(j)], j, discrepancy);
   for (const Mechanism mechanism : kAllMechanisms)
     if (node.at("factor_std").has(mechanismId(mechanism)))
       discrepancy.parts.push_back(

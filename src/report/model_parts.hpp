@@ -10,7 +10,7 @@ namespace battery_sof {
 /// Effects, parameters, state, covariance and errors. @throws ModelFileError.
 void readEquations(const Reader& root, FittedModel& model);
 
-/// What the window taught beside the equations: baseline predictors, source, past events,
+/// What the window gave in addition to the equations: baseline predictors, source, past events,
 /// regressions. After readEquations().
 void readLessons(const Reader& root, FittedModel& model);
 

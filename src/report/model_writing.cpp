@@ -106,7 +106,7 @@ YAML::Node sourceNode(const ControlModeRule& rule) {
   return node;
 }
 
-/// Written as rows of numbers; what each one is stands in docs/model.md.
+/// Written as rows of numbers; what each one is stands in docs/model-file.md.
 YAML::Node baselineNode(const BaselinePredictor& baseline) {
   YAML::Node node(YAML::NodeType::Map);
   const auto line = [](const BaselineLine& l) {

@@ -191,8 +191,8 @@ std::string bandNote(const DiscrepancyFinding& discrepancy) {
   const auto has_band = [](const DiscrepancyAnswer& one) { return one.charging_std.has_value(); };
   if (std::none_of(discrepancy.answers.begin(), discrepancy.answers.end(), has_band)) return "";
   return element("p",
-                 "Bands: 95 % by the posterior of what was estimated; what no column can follow is "
-                 "not in them.",
+                 "Bands: 95 % by the posterior of the weights; what no regressor can follow is not "
+                 "in them.",
                  "class=\"note\"");
 }
 
@@ -222,8 +222,8 @@ std::string currentTable(const DiscrepancyFinding& discrepancy) {
   return rows.empty() ? "" : table({"current", "at once [mV]", "after a minute [mV]"}, rows);
 }
 
-/// The catalogue's equation that speaks best for itself, of the mechanism that the force follows
-/// most.
+/// The catalogue's equation that speaks best for itself, of the mechanism that the discrepancy
+/// follows most.
 std::string nearestHtml(const Diagnosis& d) {
   if (d.discrepancy->mechanisms.empty()) return "";
   const Mechanism mechanism = d.discrepancy->mechanisms.front().mechanism;
@@ -240,7 +240,7 @@ std::string nearestHtml(const Diagnosis& d) {
     text += "Nearest equation of the catalogue: " + escaped(titleOf(nearest->id)) + " " +
             element("code", escaped(nearest->id)) +
             withMinusSigns(format(" (evidence %.0f; ", nearest->evidence)) +
-            (nearest->rejected_because.empty() ? "accepted, and this is left beside it)."
+            (nearest->rejected_because.empty() ? "accepted, and this remains)."
                                                : escaped(nearest->rejected_because) + ").");
   return element("p", text);
 }

@@ -89,9 +89,9 @@ Cell findingCell(const std::vector<RegimeFinding>& findings, const std::string& 
   for (const RegimeFinding& f : findings)
     if (f.regime == regime && f.statistic == statistic)
       return {
-          element(f.alarm ? "strong" : "span", withMinusSigns(millivolts(f.value))) +
+          element(f.is_significant ? "strong" : "span", withMinusSigns(millivolts(f.value))) +
               element("small", withMinusSigns(millivolts(f.lower) + " to " + millivolts(f.upper))),
-          f.alarm ? "class=\"number alarm\"" : "class=\"number\""};
+          f.is_significant ? "class=\"number significant\"" : "class=\"number\""};
   return numberCell(kNone);
 }
 
@@ -145,11 +145,10 @@ std::string parameterBiasTable(const Diagnosis& d) {
     for (const std::string& regime : regimes)
       rows.back().push_back(parameterBiasCell(d.parameter_bias, parameter, regime));
   }
-  return element("h3", "Which parameter wants another value where") +
+  return element("h3", "Which parameter would fit better with another value") +
          paragraph(
              "One value of a parameter has to serve all regimes. Each cell says how strongly a "
-             "regime asks for another "
-             "one (z, in standard errors) and for which: " +
+             "regime requires another value (z, in standard errors) and which: " +
                  element("span", "more", "class=\"chip more\"") + " or " +
                  element("span", "less", "class=\"chip less\"") +
                  ". A right model leaves this map pale.",
@@ -264,8 +263,8 @@ std::string effectHtml(const NamedEffect& effect) {
   if (!effect.biased_parameters.empty())
     facts += " Without it, " + escaped(join(effect.biased_parameters)) + " had taken it up.";
   if (!effect.indistinguishable_from.empty())
-    facts +=
-        " This recording cannot tell it from " + escaped(join(effect.indistinguishable_from)) + ".";
+    facts += " This recording cannot distinguish it from " +
+             escaped(join(effect.indistinguishable_from)) + ".";
   std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) +
                      paragraph(facts);
   if (const EffectInfo* info = catalogued(effect.id))
@@ -293,7 +292,7 @@ std::string baseParameterTable(const Diagnosis& d) {
 // ---------------------------------------------------------------------------------------------
 // comparison
 
-std::string told(const std::optional<double>& value, double scale) {
+std::string numberOrNone(const std::optional<double>& value, double scale) {
   return value && std::isfinite(*value) ? format("%.1f", scale * *value) : kNone;
 }
 
@@ -302,20 +301,21 @@ std::string metricTable(const Diagnosis& d) {
   std::vector<std::vector<Cell>> rows;
   for (const MetricRow& row : metricRows(d.fit)) {
     rows.push_back({{escaped(row.title + " [" + row.unit + "]")},
-                    numberCell(told(row.base_holdout, row.scale))});
-    const Cell after = {element("strong", withMinusSigns(told(row.extended_holdout, row.scale))),
-                        "class=\"number\""};
+                    numberCell(numberOrNone(row.base_holdout, row.scale))});
+    const Cell after = {
+        element("strong", withMinusSigns(numberOrNone(row.extended_holdout, row.scale))),
+        "class=\"number\""};
     if (is_extended) rows.back().push_back(after);
-    rows.back().push_back(numberCell(told(row.base_train, row.scale)));
-    if (is_extended) rows.back().push_back(numberCell(told(row.extended_train, row.scale)));
+    rows.back().push_back(numberCell(numberOrNone(row.base_train, row.scale)));
+    if (is_extended) rows.back().push_back(numberCell(numberOrNone(row.extended_train, row.scale)));
   }
-  const std::string beside =
+  const std::string baseline =
       baselineSentence(d).empty() ? "" : element("p", escaped(headline(baselineSentence(d)) + "."));
   const std::string cranks = crankCounts(d.fit).empty()
                                  ? ""
                                  : paragraph(headline(crankCounts(d.fit)) + ".", "class=\"note\"");
-  if (!is_extended) return table({"", "hold-out", "training"}, rows) + cranks + beside;
-  return beside + cranks +
+  if (!is_extended) return table({"", "hold-out", "training"}, rows) + cranks + baseline;
+  return baseline + cranks +
          table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"},
                rows);
 }
@@ -385,7 +385,7 @@ std::string section(const std::string& id, const std::string& title, const std::
 }
 
 std::string whereSection(const Diagnosis& d, double clock_origin) {
-  return section("where", "Where model and measurement part",
+  return section("where", "Where model and measurement deviate",
                  regimeTable(d) + segmentTable(d, clock_origin) + parameterBiasTable(d));
 }
 
@@ -482,20 +482,17 @@ std::string readingSection() {
        "a constant "
        "open-circuit voltage. It is fitted to the training part."},
       {"Extended model",
-       "the base model with the effects found here, everything fitted together, and what was "
-       "estimated beside them."},
+       "the base model with the effects found here, everything fitted together, and the "
+       "discrepancy."},
       {"Evidence",
-       "logarithm of how much better the data are foretold with an effect than without, errors "
-       "that hang together "
-       "counted once. Twelve is needed for a place in the model."},
+       "logarithm of how much better the data are predicted with an effect than without. Dependent "
+       "errors count once. An effect is selected from a gain of 12 on."},
       {"Probability",
        "of the mechanism in its place, against the other mechanisms\xe2\x80\x99 best."},
-      {"Learnt",
-       "where no equation represents what is missing, it is estimated from the currents and their "
-       "memories; it is used "
-       "where it foretells stretches it was not fitted to."},
-      {"Q_dyn",
-       "share of the voltage\xe2\x80\x99s variation that the model reproduces (paper, eq. 6)."},
+      {"Discrepancy",
+       "a data-driven correction from the currents and their memories, where no equation fits. It "
+       "is used where it predicts stretches it was not fitted to."},
+      {"Q_dyn", "1 - RMS error / standard deviation of the voltage [%] (paper, eq. 6)."},
       {"Sign", "current is positive into the battery; errors are measured minus model."}};
   std::string list;
   for (const auto& item : items) list += element("dt", item[0]) + element("dd", item[1]);

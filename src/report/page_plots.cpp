@@ -73,7 +73,7 @@ Drawing drawingOf(const Recording& recording, const Diagnosis& diagnosis) {
   return drawing;
 }
 
-/// A number of fixed decimals, short; null when it is not finite.
+/// A number of fixed decimals, short; JSON null when it is not finite.
 std::string shortNumber(double value, int decimals) {
   if (!std::isfinite(value)) return "null";
   std::string text = format("%.*f", decimals, value);
@@ -83,7 +83,7 @@ std::string shortNumber(double value, int decimals) {
   return text == "-0" ? "0" : text;
 }
 
-/// The shown samples of a trace; a null stands where the recording has a gap, so that lines break
+/// The shown samples of a trace; JSON null where the recording has a gap, so that lines break
 /// there.
 std::string columnText(const Drawing& drawing, const Trace& trace, int decimals,
                        bool is_time = false) {
@@ -287,7 +287,7 @@ std::string keyHtml(const Drawing& drawing) {
   if (!drawing.diagnosis.source.voltage_controlled.empty()) text += operatingModeKey(drawing);
   if (!drawing.diagnosis.mismatch.empty())
     text += element("span", "", "class=\"swatch mismatch\"") +
-            " where the base model errs beyond chance. ";
+            " where the base model deviates beyond chance. ";
   if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from)
     text += element("span", "", "class=\"swatch holdout\"") + " hold-out: no fit has seen it. ";
   text += drawing.t0 > 0.0 ? "Time [s] counts from the recording\xe2\x80\x99s first sample."

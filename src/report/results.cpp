@@ -202,23 +202,23 @@ std::string predictionText(const PredictionReport& report) {
   appendLine(text, "window    %.2f to %.2f s, %zu samples", scores.window.from, scores.window.to,
              scores.window.samples);
   if (report.both_ways) {
-    appendLine(text, "driven by the voltage where a source controls it, by the current elsewhere:");
-    appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", "", "share", "current", "voltage", "10 s",
-               "60 s", "cranks");
+    appendLine(text, "voltage as input where a source controls it, current elsewhere:");
+    appendLine(text, "%-9s %9s %9s %9s %10s %10s %10s", "", "explained", "current", "voltage",
+               "10 s", "60 s", "cranks");
     appendBothWays(text, "model", *report.both_ways);
     appendBothWays(text, "baseline", report.baseline);
-    appendLine(text,
-               "(share of the variation explained; median error of a charge's mean current; mean "
-               "error of cranks' minima)");
-    appendLine(text, "driven by the current alone:");
+    appendLine(
+        text,
+        "(explained variation, 1 - RMS error / standard deviation; median error of a charge's "
+        "mean current; mean error of cranks' minima)");
+    appendLine(text, "current as input throughout:");
   }
   if (scores.q_dyn_percent)
-    appendLine(text, "Q_dyn     %.1f %%%s", *scores.q_dyn_percent,
-               report.baseline_from_current && report.baseline_from_current->q_dyn_percent
-                   ? format("; a straight line of the window %.1f %%",
-                            *report.baseline_from_current->q_dyn_percent)
-                         .c_str()
-                   : "");
+    appendLine(
+        text, "Q_dyn     %.1f %%%s", *scores.q_dyn_percent,
+        report.baseline_from_current && report.baseline_from_current->q_dyn_percent
+            ? format("; baseline %.1f %%", *report.baseline_from_current->q_dyn_percent).c_str()
+            : "");
   else
     appendLine(text, "Q_dyn     undefined: the measured voltage never changes");
   appendLine(text,
@@ -228,7 +228,7 @@ std::string predictionText(const PredictionReport& report) {
     appendLine(text, "cranks    none");
     return text;
   }
-  appendLine(text, "cranks    %zu, minima missed by %.0f mV on average; by a straight line %s",
+  appendLine(text, "cranks    %zu, minima missed by %.0f mV on average; baseline %s",
              scores.cranks.size(), 1e3 * scores.crank_mean_abs_error.value_or(0.0),
              millivoltsOf(report.baseline.crank_mean_abs_error).c_str());
   appendLine(text, "%12s %9s %10s %10s %22s", "time [s]", "I [A]", "measured", "predicted",

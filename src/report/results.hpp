@@ -19,7 +19,7 @@ std::string identifyText(const FittedModel& model);
 nlohmann::json predictionJson(const PredictionReport& report);
 std::string predictionText(const PredictionReport& report);
 
-/// JSON of `sof crank`: the fields of the service's response; absent numbers are null.
+/// JSON of `sof crank`: the fields of the service's response; absent numbers are JSON null.
 nlohmann::json crankingJson(const CrankingAnswer& answer);
 std::string crankingText(const CrankingQuery& query, const CrankingAnswer& answer);
 

@@ -39,7 +39,7 @@ std::string whyNothingIsPromised(const UnexplainedPart& left) {
   const std::string reason =
       left.noise > kPlausible
           ? millivolts(left.noise) + " mV RMS are left, more than instruments leave"
-          : "columns of the currents would take up " + millivolts(left.rmse) + " mV RMS more";
+          : "regressors of the currents would explain " + millivolts(left.rmse) + " mV RMS more";
   return reason + ": any effect may be in that, and no strength of one can be promised";
 }
 
@@ -94,9 +94,9 @@ std::vector<MetricRow> metricRows(const Comparison& fit) {
       row("bias in charges", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.charge_bias; }),
       row("charge current", "A", false, 1.0,
           [](const ErrorMetrics& m) { return m.charge_current_error; }),
-      row("share, as controlled", "%", true, 1.0,
+      row("explained variation", "%", true, 1.0,
           [](const ErrorMetrics& m) { return m.share_percent; }),
-      row("share of the current", "%", true, 1.0,
+      row("explained, of the current", "%", true, 1.0,
           [](const ErrorMetrics& m) { return m.current_share_percent; })};
   const auto is_empty = [](const MetricRow& r) {
     return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout;
@@ -115,7 +115,7 @@ std::string baselineSentence(const Diagnosis& diagnosis) {
   const Comparison& fit = diagnosis.fit;
   const auto share = [](const ErrorMetrics& m) {
     return format("Q_dyn %.1f %%, RMS error %.1f mV", m.q_dyn_percent, 1e3 * m.rmse) +
-           (m.share_percent ? format(", share %.1f %%", *m.share_percent) : "");
+           (m.share_percent ? format(", explained variation %.1f %%", *m.share_percent) : "");
   };
   std::string text;
   if (fit.baseline_ridge)
@@ -123,7 +123,7 @@ std::string baselineSentence(const Diagnosis& diagnosis) {
             share(*fit.baseline_ridge);
   if (fit.baseline_line)
     text += (text.empty() ? "without physics, on the hold-out: " : "; ") +
-            ("a straight line " + share(*fit.baseline_line));
+            ("a linear baseline " + share(*fit.baseline_line));
   if (diagnosis.charger_share > 0.0)
     text += format("%sa source holds the voltage in %.0f %% of the samples",
                    text.empty() ? "" : "; ", 100.0 * diagnosis.charger_share);

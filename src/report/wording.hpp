@@ -23,7 +23,7 @@ std::string threeDigits(double value);
 std::string millivolts(double volts);
 std::string millivolts(const std::optional<double>& volts);
 
-/// @return why no strength of an effect is promised, where what is left is not noise alone; without
+/// @return why no strength of an effect is promised, where the residual is not noise alone; without
 /// a full stop.
 std::string whyNothingIsPromised(const UnexplainedPart& left);
 
@@ -33,13 +33,13 @@ std::string confidenceText(double confidence);
 /// @return a code name as words: "long_charge" reads "long charge".
 std::string plainName(std::string name);
 
-/// @return the effect of the catalogue; null for ids that cannot be composed (clipping, dropouts).
+/// @return the effect of the catalogue; nullptr where it cannot be composed (clipping, dropouts).
 const EffectInfo* catalogued(const std::string& id);
 
 /// @return the catalogue's title; the id as words where there is none.
 std::string titleOf(const std::string& id);
 
-/// @return what the catalogue knows of an effect's parameter; null when it does not.
+/// @return what the catalogue knows of an effect's parameter; nullptr when it does not.
 const ParameterInfo* parameterInfo(const std::string& id, const std::string& parameter);
 
 /// A number of ErrorMetrics with its words, for tables.

@@ -14,7 +14,7 @@ bool isInstrument(const std::string& id) {
 }
 
 /// Instruments marked.
-std::string told(std::vector<std::string> ids) {
+std::string marked(std::vector<std::string> ids) {
   for (std::string& id : ids)
     if (isInstrument(id)) id += " (instrument)";
   return join(ids);
@@ -36,9 +36,9 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
   if (std::all_of(effects.begin(), effects.end(), isInstrument))
     return {
         {},
-        "nothing to adopt: instruments are to be repaired, not modelled (" + told(effects) + ")"};
+        "nothing to adopt: instruments are to be repaired, not modelled (" + marked(effects) + ")"};
   return {effects,
-          "runs with the base model and answers while its error is smaller: " + told(effects),
+          "runs with the base model and answers while its error is smaller: " + marked(effects),
           diagnosis.extended.fit.discrepancy};
 }
 

@@ -17,12 +17,12 @@ struct Adoption {
 };
 
 /**
- * @brief Whether a diagnosis' extended composition goes on trial beside the base model.
+ * @brief Whether a diagnosis' extended composition is evaluated in parallel to the base model.
  *
  * It does when the verdict is named or several and the composition holds structure or physics
- * (tiers S and P), and whenever it holds a force that was estimated. Instrument effects (tier I)
+ * (tiers S and P), and whenever it holds a discrepancy. Instrument effects (tier I)
  * come along with those, and the sentence names them all; alone they do not: a faulty instrument
- * wants repair, and a question's currents are true ones, not what that instrument would have read.
+ * needs repair, and a question's currents are true ones, not what that instrument would have read.
  * @param allowed parameter use_diagnosis.
  */
 Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed);

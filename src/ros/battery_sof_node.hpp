@@ -117,7 +117,7 @@ class BatterySofNode {
   bool beginDiagnosis(const DiagnoseServer::GoalHandle& goal, DiagnoseResult& refusal);
   void onAdopted(const Adoption& adoption, double from_driving);
 
-  // These want mutex_ held.
+  // These need mutex_ held.
   void take(const RawSample& sample);
   void beginAnew(const char* why);
   bool isStatusDue() const;

@@ -26,8 +26,8 @@ struct DiagnosisLine {
 };
 
 /**
- * @brief Runs diagnoses beside everything else, one at a time, and publishes each on ~diagnosis
- * (latched).
+ * @brief Runs diagnoses in parallel to everything else, one at a time, and publishes each on
+ * ~diagnosis (latched).
  *
  * One is begun by a goal or, with a period, when a multiple of it has been driven: a bag played
  * faster is diagnosed at the same samples. A goal is accepted, gets its feedback and ends here. May be called from any thread. What is adopted of a

@@ -34,7 +34,7 @@ void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string&
   status.add(events + "' interval factor", scale.factor);
 }
 
-/// The baseline predictor beside it, over what the contest remembers.
+/// The baseline predictor for comparison, over the events that are remembered.
 void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events,
          const char* unit, const EventTally& baseline, const EventTally& answered,
          const BaselineScore& selector) {

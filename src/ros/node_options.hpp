@@ -16,9 +16,9 @@ namespace battery_sof {
 struct StandingQueries {
   CrankingQuery cranking{-20.0, 30.0, -200.0, 1.0, 7.2};
   ChargeAcceptanceQuery charge{14.2, 10.0, 5000.0};
-  /// else it is asked at the voltage at which the battery was charged lately, see chargeAt()
+  /// else it is predicted at the voltage at which the battery was charged lately, see chargeAt()
   bool u_boost_is_given = false;
-  /// @return without an u_required where that is not asked.
+  /// @return without an u_required where that is not given.
   StopTimeQuery stopTime() const;
   /// @param lately [V], OnlineSession::chargeVoltage().
   ChargeAcceptanceQuery chargeAt(const std::optional<double>& lately) const;
@@ -30,7 +30,7 @@ struct NodeOptions {
   SessionOptions session;
   StandingQueries standing;
   double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
-  bool use_diagnosis = false;    ///< what is diagnosed goes on trial beside the base model
+  bool use_diagnosis = false;    ///< evaluates what is diagnosed in parallel to the base model
   std::string state_file;        ///< empty: the model is not kept
   /// PRIORS.yaml that session.identify.priors came from; empty: the catalogue's
   std::string priors;

@@ -12,7 +12,7 @@ namespace battery_sof {
  *
  * Maps, profiles and diagnoses break off by themselves; a fit and a single answer have no place to.
  * Nothing is lost: what they would have come to is for nobody any more, and files are written
- * beside and renamed.
+ * under another name and renamed.
  */
 class ShutdownLimit {
  public:

@@ -14,12 +14,12 @@ namespace battery_sof {
  */
 StandingQueries changedBy(const SetStandingQuery::Request& request, const StandingQueries& present);
 
-/// A response of OK with the questions in force. u_required is NaN when it is not asked. @param
+/// A response of OK with the standing questions. u_required is NaN when it is not asked. @param
 /// lately see StandingQueries::chargeAt().
 SetStandingQuery::Response responseOf(const StandingQueries& standing,
                                       const std::optional<double>& lately = std::nullopt);
 
-/// A response of INVALID_QUERY with the questions that stay in force.
+/// A response of INVALID_QUERY with the questions that stay.
 SetStandingQuery::Response refusalOf(const NodeOptionsError& error, const StandingQueries& present,
                                      const std::optional<double>& lately = std::nullopt);
 

@@ -24,8 +24,8 @@ namespace fs = std::filesystem;
 /// again unless it is given its final one.
 class Draft {
  public:
-  Draft(const fs::path& beside, const fs::path& reported) : path_(beside), reported_(reported) {
-    const fs::path folder = beside.has_parent_path() ? beside.parent_path() : ".";
+  Draft(const fs::path& place, const fs::path& reported) : path_(place), reported_(reported) {
+    const fs::path folder = place.has_parent_path() ? place.parent_path() : ".";
     descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
     has_name_ = descriptor_ < 0;
     if (has_name_)

@@ -11,9 +11,9 @@ namespace battery_sof {
 std::filesystem::path linkTarget(const std::filesystem::path& path);
 
 /**
- * @brief Writes content to a file that appears whole or not at all: written beside under another
- * name, then renamed. Where the file system allows it has no name before, so that a process that is
- * ended meanwhile leaves nothing behind.
+ * @brief Writes content to a file that appears whole or not at all: written under another name
+ * in the same folder, then renamed. Where the file system allows it has no name before, so that a
+ * process that is ended meanwhile leaves nothing behind.
  *
  * An existing file is replaced. A symbolic link stays, and what it names is written, whether it is
  * there or not. A device or pipe (/dev/null, /dev/stdout) cannot be renamed onto and is written to

@@ -14,7 +14,8 @@ from scipy.integrate import solve_ivp
 
 from battery_sof_tools import rates
 from battery_sof_tools.files import ROOT, digest
-from battery_sof_tools.proof import base_circuit as base, by_mechanism, difficulty, judged, levels, pages, quick, score, seal, strength
+from battery_sof_tools.benchmark import scorers
+from battery_sof_tools.benchmark.preregistered import base_circuit as base, difficulty, judged, levels, pages, score, seal, strength
 from battery_sof_tools.sof import catalogue, program
 
 CATALOGUE = catalogue(program(os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build")), "sof"))
@@ -179,9 +180,9 @@ class Counting(unittest.TestCase):
         def report(right):
             cases = [case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("cpe2" if k < right else "ocv_soc",))) for k in range(4)]
             return {"figures": score.figures(cases), "failed": []}
-        self.assertEqual(quick.broken(report(3)), [])
-        self.assertEqual(len(quick.broken(report(2))), 1)
-        self.assertEqual(len(quick.broken(dict(report(4), failed=["case_0009"]))), 1)
+        self.assertEqual(score.broken(report(3)), [])
+        self.assertEqual(len(score.broken(report(2))), 1)
+        self.assertEqual(len(score.broken(dict(report(4), failed=["case_0009"]))), 1)
 
     def test_names_of_little_evidence_are_counted_by_class(self):
         said = answer("ambiguous", ("ocv_soc", "acid_transport", "cpe2"))
@@ -207,7 +208,7 @@ class Counting(unittest.TestCase):
     def test_pages_hold_every_figure(self):
         cases = [case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("ocv_soc",))), case("N1", "null", "-", [], answer("no_mismatch"))]
         report = {"seal": {"cases": 2, "frozen_commit": "x", "labels_sha256": "y"}, "cases": cases, "figures": score.figures(cases), "failed": [],
-                  "confusion": score.confusion(cases), "before_after": score.before_after(cases), "families": by_mechanism.scored(cases), "wrong": [score.told_of(cases[0])]}
+                  "confusion": score.confusion(cases), "before_after": score.before_after(cases), "families": score.by_mechanism(cases), "wrong": [score.told_of(cases[0])]}
         with tempfile.TemporaryDirectory() as folder:
             page = os.path.join(folder, "score.md")
             pages.write(report, page, os.path.join(folder, "pictures"))
@@ -221,13 +222,13 @@ class Counting(unittest.TestCase):
 
 
 def mechanism_of(level, truths, whole, family="effect", name=None):
-    return by_mechanism.outcome(case(level, family, name or truths[0], truths, whole))
+    return case(level, family, name or truths[0], truths, whole).outcome
 
 
 class Families(unittest.TestCase):
     def test_another_member_of_the_family_is_a_wrong_name_and_the_right_family(self):
         one = case("C1", "effect", "acid_transport", ["acid_transport"], answer("named", ("high_rate_depletion",)))
-        self.assertEqual((judged.class_true(one), by_mechanism.outcome(one)), (False, "right"))
+        self.assertEqual((judged.class_true(one), one.outcome), (False, "right"))
 
     def test_outcomes_are_of_families(self):
         for whole, expected in ((answer("named", ("acid_transport",)), "right"),
@@ -258,19 +259,19 @@ class Families(unittest.TestCase):
         cases = [case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("named", (one,))) for one in ("ocv_soc", "ocv_hysteresis", "cpe2")]
         cases.append(case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("several", ("cpe2",), ("ocv_soc",))))
         cases.append(case("N1", "null", "-", [], answer("unknown", mechanism="acid", probability=0.95)))
-        scored = by_mechanism.scored(cases)
+        scored = score.by_mechanism(cases)
         row = scored["levels"]["C1"]
         self.assertEqual((row["by_name"][1], row["right"], row["beside"], row["wrong"], row["none"], row["missed"], row["n"]), (1, 3, 1, 1, 0, 0, 4))
         self.assertEqual(scored["alarms"], {"N1": (1, 1)})
-        text = "\n".join(by_mechanism.lines(scored))
+        text = "\n".join(score.family_lines(scored))
         self.assertIn("| C1 | in the first class, at most three | 1 of 4", text)
-        self.assertEqual(by_mechanism.entries(scored)["levels"]["C1"]["right"]["k"], 3)
+        self.assertEqual(score.family_entries(scored)["levels"]["C1"]["right"]["k"], 3)
 
     def test_probabilities_are_held_against_what_is_true(self):
         cases = [case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("named", ("ocv_soc",), mechanism="open_circuit", probability=0.8)),
                  case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("unknown", mechanism="acid", probability=0.8)),
                  case("N1", "null", "-", [], answer("unknown", mechanism="acid", probability=1.0))]
-        self.assertEqual(by_mechanism.reliability(cases), [("0 to 0.5", 0, 0), ("0.5 to 0.7", 0, 0), ("0.7 to 0.9", 1, 2), ("0.9 to 1", 0, 1)])
+        self.assertEqual(scorers.reliability(cases), [("0 to 0.5", 0, 0), ("0.5 to 0.7", 0, 0), ("0.7 to 0.9", 1, 2), ("0.9 to 1", 0, 1)])
 
 
 if __name__ == "__main__":

@@ -3,20 +3,21 @@
 #include <algorithm>
 
 #include "diagnosis/diagnose.hpp"
-#include "simulator/case_draft.hpp"
-#include "simulator/out_of_model_case.hpp"
+#include "simulator/catalogue_draft.hpp"
+#include "simulator/law_scenario.hpp"
 #include "simulator/scenario_file.hpp"
 #include "simulator/simulation.hpp"
 
 namespace battery_sof {
 namespace {
 
-namespace reference = battery_sof_reference;
+namespace reference = battery_sof_simulator;
 
-Recording recordingOf(const std::string& name, const reference::Scenario& scenario) {
+Recording recordingOf(const std::string& name,
+                      const std::vector<reference::RecordedSample>& samples) {
   Recording recording;
   recording.name = name;
-  for (const reference::RecordedSample& sample : reference::simulate(scenario).samples) {
+  for (const reference::RecordedSample& sample : samples) {
     recording.series.time.push_back(sample.time);
     recording.series.current.push_back(sample.current);
     recording.series.voltage.push_back(sample.voltage);
@@ -25,11 +26,17 @@ Recording recordingOf(const std::string& name, const reference::Scenario& scenar
   return recording;
 }
 
-Recording recordingOf(const reference::CaseKind& kind, std::uint64_t seed, double duration,
-                      double scale = 1.0) {
-  constexpr double kRate = 100.0;  // [Hz]
-  return recordingOf(kind.mechanism, reference::recordedScenario(reference::drawCase(
-                                         kind, seed, duration, kRate, {scale})));
+Recording recordingOf(const reference::ScenarioKind& kind, std::uint64_t seed, double duration,
+                      double scale = 1.0, double rate = 100.0) {
+  reference::Order order;
+  order.what = kind;
+  order.seed = seed;
+  order.duration = duration;
+  order.rate = rate;
+  order.scale = {scale};
+  return recordingOf(
+      kind.kind,
+      reference::simulate(reference::recordedScenario(reference::drawCatalogue(order))).samples);
 }
 
 Diagnosis diagnosisOf(const Recording& recording) {
@@ -51,7 +58,7 @@ std::vector<std::string> namesBeyondStructure(const Diagnosis& diagnosis) {
 /// sign.
 TEST(DiagnoseCases, WhatTheFilterLeavesWhereTheCurrentChangesSignIsNoMismatch) {
   for (const std::uint64_t seed : {7021u, 7139u}) {
-    const Diagnosis diagnosis = diagnose(recordingOf({"null", "-"}, seed, 1200.0));
+    const Diagnosis diagnosis = diagnose(recordingOf({"base_control"}, seed, 1200.0));
     EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict)
         << "seed " << seed << ": " << diagnosis.summary;
   }
@@ -61,7 +68,7 @@ TEST(DiagnoseCases, WhatTheFilterLeavesWhereTheCurrentChangesSignIsNoMismatch) {
 /// any recording.
 TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
   const Diagnosis diagnosis =
-      diagnosisOf(recordingOf({"structural_null", "-"}, 5825019654786576155u, 400.0));
+      diagnosisOf(recordingOf({"structural_control"}, 5825019654786576155u, 400.0));
   EXPECT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
   for (const std::string& id : namesBeyondStructure(diagnosis))
@@ -71,8 +78,8 @@ TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
 
 /// The instant of the step lies far from any that a coarse grid tries.
 TEST(DiagnoseCases, AContactThatChangesIsNamedAndItsInstantFound) {
-  const Diagnosis diagnosis =
-      diagnosisOf(recordingOf({"decoy", "contact_resistance"}, 998998567892690526u, 1200.0));
+  const Diagnosis diagnosis = diagnosisOf(
+      recordingOf({"instrument_fault", "contact_resistance"}, 998998567892690526u, 1200.0));
   ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   const NamedEffect& first = diagnosis.effects.front();
   ASSERT_EQ("contact_resistance", first.id);
@@ -106,9 +113,7 @@ TEST(DiagnoseCases, OneSampleASecondOfNothingIsNoMismatch) {
   int alarms = 0;
   std::string told;
   for (std::uint64_t seed = 5301; seed <= 5330; ++seed) {
-    const Diagnosis diagnosis = diagnose(recordingOf(
-        "null",
-        reference::recordedScenario(reference::drawCase({"null", "-"}, seed, 300.0, 1.0, {1.0}))));
+    const Diagnosis diagnosis = diagnose(recordingOf({"base_control"}, seed, 300.0, 1.0, 1.0));
     if (diagnosis.verdict == Verdict::kNoMismatch) continue;
     ++alarms;
     told += std::to_string(seed) + ": " + diagnosis.summary + "\n";
@@ -139,7 +144,8 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
   reference::Scenario scenario = reference::loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) +
                                                          "/config/scenarios/city_drive.yaml");
   scenario.duration = 1200.0;
-  const Diagnosis diagnosis = diagnosisOf(recordingOf("city_drive", scenario));
+  const Diagnosis diagnosis =
+      diagnosisOf(recordingOf("city_drive", reference::simulate(scenario).samples));
   ASSERT_EQ(Verdict::kSeveral, diagnosis.verdict) << diagnosis.summary;
   std::vector<std::string> ids;
   for (const NamedEffect& effect : diagnosis.effects) ids.push_back(effect.id);
@@ -152,19 +158,11 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
 
 /// A mechanism was taken, let go beside the others and taken again, without end.
 TEST(DiagnoseCases, AFamilyThatComesAndGoesIsAnswered) {
-  reference::OutOfModelOrder order;
-  order.mechanism = "acceptance";
-  order.form = "spread_refill";
+  reference::Order order;
+  order.what = {reference::kOutOfCatalogue, "spread_refill", "acceptance"};
   order.seed = 3701564531710842015u;
-  Recording recording;
-  recording.name = "stranger";
-  for (const reference::RecordedSample& sample : reference::drawOutOfModelCase(order).samples) {
-    recording.series.time.push_back(sample.time);
-    recording.series.current.push_back(sample.current);
-    recording.series.voltage.push_back(sample.voltage);
-  }
-  recording.offered = recording.series.size();
-  const Diagnosis diagnosis = diagnosisOf(recording);
+  const Diagnosis diagnosis =
+      diagnosisOf(recordingOf("law", reference::drawLawScenario(order).samples));
   EXPECT_EQ(Mechanism::kAcceptance, diagnosis.mechanism) << diagnosis.summary;
 }
 
@@ -172,7 +170,7 @@ TEST(DiagnoseCases, AFamilyThatComesAndGoesIsAnswered) {
 /// error.
 TEST(DiagnoseCases, WhatStructureLeavesOfAnotherCircuitIsNotNamed) {
   const Diagnosis diagnosis =
-      diagnosisOf(recordingOf({"structural_null", "-"}, 5869412862424578606u, 1200.0));
+      diagnosisOf(recordingOf({"structural_control"}, 5869412862424578606u, 1200.0));
   for (const std::string& id : namesBeyondStructure(diagnosis))
     EXPECT_TRUE(id == "sensor_lag" || id == "time_skew") << id << ": " << diagnosis.summary;
 }

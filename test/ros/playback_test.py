@@ -177,7 +177,7 @@ class Playback(NodeTest):
         self.assertEqual([len(answer.u_min), len(answer.capable), len(answer.u_min_code)], [6, 6, 6], answer)
         self.assertEqual([len(answer.i_boost), len(answer.i_boost_code)], [2, 2], answer)
         self.assertLess(answer.u_min[5], answer.u_min[2])
-        self.assert_refused(ask(), "nothing is asked")
+        self.assert_refused(ask(), "no question is given")
         self.assert_refused(ask(i_load=[-10.0], i_cranking=-200.0), "t_stop has 0 values")
 
     def assert_standing_answers(self, status):

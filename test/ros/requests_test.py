@@ -53,7 +53,7 @@ class Requests(NodeTest):
         crank, stop = service("zero", "predict_cranking", PredictCranking), service("zero", "predict_stop_time", PredictStopTime)
         charge, maps = service("zero", "predict_charge_acceptance", PredictChargeAcceptance), service("zero", "predict_map", PredictMap)
         profile, standing = service("zero", "simulate_profile", SimulateProfile), service("zero", "set_standing_query", SetStandingQuery)
-        for ask, says in ((crank, "i_cranking"), (stop, "no limit is given"), (charge, "u_boost"), (maps, "nothing is asked"), (profile, "empty")):
+        for ask, says in ((crank, "i_cranking"), (stop, "no limit is given"), (charge, "u_boost"), (maps, "no question is given"), (profile, "empty")):
             answer = ask(ask.request_class())
             self.assertEqual((answer.valid, answer.code), (False, INVALID), answer)
             self.assertIn(says, answer.message)

@@ -6,8 +6,8 @@
 #include "regression/discrepancy_fit.hpp"
 #include "support/composed.hpp"
 
-/// A recording of a battery whose charging leaves a memory that no equation and no column has, and
-/// what is estimated of it.
+/// A recording of a battery whose charging leaves a memory that no equation and no regressor has,
+/// and what is estimated of it.
 namespace battery_sof::test {
 
 /// The base circuit at 20 Hz with 1 mV of noise, and the square root of what ten seconds of

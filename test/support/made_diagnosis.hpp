@@ -230,7 +230,7 @@ inline MadeDiagnosis madeUnknown() {
                        {50.0, 0.0004, 0.21}};
   discrepancy.terms = {"memory of charging over 10 s", "memory of charging over 30 s"};
   discrepancy.description =
-      "What the currents and their memory say beside the equations moves the voltage by 61.0 mV "
+      "The discrepancy, a function of the currents and their memory, moves the voltage by 61.0 mV "
       "RMS.";
   d.discrepancy = discrepancy;
   d.unexplained = {0.0004, 0.001, 0.004, {0.0015, 0.010, 0.03}};

@@ -210,7 +210,7 @@ class Made(Folder):
     def test_drawn_recordings_are_judged_by_their_labels(self):
         base = self.base([("acid", 40.0), ("acid", 60.0), (None, 0.0), ("structure", 50.0)])
         os.makedirs(self.path("labels"))
-        for k, label in enumerate(('{"kind": "other_form", "mechanism": "acid"}', '{"kind": "null"}', '{"kind": "null"}', '{"kind": "other_form", "mechanism": "acid"}')):
+        for k, label in enumerate(('{"kind": "out_of_catalogue", "mechanism": "acid"}', '{"kind": "control"}', '{"kind": "control"}', '{"kind": "out_of_catalogue", "mechanism": "acid"}')):
             self.write(os.path.join("labels", f"c{k}.json"), label)
             base.execute("UPDATE recording SET path = ? WHERE recording = ?", (self.path("recordings", f"c{k}.csv"), f"k{k}"))
         base.execute("UPDATE verdict SET verdict = 'no_mismatch' WHERE recording = 'k2'")

@@ -9,7 +9,8 @@ sys.dont_write_bytecode = True
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 
-from battery_sof_tools import diagnose_measured, recordings
+from battery_sof_tools import recordings
+from battery_sof_tools.benchmark import measured
 from battery_sof_tools.stress import kill, soak
 
 
@@ -25,29 +26,29 @@ def answer(extended=None, **more):
 
 class DiagnoseMeasured(unittest.TestCase):
     def test_every_recording_is_there_once_and_whole(self):
-        whole = diagnose_measured.whole_recordings()
+        whole = measured.whole_recordings()
         self.assertEqual(sorted(one.path for one in whole.values()), sorted({one.path for one in recordings.MEASURED.values()}))
 
     def test_without_an_extended_model_the_base_stands_for_it(self):
-        found = diagnose_measured.figures(answer())
+        found = measured.figures(answer())
         self.assertEqual((found["base"], found["extended"], found["shares"]), (0.1, 0.1, (10.0, 10.0)))
-        found = diagnose_measured.figures(answer(errors(0.05, None)))
+        found = measured.figures(answer(errors(0.05, None)))
         self.assertEqual((found["base"], found["extended"], found["ridge"], found["line"], found["shares"]), (0.1, 0.05, 0.04, 0.3, (10.0, None)))
 
     def test_what_is_told_has_each_name_once(self):
         ocv = {"id": "ocv_soc", "indistinguishable_from": ["hidden_load"]}
         rival = {"id": "hidden_load", "indistinguishable_from": ["ocv_soc"]}
-        self.assertEqual(diagnose_measured.told_of(answer(verdict="no_mismatch")), "no_mismatch")
-        self.assertEqual(diagnose_measured.told_of(answer(verdict="unexplained", mechanism="ageing")), "unexplained; ageing")
-        told = diagnose_measured.told_of(answer(verdict="effect", mechanism="open_circuit", probability=0.5, effects=[ocv, rival]))
+        self.assertEqual(measured.told_of(answer(verdict="no_mismatch")), "no_mismatch")
+        self.assertEqual(measured.told_of(answer(verdict="unexplained", mechanism="ageing")), "unexplained; ageing")
+        told = measured.told_of(answer(verdict="effect", mechanism="open_circuit", probability=0.5, effects=[ocv, rival]))
         self.assertEqual(told, "named; open_circuit (0.50); hidden_load or ocv_soc")
 
     def test_a_row_is_in_millivolts(self):
-        self.assertEqual(diagnose_measured.row("a", answer(errors(0.05, None)), 12.3), ("a", "mismatch", "100, 50, 40, 300", "10, -", "12"))
+        self.assertEqual(measured.row("a", answer(errors(0.05, None)), 12.3), ("a", "mismatch", "100, 50, 40, 300", "10, -", "12"))
 
     def test_the_summary_counts_who_is_ahead(self):
         found = {"a": {"base": 0.1, "extended": 0.05, "ridge": 0.04, "line": 0.3}, "b": {"base": 0.1, "extended": 0.2, "ridge": 0.3, "line": 0.1}}
-        self.assertEqual(diagnose_measured.summary(found), "Extended over base: 1.00 (geometric mean of 2). A ridge regression is ahead on 1 (a), "
+        self.assertEqual(measured.summary(found), "Extended over base: 1.00 (geometric mean of 2). A ridge regression is ahead on 1 (a), "
                                                            "a straight line on 1 (b).")
 
 

@@ -22,10 +22,19 @@ import time
 import unittest
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-MARKED = ("README.md", "docs/getting-started.md")  # every block of these has a mark
-PAGES = MARKED + ("docs/node.md", "docs/live_page.md", "docs/energy_manager.md")
+MARKED = ("README.md", "docs/tutorial.md")  # every block of these has a mark
+PAGES = MARKED + ("docs/your-recordings.md", "docs/node.md", "docs/energy-manager.md")
+WORDS = {"README.md": 600, "docs/tutorial.md": 1200, "docs/your-recordings.md": 500, "docs/node.md": 1700, "docs/energy-manager.md": 500, "docs/cli.md": 1700,
+         "docs/reading-a-diagnosis.md": 1200, "docs/accuracy.md": 1000}  # at most, as wc -w counts them
+PLAIN = ("README.md", "docs/tutorial.md")
+EASE = 55.0  # Flesch reading ease of the plain pages, at least
+# Files that pages show as they are.
+SHOWN = {"docs/node.md": ("examples/clients/src/crank_client.cpp", "examples/clients/scripts/crank_client.py"), "docs/your-recordings.md": ("examples/clients/scripts/can_to_csv.py",)}
 MARK = re.compile(r"<!-- (?:run me(?P<exit>, exit \d)?(?P<core> with roscore)?|not run: (?P<reason>.+)) -->$")
 BUILD = ""
+sys.path.insert(0, os.path.join(ROOT, "tools"))
+
+from battery_sof_tools import reading_ease  # noqa: E402  (below the path)
 
 
 class Block:
@@ -46,6 +55,11 @@ class Block:
             else:
                 steps.append((line, None))
         return steps
+
+
+def read(page):
+    with open(os.path.join(ROOT, page)) as file:
+        return file.read()
 
 
 def blocks(page):
@@ -171,9 +185,24 @@ class Pages(unittest.TestCase):
             self.assertEqual([block.where for block in blocks(page) if not block.mark], [])
             self.assertTrue([block for block in blocks(page) if block.is_run])
 
-    def test_the_readme_is_short(self):
-        with open(os.path.join(ROOT, "README.md")) as file:
-            self.assertLessEqual(len(file.readlines()), 150)
+    def test_pages_are_short(self):
+        for page, words in WORDS.items():
+            self.assertLessEqual(len(read(page).split()), words, page)
+
+    def test_the_first_pages_are_plain(self):
+        for page in PLAIN:
+            self.assertGreaterEqual(reading_ease.reading_ease(read(page)), EASE, page)
+
+    def test_files_that_are_shown_are_those_of_the_examples(self):
+        for page, files in SHOWN.items():
+            for file in files:
+                self.assertIn(f"\n{read(file)}```\n", read(page), f"{page}: not {file}")
+
+    def test_every_parameter_of_the_node_is_listed(self):
+        known = re.findall(r'schema\.(?:number|flag|text)\("(\w+)"', read("src/ros/node_options.cpp"))
+        listed = re.findall(r"`(?:\w+/)?(\w+)`", read("docs/node.md").partition("## Parameters")[2].partition("\n## ")[0])
+        self.assertGreater(len(known), 20)
+        self.assertEqual(set(known) - set(listed), set())
 
     def test_another_line_than_the_one_shown_would_be_seen(self):
         self.assertTrue(like("in 2 iterations (... ms)", "in 2 iterations (20.8 ms)"))

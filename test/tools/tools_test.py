@@ -14,8 +14,9 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 import numpy as np
 
-from battery_sof_tools import concealment, docs_site, mechanisms, files, progress, rates, recordings, stop_rules, tables, tidy, update_cli_page, update_effects_page
-from battery_sof_tools.real import command, laws, plan, run, score
+from battery_sof_tools import concealment, docs_site, files, progress, rates, reading_ease, recordings, stop_rules, tables, tidy, update_cli_page, update_effects_page
+from battery_sof_tools.benchmark import answers, laws, real
+from battery_sof_tools.benchmark.generator import Generator
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
 
 BUILD = os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build"))
@@ -92,14 +93,37 @@ class CliPage(unittest.TestCase):
         self.assertEqual(update_cli_page.subcommands("sof\n\nSubcommands:\n  check    looks\n  stop-time   asks\n           more\n"), ["check", "stop-time"])
 
 
+    def test_an_option_of_three_subcommands_is_listed_once(self):
+        own = "does it\nUsage: sof x [OPTIONS] REC\n\nPositionals:\n  REC INPUT  a recording\n\nOptions:\n  -h,--help   help\n  --shared A\n       of many\n  --own-{}    of one\n"
+        helps = {name: own.format(name) for name in ("a", "b", "c")}
+        self.assertEqual(update_cli_page.shared(helps), {("a", "b", "c"): ["  --shared A\n       of many"]})
+        self.assertEqual(update_cli_page.shared({name: helps[name] for name in ("a", "b")}), {})
+        self.assertEqual(update_cli_page.section("a", helps["a"], {"  --shared A\n       of many"}), "\n## sof a\n\n    does it\n    Usage: sof x REC\n\n      --own-a    of one\n")
+
+
+class ReadingEase(unittest.TestCase):
+    def test_code_tables_headings_and_comments_are_no_prose(self):
+        page = "# A title\n\nThe cat sat. It *saw* [a dog](x.md).\n\n    sof code\n\n| a | b |\n<!-- no word -->\n- one item\n- two items\n\n```\nfenced\n```\n"
+        self.assertEqual(reading_ease.prose(page), ["The cat sat. It saw a dog.", "one item", "two items"])
+        self.assertEqual(reading_ease.counted(page), (4, 11, 13))
+
+    def test_short_words_read_more_easily(self):
+        easy = "The cat sat on the mat. It saw a dog."
+        self.assertGreater(reading_ease.reading_ease(easy), 100.0)
+        self.assertLess(reading_ease.reading_ease("Identification necessitates considerable excitation of electrochemical dynamics."), 0.0)
+
+    def test_syllables_are_groups_of_vowels(self):
+        self.assertEqual([reading_ease.syllables(word) for word in ("crank", "battery", "voltage", "explained", "table", "identify", "start-stop")], [1, 3, 2, 2, 2, 4, 2])
+
+
 class Site(unittest.TestCase):
     def test_links_are_made_to_fit(self):
         outside = set()
         self.assertEqual(docs_site.fitted("[a](docs/node.md#states) [b](LICENSE) [c](docs/decisions) [d](https://x.org/y.md) [e](#here)", "README.md", outside),
                          "[a](node.md#states) [b](files/LICENSE.txt) c [d](https://x.org/y.md) [e](#here)")
         self.assertEqual(outside, {"LICENSE"})
-        self.assertEqual(docs_site.fitted("![p](../pictures/suitability.png) [r](../../README.md)", "docs/archive/study.md", outside),
-                         "![p](../pictures/suitability.png) [r](../index.md)")
+        self.assertEqual(docs_site.fitted("![p](../pictures/circuit.svg) [r](../../README.md)", "docs/decisions/0001-robust-start.md", outside),
+                         "![p](../pictures/circuit.svg) [r](../index.md)")
 
     def test_a_link_to_nothing_is_left_for_mkdocs_to_refuse(self):
         self.assertEqual(docs_site.fitted("[x](nowhere.md)", "README.md", set()), "[x](nowhere.md)")
@@ -193,24 +217,24 @@ class Answers(unittest.TestCase):
     def test_the_first_that_gives_a_family_a_probability_counts(self):
         answer = {"mechanism": "acid", "probability": None, "effects": [{"id": "x", "mechanism": "acid", "probability": 0.7},
                                                                      {"id": "y", "mechanism": "acid", "probability": 0.2}]}
-        self.assertEqual(mechanisms.mechanisms_of(answer, None), {"acid": 0.7})
+        self.assertEqual(answers.mechanisms_of(answer, None), {"acid": 0.7})
 
     def test_several_true_families_make_one_of_them_right(self):
-        self.assertEqual(mechanisms.outcome("named", {"acid": 1.0}, {"acid", "ageing"}), "right")
-        self.assertEqual(mechanisms.outcome("named", {"acid": 1.0, "structure": 1.0}, {"acid", "ageing"}), "beside")
+        self.assertEqual(answers.outcome("named", {"acid": 1.0}, {"acid", "ageing"}), "right")
+        self.assertEqual(answers.outcome("named", {"acid": 1.0, "structure": 1.0}, {"acid", "ageing"}), "beside")
 
 
 class RealPlan(unittest.TestCase):
     def rows(self, count, seed=1, **more):
-        return list(itertools.islice(plan.rounds(seed, FORMS, **more), count))
+        return list(itertools.islice(real.rounds(seed, FORMS, **more), count))
 
     def test_a_round_has_every_family_of_every_recording_once(self):
-        with_laws, whole = len(recordings.MEASURED) - len(plan.NO_EFFECTS), len(recordings.MEASURED)
-        rows = self.rows(with_laws * len(FORMS) + whole * plan.ZEROS_A_ROUND)
-        kinds = [(row["recording"], row["kind"]) for row in rows if row["kind"] != plan.ZERO]
+        with_laws, whole = len(recordings.MEASURED) - len(real.NO_EFFECTS), len(recordings.MEASURED)
+        rows = self.rows(with_laws * len(FORMS) + whole * real.ZEROS_A_ROUND)
+        kinds = [(row["recording"], row["kind"]) for row in rows if row["kind"] != real.ZERO]
         self.assertEqual((len(set(kinds)), len(kinds)), (with_laws * len(FORMS),) * 2)
         self.assertEqual({row["turn"] for row in rows}, {0})
-        self.assertFalse({recording for recording, _ in kinds} & set(plan.NO_EFFECTS))
+        self.assertFalse({recording for recording, _ in kinds} & set(real.NO_EFFECTS))
 
     def test_cases_follow_from_the_seed_and_not_from_who_else_is_asked(self):
         self.assertEqual(self.rows(50), self.rows(50))
@@ -221,13 +245,17 @@ class RealPlan(unittest.TestCase):
             if row["turn"] < 2:
                 self.assertEqual(everything[row["name"]], row)
 
+    def test_no_round_is_begun_of_recordings_that_have_no_answer(self):
+        self.assertEqual(list(real.rounds(1, FORMS, ["frc_robot"], {"frc_robot"})), [])
+        self.assertEqual({row["turn"] for row in self.rows(50, only=["frc_robot", "small_car"], without_answer={"frc_robot"})}, {0, 1, 2, 3, 4})
+
     def test_forms_take_turns(self):
         row = {"kind": "acid", "recording": "frc_robot", "turn": 0}
-        self.assertNotEqual(plan.forms_in_turn(row, FORMS)[0], plan.forms_in_turn(dict(row, turn=1), FORMS)[0])
+        self.assertNotEqual(real.forms_in_turn(row, FORMS)[0], real.forms_in_turn(dict(row, turn=1), FORMS)[0])
 
     def test_an_hour_is_shown_and_a_day_where_samples_are_rare(self):
-        self.assertEqual(plan.stretch(np.arange(10000.0)), 3601)
-        self.assertEqual(plan.stretch(np.arange(0.0, 1e6, 60.0)), 1441)
+        self.assertEqual(real.stretch(np.arange(10000.0)), 3601)
+        self.assertEqual(real.stretch(np.arange(0.0, 1e6, 60.0)), 1441)
 
 
 def drive(count=4000):
@@ -260,24 +288,24 @@ class Laws(unittest.TestCase):
         self.assertGreater(abs(drawn["level_v"]) + drawn["resistance_ohm"], 0.0)
 
     def test_a_law_is_made_as_strong_as_it_is_wanted_and_refused_beyond_its_bounds(self):
-        draw = program(BUILD, "draw_out_of_model")
+        generator = Generator(BUILD)
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "measured.csv")
             recordings.write(path, self.t, self.i, self.u)
             beside = laws.Beside(*recordings.read(path))
             for mechanism, form in (("structure", "conducting_film"), ("instrument", "thermostat_load")):
                 wanted = 2e-3
-                strength, shown, current, _ = laws.with_strength(draw, beside, path, mechanism, form, 1, wanted, folder)
+                strength, shown, current, _ = laws.with_strength(generator, beside, path, {"mechanism": mechanism, "form": form, "seed": 1}, wanted, folder)
                 self.assertGreaterEqual(shown[0], wanted)
                 self.assertLessEqual(shown[0], 1.31 * wanted)
                 self.assertEqual(current is beside.i, mechanism == "structure")
                 self.assertLessEqual(strength, laws.MOST_STRENGTH)
-            self.assertRaisesRegex(Failure, "too weak", laws.with_strength, draw, beside, path, "instrument", "remanence", 1, 1.0, folder)
+            self.assertRaisesRegex(Failure, "too weak", laws.with_strength, generator, beside, path, {"mechanism": "instrument", "form": "remanence", "seed": 1}, 1.0, folder)
 
 
 def told(*named, verdict="effect", parts=(), base=0.1, extended=0.05, ridge=0.08):
-    return {"verdict": verdict, "mechanisms": {one: 0.95 for one in named}, "effects": [], "parts": list(parts), "limit_v": 0.01,
-            "holdout_v": {"base": base, "extended": extended, "ridge": ridge}}
+    return {"verdict": verdict, "effects": [{"id": one, "mechanism": one, "probability": 0.95, "indistinguishable_from": []} for one in named], "limit_v": 0.01, "ridge_v": ridge,
+            "candidates": [{"mechanism": one, "rejected_because": ""} for one in parts], "holdout": {"base": {"rmse_v": base}, "extended": {"rmse_v": extended}}}
 
 
 def put_in(kind, answer, recording="a"):
@@ -288,7 +316,7 @@ class RealScore(unittest.TestCase):
     UNCHANGED = {"a": told("structure", verdict="unexplained"), "b": told(verdict="no_mismatch")}
 
     def figures(self, rows):
-        return {what: text for what, text, _ in score.figures(score.cases_of(rows, self.UNCHANGED)[0])}
+        return {what: text for what, text, _ in real.figures(real.cases_of(rows, self.UNCHANGED)[0])}
 
     def test_new_is_what_is_not_named_without_it(self):
         rows = [put_in("acid", told("structure", "acid")), put_in("acid", told("structure")), put_in("acid", told("ageing")),
@@ -306,7 +334,7 @@ class RealScore(unittest.TestCase):
         self.assertTrue(found["of these still named"].startswith("1 of 2"))
 
     def test_at_zero_what_is_new_is_wrong(self):
-        rows = [put_in(plan.ZERO, told("structure")), put_in(plan.ZERO, told("structure", "acid")), put_in(plan.ZERO, told(), "b")]
+        rows = [put_in(real.ZERO, told("structure")), put_in(real.ZERO, told("structure", "acid")), put_in(real.ZERO, told(), "b")]
         found = self.figures(rows)
         self.assertTrue(found["zero: nothing new named"].startswith("2 of 3"))
         self.assertTrue(found["zero: the verdict is as without"].startswith("0 of 3"))
@@ -317,13 +345,13 @@ class RealScore(unittest.TestCase):
 
     def test_the_ridge_stands_beside(self):
         found = self.figures([put_in("acid", told()), put_in("acid", told(extended=0.1, ridge=0.02))])
-        self.assertEqual(found["hold-out error, ridge regression over base, geometric mean"], "0.40 (n = 2)")
-        self.assertTrue(found["extended ahead of the ridge regression"].startswith("1 of 2"))
+        self.assertEqual(found["hold-out error, ridge over base"], "median 0.500, geometric mean 0.400 (n = 2)")
+        self.assertTrue(found["extended better than ridge"].startswith("1 of 2"))
 
     def test_the_page_counts_what_could_not_be_drawn(self):
         rows = [put_in("acid", told("acid")), {"name": "y", "recording": "a", "kind": "ageing", "not_drawn": ["too weak"]},
                 {"name": "z", "recording": "a", "kind": "ageing", "failed": "no answer"}]
-        page = score.as_markdown(rows, self.UNCHANGED)
+        page = real.as_markdown(rows, self.UNCHANGED)
         self.assertIn("1 cases: 1 with a law in them, 0 at zero; 1 could not be drawn, 1 failed.", page)
         self.assertIn("Could not be drawn: ageing in a 1.", page)
         self.assertIn("Failed: z: no answer", page)
@@ -334,9 +362,9 @@ class RealRun(unittest.TestCase):
 
     class Bench:
         def __init__(self, out):
-            self.out, self.asked, self.plain = out, [], False
+            self.out, self.asked, self.plain, self.forms, self.without_answer = out, [], False, FORMS, set()
 
-        def case(self, case, forms):
+        def case(self, case):
             self.asked.append(case["name"])
             if case["kind"] == "ageing":
                 raise Failure("no answer")
@@ -345,20 +373,20 @@ class RealRun(unittest.TestCase):
     def test_goes_on_where_it_was_cut_off(self):
         with tempfile.TemporaryDirectory() as folder:
             bench = self.Bench(folder)
-            run.run(bench, 1, FORMS, 5, 1.0, say=lambda *_: None)
+            real.run(bench, 1, 5, 1.0, say=lambda *_: None)
             first = list(bench.asked)
-            run.run(bench, 1, FORMS, 9, 1.0, say=lambda *_: None)
-            rows = files.lines_of(os.path.join(folder, run.ROWS))
+            real.run(bench, 1, 9, 1.0, say=lambda *_: None)
+            rows = files.lines_of(os.path.join(folder, real.ANSWERS))
             self.assertEqual([row["name"] for row in rows], bench.asked)
             self.assertEqual(len(set(bench.asked)), len(bench.asked))
             self.assertEqual(sum("answer" in row for row in rows), 9)
             self.assertEqual(bench.asked[:len(first)], first)
-            self.assertRaises(SystemExit, run.run, bench, 2, FORMS, 9, 1.0)
+            self.assertRaises(SystemExit, real.run, bench, 2, 9, 1.0)
 
     def test_nothing_is_asked_when_the_minutes_are_over(self):
         with tempfile.TemporaryDirectory() as folder:
             bench = self.Bench(folder)
-            run.run(bench, 1, FORMS, 5, 0.0, say=lambda *_: None)
+            real.run(bench, 1, 5, 0.0, say=lambda *_: None)
             self.assertEqual(bench.asked, [])
 
     def test_promises_are_tried_on_every_recording_of_a_plain_folder(self):
@@ -368,32 +396,32 @@ class RealRun(unittest.TestCase):
             for name in ("b.csv", "a.csv", "notes.txt"):
                 open(os.path.join(data, name), "w").close()
             bench.plain, bench.data = True, os.path.join(folder, "nowhere")
-            self.assertRaisesRegex(SystemExit, "nowhere: no folder of recordings", run.run, bench, 1, FORMS, 9, 1.0)
+            self.assertRaisesRegex(SystemExit, "nowhere: no folder of recordings", real.run, bench, 1, 9, 1.0)
             bench.data = data
-            run.run(bench, 1, FORMS, 9, 1.0, catalogue=catalogue(program(BUILD, "sof")), say=lambda *_: None)
+            real.run(bench, 1, 9, 1.0, known=catalogue(program(BUILD, "sof")), say=lambda *_: None)
             self.assertEqual([name.split("/")[1] for name in bench.asked], ["a"] * 9)
 
     def test_a_promise_is_kept_at_the_strength_that_was_promised(self):
         known = catalogue(program(BUILD, "sof"))
-        cases = [one for one in plan.promised(1, known, ["small_car"])]
-        self.assertEqual([one["kind"] for one in cases[:plan.ZEROS_A_ROUND]], [plan.ZERO] * plan.ZEROS_A_ROUND)
-        self.assertEqual([one["effect"] for one in cases[plan.ZEROS_A_ROUND:]], list(plan.PROMISED))
+        cases = [one for one in real.promised(1, known, ["small_car"])]
+        self.assertEqual([one["kind"] for one in cases[:real.ZEROS_A_ROUND]], [real.ZERO] * real.ZEROS_A_ROUND)
+        self.assertEqual([one["effect"] for one in cases[real.ZEROS_A_ROUND:]], list(real.PROMISED))
         slope, lag = (next(one for one in cases if one.get("effect") == effect) for effect in ("ocv_soc", "time_skew"))
         self.assertEqual((slope["kind"], lag["kind"]), ("open_circuit", "instrument"))
         self.assertEqual([one["tau_s"] for one in cases if one.get("effect") == "acid_transport"], [50.0])
 
-        bench = run.Bench.__new__(run.Bench)
+        bench = real.Bench.__new__(real.Bench)
         t = np.arange(0.0, 3600.0)
         i, u = np.full(len(t), -10.0), np.full(len(t), 12.0)
         bench.unchanged, bench.shown = {"small_car": dict(told(), promised={"ocv_soc": 0.05})}, []
         bench.loaded = ("small_car", laws.Beside(t, i, u))
         bench.told = lambda *shown: bench.shown.append(shown) or told("open_circuit")
-        self.assertEqual(bench.case(slope, {})["drawn"], {"form": "ocv_soc", "strength": 0.05})
+        self.assertEqual(bench.case(slope)["drawn"], {"form": "ocv_soc", "strength": 0.05})
         self.assertAlmostEqual(bench.shown[0][2][-1], 12.0 - 0.05 * 10.0 * 3599.0 / 3600.0)
-        self.assertIn("not_drawn", bench.case(lag, {}))
+        self.assertIn("not_drawn", bench.case(lag))
 
     def test_without_the_folder_of_recordings_it_says_so(self):
-        self.assertRaisesRegex(SystemExit, "--data", command.main, ["nowhere"])
+        self.assertRaisesRegex(SystemExit, "--data", real.main, ["nowhere"])
 
 
 class StopRules(unittest.TestCase):
@@ -445,7 +473,7 @@ class Entries(unittest.TestCase):
         self.assertGreater(found, 12)
 
     def test_help_is_printed_without_a_build(self):
-        for name in ("proof", "strangers", "proof_real", "conceal", "score_next_window", "calibrate_diagnosis", "compare_stop_rules"):
+        for name in ("proof", "out_of_model", "proof_real", "conceal", "score_next_window", "calibrate_diagnosis", "compare_stop_rules"):
             told_of = subprocess.run([sys.executable, os.path.join(ROOT, "scripts", name), "--help"], capture_output=True, text=True, cwd="/")
             self.assertEqual(told_of.returncode, 0, told_of.stderr)
             self.assertIn("usage", told_of.stdout)

@@ -1,4 +1,4 @@
-"""Words of the field: none of words.txt stands in what a reader reads. Code between backticks in a page's table of old names, archives and decisions are quotes."""
+"""Words of the field: none of words.txt stands in what a reader reads. Code between backticks in a page's table of old names, made scores are quotes."""
 
 import os
 import re
@@ -7,7 +7,7 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.realpath(os.path.join(HERE, "..", ".."))
 FOLDERS = ("src", "include", "msg", "srv", "action", "launch", "docs")
-QUOTES = ("docs/archive/", "docs/proof/", "docs/decisions/")  # as they were written
+QUOTES = ("docs/proof/",)  # made by scripts/proof
 ENDINGS = (".cpp", ".hpp", ".inc", ".msg", ".srv", ".action", ".launch", ".md")
 
 
@@ -17,11 +17,11 @@ def read(path):
 
 
 def entries():
-    """(pattern, what to use) of words.txt, and what is allowed: lines that begin with a plus."""
+    """(pattern, what to use) of words.txt, and (allowed, in which files) of its lines that begin with a plus."""
     words, allowed = [], []
     for line in read(os.path.join(HERE, "words.txt")).splitlines():
         if line.startswith("+"):
-            allowed.append(line[1:].strip())
+            allowed.append((line[1:] + "\t").split("\t")[:2])
         elif line and not line.startswith("#"):
             words.append(tuple(line.split("\t")))
     return words, allowed
@@ -40,12 +40,11 @@ def pages():
 class Words(unittest.TestCase):
     def test_are_the_fields(self):
         words, allowed = entries()
-        without = re.compile("|".join(allowed)) if allowed else None
         patterns = [(re.compile(r"(?<![\w-])" + word + r"(?![\w-])", 0 if any(map(str.isupper, word)) else re.I), word, use) for word, use in words]
         found = []
         for path in pages():
-            text = read(path)
-            text = without.sub("", text) if without else text
+            quotes = [quote for quote, where in allowed if re.match(where, os.path.relpath(path, ROOT))]
+            text = re.sub("|".join(quotes) or "(?!)", "", read(path))
             for pattern, word, use in patterns:
                 for match in pattern.finditer(text):
                     line = text.count("\n", 0, match.start()) + 1

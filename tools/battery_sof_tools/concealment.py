@@ -1,11 +1,26 @@
-"""Effects added to a recording that was measured, with numpy alone; shares no code with the product.
+"""Conceals an effect of known strength in a recording that was measured.
 
-Current is positive while charging. Nothing is integrated across a gap (longer than three times the median interval): a memory decays
-with the time that passed, a charge stays. A step back of the clock counts as no time.
+    conceal REC --add acid_transport --strength 0.005 --tau 120 --out OUT.csv --label OUT.json
+
+Written are t_s, current_A (positive while charging) and voltage_V; the label reports what was added:
+current_offset [A]; discharge_missed, charge_missed: share of one direction that the current sensor misses [1]; time_skew: voltage late by [s];
+contact_resistance: step at --instant [ohm]; voltage_drift [V/h]; acid_transport: R LP_tau[i] [ohm]; ocv_soc: slope over charge [V/Ah];
+high_rate_depletion: 0.15 V ln(1 - LP_tau[(-i)+] / i_L), strength 1/i_L [1/A]; memory_resistance: i LP_tau|i| [ohm/A], in no catalogue;
+series_resistance [ohm], voltage_step (from the first sample on) [V], white_noise [V]: what the base circuit takes up, nothing to find.
+
+With numpy alone; shares no code with the product. Nothing is integrated across a gap (longer than three times the median interval): a memory
+decays with the time that passed, a charge stays. A step back of the clock counts as no time.
 """
+
+import argparse
+import json
 import math
+import sys
 
 import numpy as np
+
+from . import recordings
+from .files import write_text
 
 UNITS = {"current_offset": "A", "discharge_missed": "1", "charge_missed": "1", "time_skew": "s", "contact_resistance": "ohm", "voltage_drift": "V/h",
          "acid_transport": "ohm", "ocv_soc": "V/Ah", "high_rate_depletion": "1/A", "memory_resistance": "ohm/A",
@@ -106,3 +121,35 @@ def unexplained(name, t, i, added):
     basis = np.stack(columns, axis=1)
     rest = added - basis @ np.linalg.lstsq(basis, added, rcond=None)[0]
     return float(np.sqrt(np.mean(rest**2)))
+
+
+def options():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("recording")
+    parser.add_argument("--add", required=True, choices=sorted(UNITS))
+    parser.add_argument("--strength", type=float, required=True)
+    parser.add_argument("--tau", type=float, default=120.0, help="[s], of the memory")
+    parser.add_argument("--instant", type=float, help="[s] from the first sample, of the step; by default when 0.35 of all charge has passed")
+    recordings.add_column_arguments(parser, recordings.CAR)
+    parser.add_argument("--from", dest="start", type=float, default=-math.inf, help="[s]")
+    parser.add_argument("--to", dest="end", type=float, default=math.inf, help="[s]")
+    parser.add_argument("--out", required=True)
+    parser.add_argument("--label", required=True)
+    return parser.parse_args()
+
+
+def main():
+    args = options()
+    t, i, u = recordings.read(args.recording, *recordings.columns_of(args), args.start, args.end)
+    if len(t) < 3:
+        print("conceal: fewer than three rows of {} hold time, current and voltage".format(args.recording), file=sys.stderr)
+        return 1
+    instant = instant_of_throughput(t, i, 0.35) if args.instant is None else t[0] + args.instant
+    current, voltage = changed(args.add, t, i, u, args.strength, args.tau, instant)
+    recordings.write(args.out, t, current, voltage, recordings.CAR)
+    label = {"added": args.add, "named": NAMED[args.add], "strength": args.strength, "unit": UNITS[args.add],
+             "tau_s": args.tau, "instant_s": instant, "added_rms_v": float((voltage - u).std())}
+    if args.add not in CURRENT_SIDE:
+        label["unexplained_rms_v"] = unexplained(args.add, t, i, voltage - u)
+    write_text(args.label, json.dumps(label, indent=1))
+    return 0

@@ -1,14 +1,22 @@
-"""Pictures of a diagnosis page for docs/reading-a-diagnosis.md, by headless Chromium. Usage: page_pictures PAGE.html FOLDER"""
+"""Pictures of pages, by headless Chromium.
+
+    page_pictures PAGE.html FOLDER          a diagnosis page, for docs/reading-a-diagnosis.md
+    page_pictures --live DRIVE.bag PICTURE  the live page down to its answers, while the bag is played (with the devel space sourced)
+"""
 
 import base64
 import os
 import sys
 import tempfile
+import urllib.request
+
+from .stress.ros import Processes, free_port, wait_until
 
 WIDTH = 1100
+LIVE_RATE, LIVE_CHARGES = 20, 8  # times real time; past charges that are waited for
 # file: selector whose lowest end is the picture's, and whether it begins at the top of the page
 PICTURES = {"diagnosis_page.png": ("#drive .dygraph-rangesel-fgcanvas", True), "diagnosis_regimes.png": ("#where", False), "diagnosis_weighed.png": ("#evidence", False),
-            "diagnosis_learnt.png": ("#unexplained", False), "diagnosis_before_after.png": ("#comparison", False)}
+            "diagnosis_discrepancy.png": ("#unexplained", False), "diagnosis_before_after.png": ("#comparison", False)}
 
 
 def browser(profile):
@@ -25,7 +33,46 @@ def browser(profile):
     return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
 
 
+def measured(driver):
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": WIDTH, "height": 900, "deviceScaleFactor": 1, "mobile": False})
+
+
+def shoot(driver, top, bottom, path):
+    clip = {"x": 0, "y": top, "width": WIDTH, "height": bottom - top + 8, "scale": 1}
+    image = driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": clip})
+    with open(path, "wb") as file:
+        file.write(base64.b64decode(image["data"]))
+
+
+def live(bag, picture):
+    """The live page once charges have been compared, so that all three answers stand on something."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, Processes(folder) as processes:
+        address = f"http://127.0.0.1:{free_port()}/"
+        processes.start("roslaunch", "battery_sof", "replay.launch", f"bag:={os.path.abspath(bag)}", f"rate:={LIVE_RATE}")
+        processes.start("roslaunch", "--wait", "battery_sof", "live.launch", "port:=" + address.split(":")[2].strip("/"))
+        driver = browser(os.path.join(folder, "profile"))
+        try:
+            measured(driver)
+            wait_until(lambda: is_served(address), 60, "the live page")
+            driver.get(address)
+            wait_until(lambda: driver.execute_script("return document.querySelectorAll('#charges tr').length") > LIVE_CHARGES, 120, "charges on the live page")
+            shoot(driver, 0, driver.execute_script("return document.querySelector('#answers').getBoundingClientRect().bottom + scrollY"), picture)
+        finally:
+            driver.quit()
+    return 0
+
+
+def is_served(address):
+    try:
+        with urllib.request.urlopen(address):
+            return True
+    except OSError:
+        return False
+
+
 def main():
+    if len(sys.argv) == 4 and sys.argv[1] == "--live":
+        return live(*sys.argv[2:])
     if len(sys.argv) != 3:
         print(__doc__, file=sys.stderr)
         return 2
@@ -33,17 +80,14 @@ def main():
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         driver = browser(profile)
         try:
-            driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": WIDTH, "height": 900, "deviceScaleFactor": 1, "mobile": False})
+            measured(driver)
             driver.get("file://" + os.path.abspath(page))
             for name, (selector, whole) in PICTURES.items():
                 boxes = driver.execute_script("return [...document.querySelectorAll(arguments[0])].map((one) => one.getBoundingClientRect()).map((box) => [box.top + scrollY, box.bottom + scrollY])", selector)
                 if not boxes:
                     raise SystemExit(f"page_pictures: {page} has no {selector}")
                 top, bottom = 0 if whole else boxes[0][0], max(box[1] for box in boxes)
-                clip = {"x": 0, "y": top, "width": WIDTH, "height": bottom - top + 8, "scale": 1}
-                image = driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": clip})
-                with open(os.path.join(folder, name), "wb") as file:
-                    file.write(base64.b64decode(image["data"]))
+                shoot(driver, top, bottom, os.path.join(folder, name))
         finally:
             driver.quit()
     return 0

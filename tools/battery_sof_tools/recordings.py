@@ -78,6 +78,18 @@ def write(path, t, i, u, columns=COLUMNS):
             file.write("{:.6f},{:.6f},{:.6f}\n".format(*row))
 
 
+def add_column_arguments(parser, columns=COLUMNS):
+    """Options of a script that reads recordings; columns_of() gives what was chosen."""
+    for name, column in zip(("time", "current", "voltage"), columns):
+        parser.add_argument(f"--{name}-column", default=column)
+    parser.add_argument("--discharge-positive", action="store_true")
+
+
+def columns_of(args):
+    """(columns, whether discharge is positive), as read() and column_options() take them."""
+    return (args.time_column, args.current_column, args.voltage_column), args.discharge_positive
+
+
 def column_options(columns, discharge_positive=False):
     """What reports `sof` the columns of a file."""
     options = []

@@ -36,10 +36,7 @@ def arguments():
     parser.add_argument("--split", type=float, help="share of the recording's time that is fitted; the rest is predicted")
     parser.add_argument("--picture", help="PNG to write")
     parser.add_argument("--json", help="file to write every window's scores to")
-    parser.add_argument("--time-column", default="time_s")
-    parser.add_argument("--current-column", default="current_a")
-    parser.add_argument("--voltage-column", default="voltage_v")
-    parser.add_argument("--discharge-positive", action="store_true")
+    recordings.add_column_arguments(parser)
     args = parser.parse_args()
     args.identify, args.end = ["--priors", args.priors] if args.priors else [], None
     return args
@@ -167,10 +164,10 @@ def picture(found, path):
 
 def main():
     args = arguments()
-    columns = recordings.column_options((args.time_column, args.current_column, args.voltage_column), args.discharge_positive)
+    columns = recordings.column_options(*recordings.columns_of(args))
     found = []
     for recording in args.recordings:
-        t = recordings.read(recording, (args.time_column, args.current_column, args.voltage_column), args.discharge_positive)[0]
+        t = recordings.read(recording, *recordings.columns_of(args))[0]
         name, mine = os.path.splitext(os.path.basename(recording))[0], []
         if args.split:
             stretches = [(t[0], t[0] + args.split * (t[-1] - t[0]), t[-1] + 1.0)]

@@ -27,7 +27,7 @@ import yaml
 from . import recordings
 from .files import ROOT
 from .progress import followed
-from .sof import call, required
+from .sof import call, program
 from .tables import table
 
 Stop = collections.namedtuple("Stop", "begin end lowest rows")  # [s], [s], [V], (time [s], voltage [V]) while the engine was off
@@ -87,12 +87,12 @@ def by_manager(stops, decisions):
     return until
 
 
-def decide(program, path, columns, stops, options):
+def decide(experiment, path, columns, stops, options):
     """Rows of stop_experiment on a recording."""
     with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
         file.write("begin_s,end_s\n" + "".join(f"{s.begin!r},{s.end!r}\n" for s in stops))
         file.flush()
-        told = call([program, path, file.name, *columns, *options])
+        told = call([experiment, path, file.name, *columns, *options])
     rows = list(csv.DictReader(told.splitlines()))
     return [(int(r["stop"]), float(r["time_s"]), r["may_stop"] == "1") for r in rows], rows
 
@@ -142,10 +142,7 @@ def arguments():
     parser.add_argument("--rest-voltage", type=float, default=12.2, help="[V], of the rule by voltage")
     parser.add_argument("--longest", type=float, default=60.0, help="[s], of the rule by time")
     parser.add_argument("--crank-current", type=float, default=-150.0, help="[A]")
-    parser.add_argument("--time-column", default="time_s")
-    parser.add_argument("--current-column", default="current_a")
-    parser.add_argument("--voltage-column", default="voltage_v")
-    parser.add_argument("--discharge-positive", action="store_true")
+    recordings.add_column_arguments(parser)
     parser.add_argument("--reasons", action="store_true", help="also why the manager let the engine run, and how often")
     return parser.parse_args()
 
@@ -154,8 +151,7 @@ def judge(args, path, names, label):
     columns = recordings.column_options(names, args.discharge_positive)
     stops = stops_of(*recordings.read(path, names, args.discharge_positive), args.crank_current)
     options = ["--u-required", str(args.u_required), "--margin", str(args.margin), f"--i-cranking={args.i_cranking}", "--t-cranking", str(args.t_cranking)]
-    program = required(os.path.abspath(os.path.join(args.build, "devel", "lib", "battery_sof", "stop_experiment")))
-    decisions, rows = decide(program, path, columns, stops, options)
+    decisions, rows = decide(program(args.build, "stop_experiment"), path, columns, stops, options)
     if args.reasons:
         for reason, count in collections.Counter(r["reason"][:60] for r in rows if r["may_stop"] == "0").most_common(8):
             print(f"  {count:5d}  {reason}", file=sys.stderr)
@@ -173,11 +169,11 @@ def total(rows):
 
 def main():
     args = arguments()
-    names = (args.time_column, args.current_column, args.voltage_column)
+    names = recordings.columns_of(args)[0]
     rows = []
     for path in args.recordings:
         rows += judge(args, path, names, os.path.splitext(os.path.basename(path))[0])
-    sof = required(os.path.abspath(os.path.join(args.build, "devel", "lib", "battery_sof", "sof"))) if args.weakening else None
+    sof = program(args.build, "sof") if args.weakening else None
     for seed in followed(range(1, args.weakening + 1), "weakening drive"):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "drive.csv")

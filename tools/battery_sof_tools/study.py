@@ -1,9 +1,9 @@
-"""Window quality of windows and coverage of intervals, by experiment: writes docs/archive/study.md and its picture.
+"""Window quality of windows and coverage of intervals, by experiment: writes archive/study.md and its picture into a folder (BUILD/study).
 
     make study [DATA=folder with startstop_car/]
 
 Simulates data sets 1 to 3 with eight seeds each (sof simulate), fits windows of every recording and scores what they predict
-(suitability_experiment), plays every recording through a session (session_experiment). Recordings with seeds 4 to 8, drive_2 and
+(window_quality_experiment), plays every recording through a session (session_experiment). Recordings with seeds 4 to 8, drive_2 and
 other_car_1 chose nothing: they are held out. Without DATA the real recordings are left out and the page says so.
 """
 import argparse
@@ -64,8 +64,8 @@ def simulate(tools, folder):
 
 
 def gather(tools, simulated, real):
-    jobs = [("windows", tools["suitability_experiment"], [p]) for p in simulated]
-    jobs += [("windows", tools["suitability_experiment"], [p] + COLUMNS) for p in real]
+    jobs = [("windows", tools["window_quality_experiment"], [p]) for p in simulated]
+    jobs += [("windows", tools["window_quality_experiment"], [p] + COLUMNS) for p in real]
     jobs += [("session", tools["session_experiment"], [p]) for p in simulated]
     jobs += [("session", tools["session_experiment"], [p] + COLUMNS) for p in real]
     found = {"windows": [], "session": []}
@@ -277,10 +277,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build")
     parser.add_argument("--data", help="folder that holds startstop_car/")
-    parser.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="folder that archive/ and pictures/ lie in")
+    parser.add_argument("--docs", help="folder that archive/ and pictures/ are written into; BUILD/study unless given")
     parser.add_argument("--json", help="file to write coverage and correlations to")
     arguments = parser.parse_args()
-    tools = {name: program(arguments.build, name) for name in ("sof", "suitability_experiment", "session_experiment")}
+    arguments.docs = arguments.docs or os.path.join(arguments.build, "study")
+    tools = {name: program(arguments.build, name) for name in ("sof", "window_quality_experiment", "session_experiment")}
     real = [os.path.join(arguments.data, "startstop_car", name + ".csv") for name in REAL] if arguments.data else []
     with tempfile.TemporaryDirectory() as folder:
         windows, session = gather(tools, simulate(tools, folder), real)
@@ -298,4 +299,4 @@ def main():
         real="and the real drives of a start-stop car" if real else "; no real recordings were at hand for this run", held=len(held),
         indicators=indicator_table(held), choices=choice_table(held), coverage=coverage_table(found), sof2=sof2,
         **{key: found[key] for key in ("all_q", "all_crank", "in_q", "in_crank")}))
-    say("docs/archive/study.md written")
+    say(os.path.join(arguments.docs, "archive", "study.md") + " written")

@@ -19,7 +19,7 @@ from .files import ROOT
 LAST_COMMITS = 5
 OF_GCC_ALONE = "-Wno-unused-command-line-argument"  # limits of inlining
 MAINS = ("origin/main", "main")
-SAMPLE = ("src/recording/number_text.cpp", "src/recording/text.cpp", "src/prediction/profile.cpp")
+SAMPLE = ("src/util/number_text.cpp", "src/util/text.cpp", "src/prediction/profile.cpp")
 
 
 def git(*arguments):

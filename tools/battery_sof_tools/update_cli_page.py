@@ -1,4 +1,7 @@
-"""Writes docs/cli.md from what the built `sof` prints for --help, of itself and of every subcommand. Usage: update_cli_page [BUILD]"""
+"""Writes docs/cli.md from what the built `sof` prints for --help, of itself and of every subcommand. Usage: update_cli_page [BUILD]
+
+An option that several subcommands share with the same words is listed once, under the names of those that take it.
+"""
 
 import os
 import re
@@ -11,46 +14,45 @@ BEGINNING = """# The command sof
 
 <!-- scripts/update_cli_page writes this page from `sof --help`; a test finds it stale. -->
 
-Times are in seconds, currents in ampere and positive into the battery, voltages in volt. Examples with their output are in
-[getting-started.md](getting-started.md); what an effect is, in [effects.md](effects.md).
+Times are in seconds, currents in ampere and positive into the battery, voltages in volt. The [tutorial](tutorial.md) has examples with
+their output.
 
-Every subcommand takes `--json FILE` (`-` for standard output) and exits with
+| exit code | meaning |
+|---|---|
+| 0 | done |
+| 1 | the answer is no or not supported, or the recording cannot decide; the message says which |
+| 2 | wrong usage or input |
 
-- 0: done;
-- 1: an honest negative outcome: the answer is no, or not supported, or the recording cannot tell; the message says which;
-- 2: wrong usage or wrong input.
-
-An output file appears whole or not at all, and never over a file that is read.
+An output file appears whole or not at all, and never replaces a file that is read.
 """
 
 ENDING = """
 ## What the help does not say
 
-*Operating mode.* `sof check` says in which samples a source (a generator, a converter, a charger) holds the voltage. Where it does, and samples come a quarter of a second or more apart, `sof identify` is driven by the
-voltage there and adds the physics of charging (`fresh_sulphate`); `--effects none` is the base circuit, `--effects IDS` what you name, `--start paper` the paper's own procedure. `sof predict` then goes the same way;
-`--mode current` runs the model on the current alone, as in the paper. Q_dyn is always that of the current alone.
+**Queries** begin at the state that the model was saved in (`--to` of identify), unless `--rested` is given. JSON has the fields of the
+node's services. It has no infinity: a stop without an end (`--i-load 0`) has `t_stop` null and `outcome` "always".
 
-*Columns of `sof predict --csv`:* `time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_a`; of what drives, prediction and bounds are the measured value.
+**Operating mode.** `sof check` reports when a charger (alternator, converter) controls the voltage. There, and only if samples are
+0.25 s or more apart, `sof identify` uses the voltage as the input. It then adds the physics of charging (`fresh_sulphate`).
+`--effects none` fits the base circuit, `--start paper` follows the paper. `sof predict` runs as the model was fitted;
+`--mode current` uses the current throughout, as in the paper. Q_dyn always belongs to the current alone.
 
-*MODEL.yaml* holds parameters with standard errors and correlations, the state, the errors, and what the window taught beside them: the source's rule, straight lines and past events (`naive`, `experience`) and a regression on
-what the equations leave (`learned`). [model.md](model.md#modelyaml) lists its numbers. Files of earlier versions are read; those with `source_delay` or the parameters of the earlier `fresh_sulphate` are refused.
+**CSV of `sof predict`:** `time_s,current_a,voltage_v,predicted_v,lower_v,upper_v,driven_by,predicted_a,lower_a,upper_a`. Of the input,
+prediction and bounds are the measured value.
 
-*Questions.* A model is asked from the state it was saved in (`--to` of identify), or `--rested`. `sof crank` also takes the stop and the crank as they happen: `--load-profile FILE.csv`, `--crank-profile FILE.csv` (columns
-`time_s,current_a`). JSON holds the fields of the node's services under the same names; JSON has no infinity, so `t_stop` of a stop without an end (`--i-load 0`) is null with `outcome` "always".
+**MODEL.yaml** holds parameters with standard errors and correlations, the state, the errors, past events and the baseline. It remembers
+`--series-blocks`, so `sof predict`, `crank`, `stop-time`, `charge` and `map` work in the battery's own volts.
 
-*Diagnosis.* The page is one file that needs no network. `--given IDS` models what is known to be there; `--verify-detection-limits IDS` diagnoses the recording with each of these put in and reports the strength at which it is named. Ctrl-C
-says what was being done, ends at once, and leaves no file.
+**Diagnosis.** Ctrl-C says what was being done, and leaves no file.
 
-*Series string.* `--series-blocks 2` reads a recording of 24 V as that of one of its two 12 V blocks; the model file remembers it, and `sof predict`, `crank`, `stop-time`, `charge` and `map` answer in the row's volts without being reported.
+**Long work.** A terminal shows progress after 2 s. Pipes and files get none of it.
 
-*Long work.* On a terminal a command says from two seconds on what it is at and for how long; `sof map` also how long it will still take. Nothing of it is written to a pipe or a file.
-
-*Times* are those of the recording's own clock; `+60` counts from its first sample. Bags have the topic `battery_state`, or `--topic`.
-
-*Scoring windows of a recording* beside straight lines and past events: `scripts/score_next_window drive.csv` (15 min fitted, the next 15 predicted), `--split 0.75` (three quarters fitted, the last predicted).
-
-*Many recordings at once*, and what a fleet says of a battery (`sof identify --priors`): [fleet.md](fleet.md).
+**Scoring.** `scripts/score_next_window drive.csv` fits 15 min and predicts the next 15. `--split 0.75` fits three quarters and predicts
+the rest. [Fleet](fleet.md) has many recordings at once, and `--priors`.
 """
+
+HELP = "-h,--help"
+SHARED = 3  # subcommands at least
 
 
 def subcommands(help_text):
@@ -58,14 +60,58 @@ def subcommands(help_text):
     return re.findall(r"^  ([a-z-]+) {2,}\S", help_text.split("Subcommands:\n")[1], flags=re.M)
 
 
-def section(title, text):
-    lines = [line.rstrip() for line in text.strip().splitlines()]
-    return f"\n## {title}\n\n" + "\n".join("    " + line if line else "" for line in lines) + "\n"
+def options_of(text):
+    """Head of a help, and its options, each with the lines that follow it."""
+    head, _, tail = text.partition("\nOptions:\n")
+    found = []
+    for line in tail.splitlines():
+        if re.match(r"  -", line):
+            found.append(line.rstrip())
+        elif line.strip() and found:
+            found[-1] += "\n" + line.rstrip()
+    return head.strip(), found
+
+
+def shared(helps):
+    """Options that several subcommands have alike, by the names of those, in the order in which they are met."""
+    takers = {}
+    for name, text in helps.items():
+        for option in options_of(text)[1]:
+            takers.setdefault(option, []).append(name)
+    groups = {}
+    for option, names in takers.items():
+        if len(names) >= SHARED and HELP not in option:
+            groups.setdefault(tuple(names), []).append(option)
+    return groups
+
+
+def block(text):
+    return "\n".join("    " + line.rstrip() if line.strip() else "" for line in text.strip("\n").splitlines()) + "\n"
+
+
+def head_of(text):
+    """What a subcommand does, its usage, and its positional arguments, but those that several have."""
+    what, _, rest = text.partition("Usage: ")
+    usage, _, positionals = rest.partition("\n")
+    lines = [what.strip(), "Usage: " + usage.replace(" [OPTIONS]", "")]
+    lines += [line for line in positionals.splitlines() if line.strip() and line.strip() != "Positionals:" and not re.match(r"  (REC|MODEL) ", line)]
+    return "\n".join(lines)
+
+
+def section(name, text, common):
+    head, options = options_of(text)
+    own = [one for one in options if HELP not in one and one not in common]
+    return f"\n## sof {name}\n\n" + block(head_of(head) + ("\n\n" + "\n".join(own) if own else ""))
 
 
 def page(sof):
-    told = call([sof, "--help"])
-    return BEGINNING + section("sof", told) + "".join(section(f"sof {name}", call([sof, name, "--help"])) for name in subcommands(told)) + ENDING
+    helps = {name: call([sof, name, "--help"]) for name in subcommands(call([sof, "--help"]))}
+    groups = shared(helps)
+    common = {one for options in groups.values() for one in options}
+    text = BEGINNING + "\n## Options of several subcommands\n\nREC is a recording: .bag, .csv, or CSV from a pipe. MODEL is a file of `sof identify`. Every subcommand has `--help`.\n"
+    for names, options in groups.items():
+        text += f"\n{', '.join(names)}:\n\n" + block("\n".join(options))
+    return text + "".join(section(name, told, common) for name, told in helps.items()) + ENDING
 
 
 def main():

@@ -6,10 +6,10 @@ namespace {
 // Charge acceptance by charge balance. What a discharge has just turned into sulphate dissolves
 // easily and can be charged back at once; without it the reaction is fed by a small current alone
 // and the electrode is blocked. A slow relaxation in the pores goes with it. One resistance serves
-// both signs: r_charge stands in for this physics and is not used beside it.
+// both signs: r_charge replaces this physics and is not used with it.
 struct FreshSulphate {
   static constexpr bool kLimitsReaction = true;
-  // From the current alone the law is ill-posed: it is fitted where the voltage drives.
+  // From the current alone the law is ill-posed: it is fitted where the voltage is the input.
   static constexpr bool kOnRequest = true;
   // [s]; the supply stays as it is over a piece. Half of it changes a crank's minimum at 1 Hz by
   // less than 1 mV.

@@ -56,7 +56,7 @@ TEST(SofEffects, StatesEverythingThatIsKnownOfOneEffect) {
       EXPECT_TRUE(contains(outcome.out, parameter.source)) << info.id;
     }
     for (const auto& other : info.look_alikes) EXPECT_TRUE(contains(outcome.out, other)) << info.id;
-    EXPECT_TRUE(contains(outcome.out, info.tells_apart)) << info.id;
+    EXPECT_TRUE(contains(outcome.out, info.distinguished_by)) << info.id;
     EXPECT_TRUE(contains(outcome.out, "family\n    " + mechanismId(mechanismOf(info.id)) + ": "))
         << info.id;
   }
@@ -67,7 +67,7 @@ TEST(SofEffects, SaysWhatIsHeldWhatIsKnownBeforehandAndWhereAStrengthVanishes) {
   EXPECT_TRUE(contains(out, "free, no effect at 0 (docs/physics.md#gassing)")) << out;
   EXPECT_TRUE(contains(out, "free, searched as a logarithm, known to a factor of 1.35")) << out;
   EXPECT_TRUE(contains(out, "held, searched as a logarithm")) << out;
-  EXPECT_TRUE(contains(out, "bends          u_dc")) << out;
+  EXPECT_TRUE(contains(out, "nonlinear in   u_dc")) << out;
   EXPECT_TRUE(contains(effects({"charge_transfer"}).out, "known to +- 0.05"));
   EXPECT_TRUE(contains(effects({"sulphate_history"}).out, "needs          charge_acceptance"));
   EXPECT_TRUE(contains(effects({"cpe2"}).out, "cpe2_1 to cpe2_17 [V], begins at u_c2"));

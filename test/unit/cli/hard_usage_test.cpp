@@ -115,7 +115,7 @@ TEST_F(HardUsage, TwoOutputsAreTwoFiles) {
 TEST_F(HardUsage, TheSimulatorIsToldWhichFilesItWouldReadAndWrite) {
   const std::string scenario = write("scenario.yaml", "name: x\n");
   const auto run = [](const auto& arguments, std::ostream& out, std::ostream& err) {
-    return battery_sof_reference::runSimulate(arguments, out, err, requireSeparateFiles);
+    return battery_sof_simulator::runSimulate(arguments, out, err, requireSeparateFiles);
   };
   const Outcome outcome = test::outcomeOf(run, {scenario, path("out.csv"), "--json", scenario});
   EXPECT_EQ(outcome.code, 2);
@@ -131,7 +131,7 @@ TEST_F(HardUsage, NumbersAreDecimal) {
                 .err.find("--u-boost is \"0x0e\", expected a decimal number"),
             std::string::npos);
   const Outcome seed =
-      test::outcomeOf([](auto&... all) { return battery_sof_reference::runSimulate(all...); },
+      test::outcomeOf([](auto&... all) { return battery_sof_simulator::runSimulate(all...); },
                       {path("s.yaml"), path("o.csv"), "--seed", "-1"});
   EXPECT_EQ(seed.code, 2);
   EXPECT_NE(seed.err.find("is no seed"), std::string::npos) << seed.err;

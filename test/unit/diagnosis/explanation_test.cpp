@@ -116,8 +116,8 @@ TEST(Explain, TheSameSetHasOneScoreByAnyPath) {
 TEST(Explain, LeastStrengthsAreToldOfWhatIsNotInIt) {
   const Explanation found =
       explained(inputsOf({"ocv_soc"}, "ocv_slope", 0.2), {"ocv_soc", "current_offset"});
-  ASSERT_EQ(1u, found.least.size());
-  const LinearDetectionLimit& least = found.least.front();
+  ASSERT_EQ(1u, found.detection_limits.size());
+  const LinearDetectionLimit& least = found.detection_limits.front();
   EXPECT_EQ("current_offset", least.id);
   EXPECT_EQ("A", least.unit);
   EXPECT_GT(std::abs(least.typical), 0.0);

@@ -59,7 +59,7 @@ TEST(Locate, SlowNoiseAloneRaisesNoAlarm) {
     const WhitenedFit fit = nullFit(tenMinutes(), seed);
     const auto findings = regimeFindings(fit, tenMinutes().inputs, tenMinutes().regimes);
     alarmed += std::any_of(findings.begin(), findings.end(),
-                           [](const auto& finding) { return finding.alarm; });
+                           [](const auto& finding) { return finding.is_significant; });
     segmented += !mismatchSegments(fit, tenMinutes().inputs, tenMinutes().regimes).empty();
     for (const RegimeFinding& finding : findings) small += finding.p_value <= 0.1;
     all += static_cast<int>(findings.size());
@@ -76,7 +76,7 @@ TEST(RegimeFindings, AnErrorInLongChargesIsFoundThereWithItsSizeAndSign) {
   const auto findings = regimeFindings(fit, ground.inputs, ground.regimes);
   const RegimeFinding* mean = findingOf(findings, "long charge", "mean");
   ASSERT_NE(mean, nullptr);
-  EXPECT_TRUE(mean->alarm);
+  EXPECT_TRUE(mean->is_significant);
   EXPECT_GE(mean->episodes, 20u);
   // The parameters took up a part.
   EXPECT_GT(mean->lower, 0.001);
@@ -96,7 +96,7 @@ TEST(RegimeFindings, AnErrorThatGrowsDuringDischargesShowsAsTheirSlope) {
   const auto findings = regimeFindings(fitOf(ground, effect, 4), ground.inputs, ground.regimes);
   const RegimeFinding* slope = findingOf(findings, "discharge", "slope");
   ASSERT_NE(slope, nullptr);
-  EXPECT_TRUE(slope->alarm);
+  EXPECT_TRUE(slope->is_significant);
   EXPECT_LT(slope->upper, 0.0);
   EXPECT_NEAR(slope->value, -0.002, 0.001);
 }

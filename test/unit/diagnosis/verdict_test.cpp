@@ -149,7 +149,7 @@ TEST(NextExperiment, TellsTheIndistinguishableApart) {
   diagnosis.effects = {acid};
   EXPECT_NE(std::string::npos, nextExperiment(diagnosis).find("ocv_soc"));
   EXPECT_NE(std::string::npos,
-            nextExperiment(diagnosis).find(effectInfo("acid_transport").tells_apart));
+            nextExperiment(diagnosis).find(effectInfo("acid_transport").distinguished_by));
 }
 
 }  // namespace

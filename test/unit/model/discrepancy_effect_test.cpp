@@ -31,7 +31,7 @@ Eigen::MatrixXd everyDirection(const BatteryModel& model) {
                                    model.parameterCount() + 1);
 }
 
-/// Where no column has a kink.
+/// Where no regressor has a kink.
 ModelPoint startOf(const BatteryModel& model) {
   ModelPoint start = pointOf(model, typicalPoint(model));
   start.state[0] = 0.01;
@@ -91,7 +91,7 @@ TEST(DiscrepancyEffect, AddsItsColumnsTimesTheirWeights) {
   const InputSequence inputs = lively();
   Simulation with(model, pointOf(model, typicalPoint(model))),
       without(base, pointOf(base, typicalPoint(base)));
-  RegressorMemory memory(discrepancy.columns, discrepancy.context);
+  RegressorMemory memory(discrepancy.regressors, discrepancy.context);
   Eigen::VectorXd values(discrepancy.weight.size());
   DiscrepancyModel circuit = discrepancy;
   circuit.weight.setZero();
@@ -184,7 +184,7 @@ TEST(DiscrepancyEffect, CarriedOnFromItsMemoryGivesTheSameVoltages) {
 
 TEST(DiscrepancyEffect, IsHeldInsideWhatItWasLearntOnAndSaysByHowMuch) {
   DiscrepancyModel discrepancy = madeDiscrepancyModel();
-  discrepancy.columns = {{RegressorKind::kCompressed, Mechanism::kStructure, 0.0, 5.0}};
+  discrepancy.regressors = {{RegressorKind::kCompressed, Mechanism::kStructure, 0.0, 5.0}};
   const auto one = [](double value) { return Eigen::VectorXd::Constant(1, value); };
   discrepancy.lower = one(std::asinh(-10.0));
   discrepancy.upper = one(std::asinh(10.0));
@@ -244,12 +244,12 @@ TEST(DiscrepancyEffect, RestedMemoryLetsMemoriesFadeAndKeepsTheChargeCounted) {
   const std::vector<double> before = simulation.regressorMemory(),
                             rested = restedMemory(*model.discrepancy(), before);
   ASSERT_EQ(before.size(), rested.size());
-  for (std::size_t k = 0; k < model.discrepancy()->columns.size(); ++k)
-    if (model.discrepancy()->columns[k].kind == RegressorKind::kChargeMemory) {
+  for (std::size_t k = 0; k < model.discrepancy()->regressors.size(); ++k)
+    if (model.discrepancy()->regressors[k].kind == RegressorKind::kChargeMemory) {
       EXPECT_NEAR(0.0, rested[k], 1e-6);
     }
-  EXPECT_EQ(before[model.discrepancy()->columns.size()],
-            rested[model.discrepancy()->columns.size()])
+  EXPECT_EQ(before[model.discrepancy()->regressors.size()],
+            rested[model.discrepancy()->regressors.size()])
       << "charge counted";
 }
 

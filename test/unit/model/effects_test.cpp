@@ -121,7 +121,7 @@ TEST(EffectCatalogue, NamesOfParametersAndStatesAreUnique) {
 TEST(EffectCatalogue, EveryMagnitudeLiesInsideItsBoundsAndEveryLookAlikeExists) {
   for (const EffectInfo& info : effectCatalogue()) {
     EXPECT_FALSE(info.equations.empty());
-    EXPECT_FALSE(info.tells_apart.empty());
+    EXPECT_FALSE(info.distinguished_by.empty());
     bool can_vanish = false;
     for (const auto& parameter : info.parameters) {
       EXPECT_LE(parameter.lower, parameter.magnitude) << parameter.name;

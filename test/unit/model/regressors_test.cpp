@@ -50,7 +50,7 @@ std::vector<RegressorInput> held(double current, std::size_t count) {
 /// A row a moment.
 Eigen::MatrixXd valuesAlong(RegressorMemory& memory, const std::vector<RegressorInput>& moments,
                             std::size_t begin, std::size_t end) {
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(memory.columns().size()),
+  Eigen::MatrixXd values(static_cast<Eigen::Index>(memory.regressors().size()),
                          static_cast<Eigen::Index>(end - begin));
   for (std::size_t n = begin; n < end; ++n)
     memory.advance(moments[n], values.col(static_cast<Eigen::Index>(n - begin)));
@@ -61,20 +61,20 @@ Eigen::MatrixXd valuesAlong(RegressorMemory& memory, const std::vector<Regressor
   return valuesAlong(memory, moments, 0, moments.size());
 }
 
-/// The last value of one column.
-double lastOf(const Regressor& column, const std::vector<RegressorInput>& moments) {
-  RegressorMemory memory({column}, tenMinutes());
+/// The last value of one regressor.
+double lastOf(const Regressor& regressor, const std::vector<RegressorInput>& moments) {
+  RegressorMemory memory({regressor}, tenMinutes());
   return valuesAlong(memory, moments).bottomRows(1)(0, 0);
 }
 
-/// How long a column remembers [s]; 0 for one whose numbers mean something else.
-double slowness(const Regressor& column) {
-  switch (column.kind) {
-    case RegressorKind::kHighMemory: return column.charge;
+/// How long a regressor remembers [s]; 0 for one whose numbers mean something else.
+double slowness(const Regressor& regressor) {
+  switch (regressor.kind) {
+    case RegressorKind::kHighMemory: return regressor.charge;
     case RegressorKind::kHighOverpotential:
     case RegressorKind::kHighSum:
     case RegressorKind::kStepCurrent: return 0.0;
-    default: return column.time;
+    default: return regressor.time;
   }
 }
 
@@ -198,7 +198,7 @@ TEST(RegressorMemory, EveryValueOfARandomDriveIsFinite) {
     const Eigen::MatrixXd values = valuesAlong(memory, drive(3000, seed));
     for (Eigen::Index k = 0; k < values.cols(); ++k)
       EXPECT_TRUE(values.col(k).allFinite())
-          << toString(memory.columns()[static_cast<std::size_t>(k)]) << ", seed " << seed;
+          << toString(memory.regressors()[static_cast<std::size_t>(k)]) << ", seed " << seed;
   }
 }
 
@@ -216,13 +216,13 @@ TEST(RegressorLibrary, HoldsNoColumnSlowerThanAThirdOfTheSpanNorOneFasterThanThe
       RegressorContext context = tenMinutes();
       context.span = span;
       context.interval = interval;
-      for (const Regressor& column : regressorLibrary(context)) {
-        EXPECT_LT(slowness(column), span / 3.0) << toString(column) << ", span " << span;
-        if (slowness(column) > 0.0 && column.kind != RegressorKind::kEdge) {
-          EXPECT_GE(slowness(column), 0.9 * interval) << toString(column);
+      for (const Regressor& regressor : regressorLibrary(context)) {
+        EXPECT_LT(slowness(regressor), span / 3.0) << toString(regressor) << ", span " << span;
+        if (slowness(regressor) > 0.0 && regressor.kind != RegressorKind::kEdge) {
+          EXPECT_GE(slowness(regressor), 0.9 * interval) << toString(regressor);
         }
-        if (column.kind == RegressorKind::kStepCurrent) {
-          EXPECT_LT(column.time, span);
+        if (regressor.kind == RegressorKind::kStepCurrent) {
+          EXPECT_LT(regressor.time, span);
         }
       }
     }
@@ -235,11 +235,11 @@ TEST(RegressorLibrary, HoldsEveryKindEveryFamilyAndEveryGroupOfALongDrive) {
   std::set<RegressorKind> kinds;
   std::set<Mechanism> mechanisms;
   std::set<RegressorGroup> groups;
-  for (const Regressor& column : regressorLibrary(context)) {
-    kinds.insert(column.kind);
-    mechanisms.insert(column.mechanism);
-    groups.insert(groupOf(column.kind));
-    EXPECT_FALSE(toString(column).empty());
+  for (const Regressor& regressor : regressorLibrary(context)) {
+    kinds.insert(regressor.kind);
+    mechanisms.insert(regressor.mechanism);
+    groups.insert(groupOf(regressor.kind));
+    EXPECT_FALSE(toString(regressor).empty());
   }
   EXPECT_EQ(static_cast<std::size_t>(RegressorKind::kStepCurrent) + 1, kinds.size());
   EXPECT_EQ(kMechanisms, mechanisms.size());

@@ -169,8 +169,8 @@ TEST(ModelSnapshot, ACrankIsAnsweredByTheLineThroughPastCranksWhereThatWasBetter
   EXPECT_THAT(
       answer.message,
       HasSubstr(
-          "9.40 V, 90 % between 9.20 and 9.80 V: may not hold 9.30 V; the straight line through "
-          "past cranks answers: it missed 1.200 V where the model missed 2.000 V"));
+          "9.40 V, 90 % between 9.20 and 9.80 V: may not hold 9.30 V; the baseline (line through "
+          "past cranks) answers: it missed 1.200 V where the model missed 2.000 V"));
 }
 
 TEST(ModelSnapshot, AChargeIsAnsweredByTheMedianOfPastChargesWhereThatWasBetter) {
@@ -179,10 +179,8 @@ TEST(ModelSnapshot, AChargeIsAnsweredByTheMedianOfPastChargesWhereThatWasBetter)
   EXPECT_NEAR(answer.i_boost->value, 12.0, 1e-9);
   EXPECT_NEAR(answer.i_boost->lower, 8.0, 1e-9);
   EXPECT_NEAR(answer.i_boost->upper, 13.0, 1e-9) << "the source gives no more";
-  EXPECT_THAT(
-      answer.message,
-      HasSubstr(
-          "the median of past charges answers: it missed 1.2 A where the model missed 2.0 A"));
+  EXPECT_THAT(answer.message, HasSubstr("the baseline (median of past charges) answers: it missed "
+                                        "1.2 A where the model missed 2.0 A"));
 }
 
 TEST(ModelSnapshot, LongChargesHaveAContestOfTheirOwn) {
@@ -190,7 +188,7 @@ TEST(ModelSnapshot, LongChargesHaveAContestOfTheirOwn) {
   const ModelSnapshot live(modelWithBaseline(), std::nullopt, 50.0, baseline);
   const ModelSnapshot model(modelWithBaseline(), std::nullopt, 50.0);
   EXPECT_THAT(live.predictChargeAcceptance({14.0, 60.0}).message,
-              HasSubstr("the median of past charges answers"));
+              HasSubstr("the baseline (median of past charges) answers"));
   EXPECT_NEAR(live.predictChargeAcceptance({14.0, 60.0}).i_boost->value, 12.0, 1e-9)
       << "12 A on the line, too";
   EXPECT_EQ(live.predictChargeAcceptance({14.0, 10.0}).message,

@@ -105,7 +105,7 @@ TEST(DiscrepancyAnswers, ACrankFarBeyondWhatWasLearntOnIsNotVouchedForAndWider) 
   FittedModel narrow = estimated().model;
   auto discrepancy = std::make_shared<DiscrepancyModel>(*narrow.fit.discrepancy);
   for (Eigen::Index k = 0; k < discrepancy->weight.size(); ++k)
-    if (discrepancy->columns[static_cast<std::size_t>(k)].kind == RegressorKind::kCompressed) {
+    if (discrepancy->regressors[static_cast<std::size_t>(k)].kind == RegressorKind::kCompressed) {
       discrepancy->upper[k] = std::max(discrepancy->lower[k], 0.0);
       discrepancy->lower[k] = std::min(discrepancy->upper[k], -0.1);
       discrepancy->weight[k] = 0.05;
@@ -122,8 +122,7 @@ TEST(DiscrepancyAnswers, ACrankFarBeyondWhatWasLearntOnIsNotVouchedForAndWider) 
   EXPECT_TRUE(inside.valid) << inside.message;
   EXPECT_FALSE(outside.valid);
   EXPECT_EQ(AnswerCode::kExtrapolation, outside.code);
-  EXPECT_THAT(outside.message,
-              HasSubstr("what was estimated beside the equations is held at its range's end"));
+  EXPECT_THAT(outside.message, HasSubstr("the discrepancy is held at its range's end"));
   EXPECT_GT(outside.u_min->upper - outside.u_min->lower, inside.u_min->upper - inside.u_min->lower);
   const StopTimeAnswer stop = predictStopTime(narrow, {-25.0, -200.0, 0.5, 7.2});
   EXPECT_THAT(stop.message, HasSubstr("held at its range's end"));

@@ -10,7 +10,7 @@ namespace {
 /// 2.5 mV/A of a low pass of the charging current over 10 s, held inside 0 to 30 A.
 DiscrepancyModel memoryOfCharging() {
   DiscrepancyModel discrepancy;
-  discrepancy.columns = {{RegressorKind::kChargeMemory, Mechanism::kAcceptance, 10.0}};
+  discrepancy.regressors = {{RegressorKind::kChargeMemory, Mechanism::kAcceptance, 10.0}};
   discrepancy.context.interval = 0.1;
   discrepancy.context.span = 600.0;
   discrepancy.lower = Eigen::VectorXd::Constant(1, 0.0);

@@ -45,10 +45,11 @@ struct Learnt {
   DesignMatrix table;
 };
 
-/// A force with a table's columns, all of one weight, that changes nothing of the base circuit.
+/// A discrepancy with a table's regressors, all of one weight, that changes nothing of the base
+/// circuit.
 DiscrepancyModel discrepancyOf(const DesignMatrix& table, double weight) {
   DiscrepancyModel discrepancy;
-  discrepancy.columns = table.columns;
+  discrepancy.regressors = table.regressors;
   discrepancy.context = table.context;
   discrepancy.lower = table.lower;
   discrepancy.upper = table.upper;
@@ -172,7 +173,7 @@ TEST(DesignMatrix, ColumnsStayInsideTheirTrainingRange) {
   for (std::size_t n = 2000; n < series.size(); ++n) series.current[n] *= 5.0;
   const Learnt estimated(series, 2.0 / 3.0);
   for (Eigen::Index k = 0; k < estimated.table.values.cols(); ++k) {
-    const RegressorKind kind = estimated.table.columns[static_cast<std::size_t>(k)].kind;
+    const RegressorKind kind = estimated.table.regressors[static_cast<std::size_t>(k)].kind;
     const Eigen::VectorXd column = estimated.table.values.col(k), training = column.head(2000);
     if (kind == RegressorKind::kCharge || kind == RegressorKind::kSlowCharge) continue;
     EXPECT_LE(column.maxCoeff(), training.maxCoeff()) << k;
@@ -226,9 +227,9 @@ TEST(FitDiscrepancy, OfTheBaseCircuitsOwnVoltageFindsNoForce) {
 TEST(FitDiscrepancy, TakesOnlyTheColumnsThatAreWanted) {
   const Learnt estimated(withRootOfCharging(tenHertz(200.0, 4), 0.02));
   const DiscrepancyFit fit = fitDiscrepancy(estimated.response, estimated.table, isTimeless);
-  EXPECT_LT(fit.discrepancy.columns.size(), estimated.table.columns.size());
-  for (const Regressor& column : fit.discrepancy.columns)
-    EXPECT_TRUE(isTimeless(column)) << toString(column);
+  EXPECT_LT(fit.discrepancy.regressors.size(), estimated.table.regressors.size());
+  for (const Regressor& regressor : fit.discrepancy.regressors)
+    EXPECT_TRUE(isTimeless(regressor)) << toString(regressor);
 }
 
 /// A resistance that grew by 3 mOhm over the first half of what is estimated from, slowly at first
@@ -287,7 +288,7 @@ TEST(AnswersOf, AreZeroWithoutACurrent) {
 
 TEST(AnswersOf, AMemoryOfChargingRiseWhileChargingAndStayZeroWhileDischarging) {
   DiscrepancyModel discrepancy;
-  discrepancy.columns = {{RegressorKind::kChargeMemory, Mechanism::kAcceptance, 10.0}};
+  discrepancy.regressors = {{RegressorKind::kChargeMemory, Mechanism::kAcceptance, 10.0}};
   discrepancy.context.interval = 0.1;
   discrepancy.context.span = 600.0;
   discrepancy.lower = Eigen::VectorXd::Constant(1, 0.0);
@@ -304,7 +305,7 @@ TEST(AnswersOf, AMemoryOfChargingRiseWhileChargingAndStayZeroWhileDischarging) {
 
 TEST(AnswersOf, EndAtHalfADayHoweverLongAGapTheRecordingHad) {
   DiscrepancyModel discrepancy;
-  discrepancy.columns = {{RegressorKind::kChargeMemory, Mechanism::kAcceptance, 10.0}};
+  discrepancy.regressors = {{RegressorKind::kChargeMemory, Mechanism::kAcceptance, 10.0}};
   discrepancy.context.interval = 0.1;
   discrepancy.context.span = 2e9;
   for (Eigen::VectorXd* each : {&discrepancy.lower, &discrepancy.upper, &discrepancy.centre,

@@ -51,7 +51,7 @@ TEST(PhysicsPage, SaysOfEveryEffectItsFamilySignatureLookAlikesAndOtherForms) {
     EXPECT_NE(section.find("Mechanism `" + mechanismId(mechanismOf(effect.id)) + "`"),
               std::string::npos)
         << effect.id;
-    for (const char* said : {"Signature: ", "Look-alike", "Other forms: "})
+    for (const char* said : {"Signature: ", "Look-alike", "Other laws: "})
       EXPECT_NE(section.find(said), std::string::npos) << effect.id << ": " << said;
     for (const std::string& other : effect.look_alikes)
       EXPECT_NE(section.find("`" + other + "`"), std::string::npos) << effect.id << ": " << other;
@@ -61,7 +61,7 @@ TEST(PhysicsPage, SaysOfEveryEffectItsFamilySignatureLookAlikesAndOtherForms) {
 TEST(CatalogueJson, NamesWhatAnEffectNeedsAndBends) {
   const auto history = catalogueJson({effectInfo("sulphate_history")})["effects"][0];
   EXPECT_EQ(history["needs"][0], "charge_acceptance");
-  EXPECT_EQ(catalogueJson({effectInfo("gassing")})["effects"][0]["bends"][0], "u_dc");
+  EXPECT_EQ(catalogueJson({effectInfo("gassing")})["effects"][0]["is_nonlinear"][0], "u_dc");
   EXPECT_TRUE(catalogueJson({effectInfo("inductance")})["effects"][0]["needs"].empty());
 }
 

@@ -42,7 +42,7 @@ TEST(CheckReportJson, SaysWhoImposesWhat) {
   const auto source = checkReportJson("x", recording, checkRecording(recording)).at("source");
   EXPECT_EQ(source.at("seen"), true);
   EXPECT_GE(source.at("share"), 0.0);
-  EXPECT_LT(source.at("least_current_a"), 0.0);
+  EXPECT_LT(source.at("min_current_a"), 0.0);
   std::size_t samples = 0, stretches = 0;
   for (const auto& reason : source.at("reasons")) {
     samples += reason.at("samples").get<std::size_t>();
@@ -62,7 +62,7 @@ TEST(CheckReportJson, ARecordingWithoutChargesHasNoSource) {
   recording.offered = recording.series.size();
   const auto source = checkReportJson("x", recording, checkRecording(recording)).at("source");
   EXPECT_EQ(source.at("seen"), false);
-  EXPECT_TRUE(source.at("least_current_a").is_null());
+  EXPECT_TRUE(source.at("min_current_a").is_null());
 }
 
 TEST(CheckReportJson, FindingHasAllItsFields) {

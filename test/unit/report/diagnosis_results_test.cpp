@@ -146,12 +146,12 @@ TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
   made.diagnosis.unexplained.noise = 0.031;
   std::string text = diagnosisText(made.diagnosis);
   std::replace(text.begin(), text.end(), '\n', ' ');
-  EXPECT_NE(text.find("hidden       31.0 mV RMS are left"), std::string::npos) << text;
+  EXPECT_NE(text.find("limits       31.0 mV RMS are left"), std::string::npos) << text;
   EXPECT_EQ(text.find("could be here unseen"), std::string::npos) << text;
   made.diagnosis.unexplained.noise = 0.001;
   made.diagnosis.unexplained.rmse = 2.0 * made.diagnosis.unexplained.limits.rmse;
   EXPECT_NE(
-      diagnosisText(made.diagnosis).find("hidden       columns of the currents would take up"),
+      diagnosisText(made.diagnosis).find("limits       regressors of the currents would explain"),
       std::string::npos);
   // as --verify-detection-limits finds it
   made.diagnosis.detection_limits.front().strength =
@@ -164,7 +164,7 @@ TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
 TEST(DiagnosisText, TellsTheFamilyWhatWasLearntAndWhatIsTooSmallToMatter) {
   const std::string text = diagnosisText(test::madeUnknown().diagnosis);
   for (const char* piece :
-       {"mechanism       acceptance", "0.94", "estimated       What the currents",
+       {"mechanism    acceptance", "0.94", "discrepancy  The discrepancy, a function",
         "memory of charging over 10 s", "too small    0.4 mV RMS of structure is left"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }

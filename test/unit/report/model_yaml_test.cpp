@@ -311,9 +311,9 @@ TEST_F(ModelYamlBothWays, AFileWithoutThemIsAModelWithoutThem) {
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithASource) {
   expectError(withValue("  charge_begins:", "power"),
               "source.charge_begins is \"power\", expected voltage or current");
-  expectError(withValue("  least_current_a:", ".nan"), "source.least_current_a is not finite");
+  expectError(withValue("  min_current_a:", ".nan"), "source.min_current_a is not finite");
   expectError(withValue("  current_noise_a:", "-1"),
-              "source.least_current_a and its neighbours cannot be used");
+              "source.min_current_a and its neighbours cannot be used");
   expectError(withValue("  max_gap_s:", "long"), "source.max_gap_s is \"long\", expected a number");
   expectError(withValue("  voltage_lag_samples:", "-1"),
               "source.voltage_lag_samples is \"-1\", expected a whole number");

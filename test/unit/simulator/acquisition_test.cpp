@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr double kRate = 1000.0;
@@ -233,4 +233,4 @@ TEST(Acquisition, RefusesWrongOptionsNamingAllOfThem) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -7,7 +7,7 @@
 #include "simulator/energy_ledger.hpp"
 #include "simulator/full_battery.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr double kStep = FullBattery::kStep;
@@ -125,13 +125,13 @@ TEST(CoupDeFouet, IsAbsentWithNucleiPresent) {
 TEST(SulphateHistory, DischargeRaisesTheChargeLimitAndTimeTakesItBack) {
   Additions a;
   a.sulphate_history = true;
-  AddedVoltages forces(a, kStep);
-  AddedState state = forces.settled(0.0);
-  for (int n = 0; n < 60000; ++n) state = forces.advance(state, -30.0, -30.0);
+  AddedVoltages discrepancies(a, kStep);
+  AddedState state = discrepancies.settled(0.0);
+  for (int n = 0; n < 60000; ++n) state = discrepancies.advance(state, -30.0, -30.0);
   const double rate = 30.0 / (3600.0 * 0.5);
   EXPECT_NEAR(state.sulphate, 1.0 + rate * 1200.0 * relaxed(1200.0, 60.0), 1e-6);
   const double after = state.sulphate;
-  for (int n = 0; n < 1200000; ++n) state = forces.advance(state, 0.0, 0.0);
+  for (int n = 0; n < 1200000; ++n) state = discrepancies.advance(state, 0.0, 0.0);
   EXPECT_NEAR(state.sulphate - 1.0, (after - 1.0) * std::exp(-1.0), 1e-6);
 }
 
@@ -202,9 +202,9 @@ TEST(MemoryResistance, GrowsWithTheCurrentOfThePast) {
   EXPECT_NEAR(addedBy(a, -50.0, 20.0), -50.0 * 1e-4 * 50.0 * relaxed(20.0, 20.0), 1e-4);
 }
 
-TEST(StepForce, ActsAboveItsThresholdAlone) {
+TEST(StepDiscrepancy, ActsAboveItsThresholdAlone) {
   Additions a;
-  a.step_force = true;
+  a.step_discrepancy = true;
   EXPECT_EQ(addedBy(a, -50.0, 1.0), 0.0);
   EXPECT_NEAR(addedBy(a, -80.0, 1.0), -0.1, 1e-12);
   EXPECT_NEAR(addedBy(a, 80.0, 1.0), 0.1, 1e-12);
@@ -278,4 +278,4 @@ TEST(Additions, OutOfBoundsAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -6,7 +6,7 @@
 
 #include "simulator/impedance.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 const double kExponents[] = {0.5, 0.55, 0.65, 0.75, 0.88, 0.95, 1.0};
@@ -77,4 +77,4 @@ TEST(CpeLadder, RefusesAnExponentOutsideZeroToOne) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -8,7 +8,7 @@
 
 #include "simulator/energy_ledger.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 /// A minute of everything: rest, charge, pulse, long discharge, reversals; linear ramps of at most
@@ -202,4 +202,4 @@ TEST(FullBattery, RefusesAnR1WhoseVoltageFallsWhileItsCurrentRises) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 using Complex = std::complex<double>;
@@ -78,4 +78,4 @@ TEST(Impedance, RefusesACurrentThatNoChargeCanLastAt) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

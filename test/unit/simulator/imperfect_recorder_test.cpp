@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
-constexpr double kStep = OutOfModelBattery::kStep;
+constexpr double kStep = FullBattery::kStep;
 constexpr double kPi = 3.14159265358979323846;
 
 /// A recorder that changes nothing but for its filters, which lie far above what it is shown.
@@ -186,4 +186,4 @@ TEST(ImperfectRecorder, FiltersThatCannotBeAreRefused) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

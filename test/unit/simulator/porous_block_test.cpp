@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "simulator/porous_simulation.hpp"
+#include "simulator/simulation.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 constexpr double kFaraday = 96485.33212;
@@ -168,7 +168,8 @@ TEST(PorousSimulation, HoldsTheVoltageLimitAndKeepsTheGrid) {
   scenario.voltage_limit = 13.2;
   scenario.acquisition.voltage_noise = scenario.acquisition.current_noise = {};
   scenario.profile = ListedPhases{{{20.0, 80.0, 80.0}}};
-  const Simulation simulation = simulatePorous(scenario, {});
+  scenario.porous = PorousParameters{};
+  const Simulation simulation = simulate(scenario);
   ASSERT_EQ(simulation.samples.size(), 2000u);
   EXPECT_NEAR(simulation.samples.back().voltage, 13.2, 1e-3);
   EXPECT_LT(simulation.samples.back().current, 80.0);
@@ -176,4 +177,4 @@ TEST(PorousSimulation, HoldsTheVoltageLimitAndKeepsTheGrid) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

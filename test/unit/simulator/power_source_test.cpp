@@ -6,7 +6,7 @@
 
 #include "simulator/full_battery.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 BatteryEffects limitedAcceptance() {
@@ -76,4 +76,4 @@ TEST(PowerSource, CurrentChangesByAtMostTheSlewRate) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <map>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -133,4 +133,4 @@ TEST(ScenarioFile, AFileThatIsNotThereIsNamed) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

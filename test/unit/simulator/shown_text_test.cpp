@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 TEST(Shown, TextOfAnyLanguageStays) {
@@ -21,4 +21,4 @@ TEST(Shown, WhatATerminalObeysAndWhatIsNoUtf8IsShownByItsCodes) {
 TEST(Shown, ALongTextIsCutOff) { EXPECT_LT(shown(std::string(1000000, 'x')).size(), 11000u); }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

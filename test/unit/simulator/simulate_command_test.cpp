@@ -12,7 +12,7 @@
 #include "support/commands.hpp"
 #include "support/limited_process.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -172,4 +172,4 @@ TEST_F(SimulateCommand, AFileBeyondTheProcessesLimitIsToldAndNotLeftHalfWritten)
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -10,7 +10,7 @@
 
 #include "simulator/scenario_file.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 Scenario shipped(const std::string& name, std::uint64_t seed = 1) {
@@ -231,4 +231,4 @@ TEST(Simulation, AnInsertPlaysItsPhasesAndTheProfileGoesOn) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

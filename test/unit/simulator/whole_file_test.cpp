@@ -14,7 +14,7 @@
 #include "support/commands.hpp"
 #include "support/synthetic_recording.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 namespace fs = std::filesystem;
@@ -89,4 +89,4 @@ TEST_F(WholeFile, WithoutAFolderItIsSaidSo) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -8,7 +8,8 @@ import os
 import statistics
 
 from ..rates import rate
-from ..out_of_model.cases import LABELS, path
+from ..benchmark.generator import as_planned
+from ..benchmark.out_of_model import LABELS, path
 from ..tables import table
 from . import database, discoveries, stored
 
@@ -23,7 +24,7 @@ def label_of(recording):
     label = path(os.path.dirname(folder), LABELS, os.path.splitext(name)[0], "json")
     if not os.path.exists(label):
         raise SystemExit(f"{recording}: no label {label}; only recordings of out-of-model cases --only-draw can be judged")
-    return stored.read(label, stored.LABEL, "out-of-model cases --only-draw writes it")
+    return as_planned(stored.read(label, stored.LABEL, "out-of-model cases --only-draw writes it"))
 
 
 def left_on_training(base):

@@ -1,4 +1,4 @@
-"""Repeats the paper's section V on simulated recordings and writes docs/archive/reproduction.md with its pictures.
+"""Repeats the paper's section V on simulated recordings and writes archive/reproduction.md with its pictures into a folder (BUILD/reproduction).
 
 Usage: reproduce BUILD_FOLDER [--seeds N] [--docs FOLDER] [--json FILE]. Data sets 1 to 3 are simulated with the reference (Fig. 4), identified and
 predicted with `sof`; `window_experiment` fits data set 1's eleven windows under every setting of the factor experiment.
@@ -9,7 +9,7 @@ import concurrent.futures
 import os
 import tempfile
 
-from ..files import ROOT, write_json, write_text
+from ..files import write_json, write_text
 from . import pictures
 from .data import SETS, Tools, experiment, fit_and_predict, progress, scenario, simulate
 from .page import PAGE, figures, second_set, third_set
@@ -21,9 +21,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("build")
     parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--docs", default=os.path.join(ROOT, "docs"), help="folder that archive/ and pictures/ lie in")
+    parser.add_argument("--docs", help="folder that archive/ and pictures/ are written into; BUILD/reproduction unless given")
     parser.add_argument("--json", help="file to write the page's numbers to")
     args = parser.parse_args()
+    args.docs = args.docs or os.path.join(args.build, "reproduction")
     pictures.PICTURES = os.path.join(args.docs, "pictures")
     for folder in (pictures.PICTURES, os.path.join(args.docs, "archive")):
         os.makedirs(folder, exist_ok=True)
@@ -51,5 +52,5 @@ def main():
         write_text(os.path.join(args.docs, "archive", "reproduction.md"), PAGE.format(**found))
         if args.json:
             write_json(args.json, {key: value for key, value in found.items() if not isinstance(value, str)})
-    progress("docs/archive/reproduction.md written")
+    progress(os.path.join(args.docs, "archive", "reproduction.md") + " written")
     return 0

@@ -11,7 +11,7 @@ import re
 import numpy as np
 
 from .. import recordings
-from ..diagnose_measured import summary, whole_recordings
+from ..benchmark.measured import summary, whole_recordings
 from ..files import ROOT, read_json
 from ..page_pictures import PICTURES
 from ..rates import geometric_mean
@@ -74,17 +74,17 @@ def diagnosed(out, _):
                 ridge_ahead=sum(one["ridge"] < one["extended"] for one in found.values()), line_ahead=sum(one["line"] < one["extended"] for one in found.values()))
 
 
-def one_diagnosis(out, text):
+def one_diagnosis(out, _):
     """All that docs/reading-a-diagnosis.md says of one: its JSON, flat."""
     answer = read_json(os.path.join(out, "answer.json"))
-    figures = {"verdict": text.split("\nrecording ")[0].splitlines(), "probability": answer["probability"], "source_percent": 100 * answer["source"],
+    figures = {"probability": answer["probability"], "source_percent": 100 * answer["charger_share"],
                "learnable_mv": 1e3 * answer["relevance"]["rmse_v"], "evidence": {one["id"]: one["evidence"] for one in answer["candidates"]}}
     for part in ("train", "holdout"):
         for model in ("base", "extended"):
             metrics = answer["fit"][model][part]
             figures[f"{model}_{part}"] = {"rmse_mv": 1e3 * metrics["rmse_v"], "largest_v": metrics["max_abs_v"], "cranks": metrics["cranks"],
                                           "cranks_mv": 1e3 * metrics["crank_mae_v"], "charge_bias_mv": 1e3 * metrics["charge_bias_v"], "share_percent": metrics["share_percent"]}
-    figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("naive", "naive_line"))
+    figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("baseline", "baseline_line"))
     figures["episodes"] = {one["regime"]: one["episodes"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["mean_mv"] = {one["regime"]: 1e3 * one["value"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["compared_mv"] = {one["regime"]: {"base": 1e3 * one["base_rmse_v"], "extended": 1e3 * one["extended_rmse_v"]} for one in answer["fit"]["regimes"]}
@@ -168,7 +168,7 @@ def stops(_, text):
 
 RULES = "scripts/compare_stop_rules --build BUILD "
 TWO_DRIVES = "DATA/startstop_car/drive_1.csv DATA/startstop_car/drive_2.csv " + CAR
-STRANGERS = "scripts/out_of_model --build BUILD --out OUT --seed {} --kinds null=10,imperfect_null=20,other_form=58 --json OUT/cases.json"
+OUT_OF_MODEL = "scripts/out_of_model --build BUILD --out OUT --seed {} --kinds null=10,imperfect_null=20,other_form=58 --json OUT/cases.json"
 
 
 def nulls_of(seed):
@@ -178,22 +178,20 @@ def nulls_of(seed):
 
 
 MEASUREMENTS = {
-    "next_window": Measurement((f"{SCORE}{DRIVES} {SOF} --json OUT/1.json --picture OUT/docs/pictures/next_window.png", f"{SCORE}{SMALL_CAR} {SOF} --json OUT/2.json"),
-                               scored, 4, True, ("pictures/next_window.png",)),
+    "next_window": Measurement((f"{SCORE}{DRIVES} {SOF} --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --json OUT/2.json"), scored, 4, True),
     "next_window_paper": Measurement((f"{SCORE}{DRIVES} {SOF} --effects none --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --effects none --json OUT/2.json"), scored, 2, True),
     "last_quarter": Measurement(tuple(split_command(path, n) for n, path in enumerate(("ev_12v/load.csv", "ageing_bench/cycles.csv", "solar_vrla/ten_days.csv", "agm_bench/full_cycle.csv"))),
                                 scored, 1, True),
     "diagnosis": Measurement(("scripts/diagnose_measured BUILD --data DATA --json OUT/measured.json",), diagnosed, 3, True),
     "small_car": Measurement((f"BUILD/devel/lib/battery_sof/sof diagnose {SMALL_CAR} --threads 1 --json OUT/answer.json --report OUT/page.html",
                               "scripts/page_pictures OUT/page.html OUT/docs/pictures"), one_diagnosis, 0.5, True, tuple(f"pictures/{one}" for one in PICTURES)),
-    "study": Measurement(("scripts/study BUILD --data DATA --docs OUT/docs --json OUT/study.json",), lambda out, _: read_json(os.path.join(out, "study.json")), 10, True, ("archive/study.md", "pictures/suitability.png")),
-    "reproduction": Measurement(("scripts/reproduce BUILD --docs OUT/docs --json OUT/reproduction.json",), lambda out, _: read_json(os.path.join(out, "reproduction.json")), 8, False,
-                                ("archive/reproduction.md", *(f"pictures/reproduction_{one}.png" for one in ("impedance", "fig5", "fig6", "fig7_8", "fig9", "fig10", "fig11")))),
+    "study": Measurement(("scripts/study BUILD --data DATA --docs OUT/docs --json OUT/study.json",), lambda out, _: read_json(os.path.join(out, "study.json")), 10, True),
+    "reproduction": Measurement(("scripts/reproduce BUILD --docs OUT/docs --json OUT/reproduction.json",), lambda out, _: read_json(os.path.join(out, "reproduction.json")), 8, False),
     "proof_quick": Measurement(("scripts/proof quick --build BUILD --seal test/proof/quick --out OUT/quick --json OUT/score.json",), proof, 5, False),
-    "sealed": Measurement((), sealed, 0),
+    "preregistered": Measurement((), sealed, 0),
     "stops": Measurement(tuple(f"{RULES}{TWO_DRIVES} --u-required {limit}" for limit in ("7.2", "9", "9.5", "10", "10.3", "10.6")), stops, 3, True),
     "weakening": Measurement((f"{RULES}--weakening 10 --u-required 9",), stops, 20, False),
-    "strangers": Measurement((STRANGERS.format(36),), out_of_model, 40, False),
+    "out_of_model": Measurement((OUT_OF_MODEL.format(36),), out_of_model, 40, False),
     "nulls_1hz": Measurement((*nulls_of(41), *nulls_of(43)), fleet_nulls, 120, False),
     "speed": Measurement(("scripts/bench BUILD", "scripts/bench_composed BUILD"), speed, 5, False),
     "queries": Measurement(("scripts/with_ros bash -c '. BUILD/devel/setup.sh && exec scripts/bench_queries BUILD 60'",), queries, 4, False),

@@ -1,13 +1,15 @@
 """Lines of the pages that are made of docs/results.json: one function of all figures a block."""
 
+import re
+
 from .. import rates, study
 from ..tables import table
 
 WORDS = {1: "one crank", 2: "two cranks"}
 WINDOWS = {"drive_1": "drive_1", "drive_2": "drive_2", "other_car_1": "other_car_1", "small_car": "small_car/trip"}
-QUARTERS = {"ev_12v": "ev_12v/load, 12 V battery behind a converter", "ageing_bench": "ageing_bench/cycles", "solar_vrla": "solar_vrla/ten_days", "agm_bench": "agm_bench/full_cycle"}
+QUARTERS = {"ev_12v": "ev_12v/load", "ageing_bench": "ageing_bench/cycles", "solar_vrla": "solar_vrla/ten_days", "agm_bench": "agm_bench/full_cycle"}
 DIAGNOSED = {"drive_1": "startstop_car/drive_1", "drive_2": "startstop_car/drive_2", "other_car_1": "startstop_car/other_car_1", "small_car": "small_car/trip", "ev_12v": "ev_12v/load",
-             "ageing_bench": "ageing_bench/cycles", "agm_bench": "agm_bench/full_cycle", "solar_vrla": "solar_vrla/ten_days", "leaf_cell": "leaf_cell/hppc (lithium)", "frc_robot": "frc_robot/match",
+             "ageing_bench": "ageing_bench/cycles", "agm_bench": "agm_bench/full_cycle", "solar_vrla": "solar_vrla/ten_days", "leaf_cell": "leaf_cell/hppc, lithium", "frc_robot": "frc_robot/match",
              "second_match": "frc_robot/second_match"}
 
 
@@ -24,47 +26,36 @@ def cranks_of(windows, who):
 # ---------------------------------------------------------------------------------------------- the next window
 
 def next_window(results):
+    """Explained variation, median error of charges of 60 s, mean error of cranks."""
     rows = []
     for name, label in WINDOWS.items():
         ours, paper = results["next_window"][name], results["next_window_paper"][name]
-        for begin, who, one, key in ((f"{label}, {ours['windows']} windows", "battery_sof", ours, "model"), ("", f"paper's circuit, {paper['windows']} windows", paper, "model"),
-                                     ("", "straight lines", ours, "naive")):
-            share = f"{one[key]['share_percent']:.1f} %"
-            rows.append((begin, who, f"**{share}**" if begin else share, *(f"{one[key][f'charges_{time}s_a']:.2f} A" for time in ("10", "60")), cranks_of(one, key)))
-    return table(("recording", "who", "share explained", "charges, 10 s", "charges, 60 s", "cranks"), rows)
-
-
-def next_window_intervals(results):
-    rows = []
-    for name, label in WINDOWS.items():
-        one = results["next_window"][name]
-        cells = [WORDS[one["cranks"]["count"]] if one["cranks"]["count"] < 3 else "{inside_percent:.0f} % of {count}, {width_v:.2f} V".format(**one["cranks"]),
-                 "{inside_percent:.0f} % of {count}, {width_a:.1f} A".format(**one["charges"])]
-        rows.append((label, *cells))
-    return table(("recording", "cranks inside, median width", "charges of 10 s inside, median width"), rows)
+        cells = [f"{one[key]['share_percent']:.0f} %, {one[key]['charges_60s_a']:.1f} A, {cranks_of(one, key) if ours['cranks']['count'] >= 3 else '-'}"
+                 for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline"))]
+        rows.append((f"{label}, {ours['windows']} ({paper['windows']})", *cells))
+    return table(("recording, windows (paper's)", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
 def next_window_short(results):
-    labels = {"drive_1": "start-stop car, first drive", "drive_2": "the same car, second drive", "other_car_1": "another car of the series", "small_car": "a small start-stop car"}
+    """Explained variation, and the mean error of cranks where there are three or more."""
+    labels = {"drive_1": "start-stop car, first drive", "drive_2": "the same car, second drive", "other_car_1": "same model, another car", "small_car": "a small start-stop car"}
     rows = []
     for name, label in labels.items():
         ours, paper = results["next_window"][name], results["next_window_paper"][name]
-        cells = [f"{one[key]['share_percent']:.0f} %" for one, key in ((ours, "model"), (paper, "model"), (ours, "naive"))]
-        if ours["cranks"]["count"] < 3:
-            cells[0] = f"**{cells[0]}**, {WORDS[ours['cranks']['count']]}"
-        else:
-            errors = (cranks_of(ours, "model"), cranks_of(paper, "model"), cranks_of(ours, "naive"))
-            cells = [f"{f'**{cell}**' if n == 0 else cell}, {'cranks ' if name == 'drive_1' and n == 0 else ''}{error}" for n, (cell, error) in enumerate(zip(cells, errors))]
-        rows.append((f"{label}, {ours['windows']} windows", *cells))
-    return table(("recording", "battery_sof", "the paper's circuit", "straight lines"), rows)
+        cells = []
+        for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline")):
+            share = f"{one[key]['share_percent']:.0f} %"
+            cells.append((f"**{share}**" if one is ours and key == "model" else share) + ("" if (ours["cranks"] or {}).get("count", 0) < 3 else f", {cranks_of(one, key)}"))
+        rows.append((label, *cells))
+    return table(("recording", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
 def last_quarter(results):
     rows = []
     for name, label in QUARTERS.items():
         one = results["last_quarter"][name]
-        rows.append((label, *(none_or(one[who].get("share_percent"), "{:.1f} %") + (f", cranks {one[who]['cranks_mv']:.0f} mV" if "cranks_mv" in one[who] else "") for who in ("model", "baseline"))))
-    return table(("recording", "battery_sof", "straight lines"), rows)
+        rows.append((label, *(none_or(one[who].get("share_percent"), "{:.1f} %") + (f", {one[who]['cranks_mv']:.0f} mV" if "cranks_mv" in one[who] else "") for who in ("model", "baseline"))))
+    return table(("recording", "battery_sof", "baseline"), rows)
 
 
 # ---------------------------------------------------------------------------------------------- diagnoses
@@ -73,18 +64,12 @@ def diagnosis(results):
     rows = []
     for name, label in DIAGNOSED.items():
         one = results["diagnosis"][name]
-        shares = [none_or(one[f"{side}_share_percent"], "{:.0f}") for side in ("base", "extended")]
-        rows.append((label, one["told"], ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge", "line")), "" if shares == ["-", "-"] else ", ".join(shares), f"{one['seconds']:.0f}"))
-    return table(("recording", "verdict; mechanism (probability); effects", "RMS [mV]: circuit, extended, ridge regression, straight line", "share [%]: circuit, extended", "time [s]"), rows)
+        rows.append((label, re.sub(r" \(.*?\)", "", "; ".join(one["told"].split("; ")[:2])), ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge"))))
+    return table(("recording", "verdict; mechanism", "RMS error [mV]: circuit, extended, ridge"), rows)
 
 
 def diagnosis_summary(results):
     return [results["diagnosis"]["summary"]]
-
-
-def small_car_verdict(results):
-    """What sof diagnose prints first; the mark says that tests do not run it."""
-    return ["<!-- not run: the recording is not part of the repository -->", ""] + ["    " + line for line in results["small_car"]["verdict"]] + [""]
 
 
 # ---------------------------------------------------------------------------------------------- drives with known truth
@@ -108,29 +93,37 @@ def percent(k, n, digits=0):
     return f"{100 * k / n:.{digits}f} % ({100 * low:.{digits}f} to {100 * high:.{digits}f})"
 
 
-def alarms(*parts):
-    """Alarms of plain and of imperfect nulls with their share; kinds of several seeds are added up."""
-    cells = []
-    for kind in ("null", "imperfect_null"):
-        k, n = (sum(part[kind][key] for part in parts) for key in ("alarms", "cases"))
-        cells.append(f"{k} of {n}: {percent(k, n, 1)}")
-    return "; ".join(cells)
+def false_positives(one):
+    """Controls in which something was reported though nothing is missing: plain ones, and those of imperfect recorders."""
+    return "; ".join("{alarms} of {cases}".format(**one[kind]) for kind in ("null", "imperfect_null"))
 
 
 def out_of_model(results):
-    seeds = [results[name] for name in ("strangers", "strangers_34", "strangers_24")]
-    rows = [["alarms where there is nothing: plain; imperfect recorders", *map(alarms, seeds)],
-            ["the same at one sample a second, 5 minutes", "seeds 41 and 43: " + alarms(results["nulls_1hz"]), "", "seeds 31 and 33: " + alarms(results["nulls_1hz_before"])],
-            ["mechanism right (another beside it)", *("{right} ({beside}) of {others}: ".format(**one) + percent(one["right"], one["others"]) for one in seeds)],
-            ["wrong mechanism; an alarm without one; missed", *("{wrong}; {no_family}; {missed} of {others}".format(**one) for one in seeds)],
-            ["hold-out error, extended over circuit, geometric mean; at most half; worse than the circuit", *("{ratio:.2f}; {half} of {others}; {worse}".format(**one) for one in seeds)],
-            ["hold-out error, ridge regression over circuit; extended ahead of it", *("{ridge_ratio:.2f}; {ahead_of_ridge} of {others}".format(**one) for one in seeds)]]
-    return table(("", "today: seed 36", "the version before: seed 34", "seed 24"), rows)
+    """Simulated batteries whose laws the catalogue does not have, and fault-free controls."""
+    one, cases = results["out_of_model"], results["out_of_model"]["others"]
+    rows = [("false positives at 100 Hz; imperfect recorders", false_positives(one)),
+            ("the same, 1 Hz, 5 min", false_positives(results["nulls_1hz"])),
+            ("mechanism right (95 % interval)", f"{one['right']} of {cases}: {percent(one['right'], cases)}"),
+            ("wrong; none given; nothing found", f"{one['wrong']}; {one['no_mechanism']}; {one['missed']}"),
+            ("hold-out error over the circuit's; ridge", f"{one['ratio']:.2f}; {one['ridge_ratio']:.2f}")]
+    return table(("figure", "this version"), rows)
+
+
+def preregistered(results):
+    """The last two runs of the preregistered benchmark together: laws that the catalogue has."""
+    one = results["preregistered"]
+
+    def of(key):
+        return "{k} of {n}".format(**one[key])
+
+    rows = [("false positive on a control", of("false_alarm")), ("clear effect named first", of("first_C1")), ("small effect found", of("class_C2")),
+            ("effect found among other differences", of("x1_class")), ("instrument fault called physics", of("decoy_physics")), ("wrong effect named", of("false_name"))]
+    return table(("case", "count"), rows)
 
 
 def mechanism_probability(results):
     """Mechanisms right, by the probability that was stated and by seed."""
-    seeds = {name: one for name, one in reversed(results["family_probability"].items()) if name != "all"}
+    seeds = {name: one for name, one in reversed(results["mechanism_probability"].items()) if name != "all"}
     rows = []
     for stated, label in (("below_0_5", "below 0.5"), ("0_5_to_0_7", "0.5 to 0.7"), ("0_7", "0.7")):
         cells = ["{right} of {cases}".format(**one[stated]) + (f": {percent(one[stated]['right'], one[stated]['cases'])}" if stated == "0_7" else "") for one in seeds.values()]
@@ -152,11 +145,11 @@ def stop_rows(figures, limits):
             share = f" ({100 * one['below'] / one['to_the_end']:.1f} %)" if one["below"] > 100 else ""
             rows.append((limit[:-2].replace("_", ".") + " V" if rule == "manager" else "", RULES[rule], f"{one['begun']} of {one['stops']}" if rule == "manager" else one["begun"], f"{one['off_s']:.0f} s",
                          one["to_the_end"], f"**{one['below']}**" if rule == "manager" else f"{one['below']}{share}", one["missed"]))
-    return table(("limit", "rule", "stops begun", "engine off", "to the end", "below", "missed"), rows)
+    return table(("limit", "rule", "stops begun", "engine off", "until the crank", "below", "missed"), rows)
 
 
 def stops(results):
-    return stop_rows(results["stops"], {"7_2_v": RULES, "9_v": ["manager"], "9_5_v": ["manager"], "10_v": ["manager"], "10_3_v": RULES, "10_6_v": RULES})
+    return stop_rows(results["stops"], {"7_2_v": ["manager"], "10_3_v": ["manager"], "10_6_v": RULES})
 
 
 def weakening(results):

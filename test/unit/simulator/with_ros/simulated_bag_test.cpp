@@ -8,7 +8,7 @@
 #include "simulator/simulate_command.hpp"
 #include "support/commands.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 class SimulatedBag : public battery_sof::test::InFolder {
@@ -40,4 +40,4 @@ TEST_F(SimulatedBag, WritesABagOfBatteryStatesStampedWithTheTime) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

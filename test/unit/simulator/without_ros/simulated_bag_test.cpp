@@ -5,7 +5,7 @@
 #include "simulator/simulate_command.hpp"
 #include "support/commands.hpp"
 
-namespace battery_sof_reference {
+namespace battery_sof_simulator {
 namespace {
 
 class SimulatedBag : public battery_sof::test::InFolder {
@@ -30,4 +30,4 @@ TEST_F(SimulatedBag, IsNotWrittenWithoutRosAndTheReasonIsSaid) {
 }
 
 }  // namespace
-}  // namespace battery_sof_reference
+}  // namespace battery_sof_simulator

@@ -1,0 +1,118 @@
+#include "simulator/draw_scenario_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <ostream>
+
+#include "simulator/label.hpp"
+#include "simulator/law_injection.hpp"
+#include "simulator/program_frame.hpp"
+#include "simulator/recording_output.hpp"
+
+namespace battery_sof_simulator {
+namespace {
+
+struct Arguments {
+  Order order;
+  InjectionOrder law;
+  std::string out, label, into;
+  bool list = false;
+};
+
+void addOptions(CLI::App& app, Arguments& arguments) {
+  Order& order = arguments.order;
+  app.add_flag("--list", arguments.list, "print what there is, one \"kind mechanism id\" a line");
+  app.add_option("--kind", order.what.kind, "kind of the scenario");
+  app.add_option("--mechanism", order.what.mechanism,
+                 "of an out-of-catalogue law; the seed chooses");
+  app.add_option("--id", order.what.id,
+                 "what is added, in kinds that have ids; of laws the seed chooses");
+  app.add_option(
+      "--drive", order.drive,
+      "of laws and their controls: city, start_stop, bench, motorway or turns; the seed chooses");
+  app.add_option("--seed", order.seed, "the same seed gives the same scenario")
+      ->check(isSeed)
+      ->capture_default_str();
+  app.add_option(
+      "--duration", order.duration,
+      "[s]; 1200, of absent 2400; of laws and their controls the seed chooses 600 to 3600");
+  app.add_option(
+      "--rate", order.rate,
+      "of the recording [Hz]; 100, of laws and their controls the seed chooses 1, 10 or 100");
+  app.add_option("--scale", order.scale,
+                 "times the strength of what is added, 0: gone; of masked X,Y, one for each")
+      ->delimiter(',')
+      ->expected(1, 2)
+      ->capture_default_str();
+  app.add_flag("--quiet", order.quiet, "without noise and quantisation; of catalogue kinds");
+  app.add_option(
+      "--into", arguments.into,
+      "recording, time_s,current_a,voltage_v: put the law of --mechanism and --id into it");
+  app.add_option("--strength", arguments.law.strength, "of the law in a recording")
+      ->capture_default_str();
+  app.add_option("--r-discharge", arguments.law.r_discharge, "of the recorded battery [Ohm]")
+      ->capture_default_str();
+  app.add_option("--r-charge", arguments.law.r_charge, "of the recorded battery [Ohm]")
+      ->capture_default_str();
+  app.add_option("--out", arguments.out, "recording to write: .csv or .bag");
+  app.add_option("--label", arguments.label, "what is true of it: .json");
+}
+
+void inject(Arguments arguments) {
+  if (arguments.out.empty()) throw std::invalid_argument("--out is required");
+  arguments.law.mechanism = arguments.order.what.mechanism;
+  arguments.law.id = arguments.order.what.id;
+  arguments.law.seed = arguments.order.seed;
+  Simulation recording;
+  recording.samples = injected(readRecording(arguments.into), arguments.law);
+  writeRecording(arguments.out, recording, false, Digits::kMany);
+}
+
+void drawFromCatalogue(const Arguments& arguments) {
+  const CatalogueDraft draft = drawCatalogue(arguments.order);
+  const Simulation simulation = simulate(recordedScenario(draft));
+  writeRecording(arguments.out, simulation, false,
+                 draft.order.quiet ? Digits::kMany : Digits::kSensor);
+  writeText(arguments.label, labelOf(draft, simulation));
+}
+
+void drawLaw(const Arguments& arguments) {
+  const LawScenario one = drawLawScenario(arguments.order);
+  Simulation recording;
+  recording.samples = one.samples;
+  writeRecording(arguments.out, recording, false,
+                 one.voltage_step_v == 0.0 ? Digits::kMany : Digits::kSensor);
+  writeText(arguments.label, labelOf(one));
+}
+
+void run(const Arguments& arguments, std::ostream& out) {
+  if (arguments.list) {
+    for (const ScenarioKind& one : scenarioKinds())
+      out << one.kind << " " << one.mechanism << " " << one.id << "\n";
+    return;
+  }
+  if (!arguments.into.empty()) return inject(arguments);
+  if (arguments.out.empty() || arguments.label.empty())
+    throw std::invalid_argument("--out and --label are required");
+  if (!isRecordingName(arguments.out))
+    throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
+  meantBy(arguments.order.what);
+  if (isOfCatalogue(arguments.order.what)) return drawFromCatalogue(arguments);
+  drawLaw(arguments);
+}
+
+}  // namespace
+
+int runDrawScenario(const std::vector<std::string>& arguments, std::ostream& out,
+                    std::ostream& err) {
+  CLI::App app(
+      "Draws a scenario for judging a diagnosis: a recording of a simulated battery, and a label "
+      "that\n"
+      "says what is true of it. Current is positive into the battery.",
+      "draw_scenario");
+  Arguments parsed;
+  addOptions(app, parsed);
+  return runProgram(
+      app, arguments, "draw_scenario", [&] { run(parsed, out); }, out, err);
+}
+
+}  // namespace battery_sof_simulator

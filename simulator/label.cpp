@@ -1,0 +1,184 @@
+#include "simulator/label.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "simulator/fields.hpp"
+#include "simulator/units.hpp"
+
+namespace battery_sof_simulator {
+namespace {
+
+using Json = nlohmann::json;
+
+/// A visitor of fields that writes their values down.
+class FieldWriter {
+ public:
+  void number(const std::string& key, double value, double, double) { json_[key] = value; }
+  void count(const std::string& key, int value, int, int) { json_[key] = value; }
+  void range(const std::string& key, const Range& range, double, double) {
+    json_[key] = {range.low, range.high};
+  }
+  void flag(const std::string& key, bool value) { json_[key] = value; }
+  template <typename Enum, std::size_t size>
+  void choice(const std::string& key, Enum value, const std::array<Choice<Enum>, size>& choices) {
+    for (const auto& choice : choices)
+      if (choice.value == value) json_[key] = choice.name;
+  }
+  const Json& json() const { return json_; }
+
+ private:
+  Json json_ = Json::object();
+};
+
+template <typename Options>
+Json jsonOf(Options options) {
+  FieldWriter writer;
+  visitFields(writer, options);
+  return writer.json();
+}
+
+Json jsonOf(const ListedPhases& listed) {
+  Json phases = Json::array();
+  for (const Phase& phase : listed.phases) phases.push_back(jsonOf<Phase>(phase));
+  return {{"phases", phases}};
+}
+
+Json profileOf(const ProfileOptions& profile) {
+  const std::array<const char*, 4> kinds{"alternating", "long_charges", "city_drive", "phases"};
+  Json json = std::visit([](const auto& options) { return jsonOf(options); }, profile);
+  json["kind"] = kinds[profile.index()];
+  return json;
+}
+
+Json insertsOf(const std::vector<Insert>& inserts) {
+  Json json = Json::array();
+  for (const Insert& insert : inserts) {
+    Json one = jsonOf(ListedPhases{insert.phases});
+    one["at_s"] = insert.at;
+    json.push_back(one);
+  }
+  return json;
+}
+
+Json drivingTruthOf(const Scenario& s, const Simulation& simulation) {
+  Json json = {{"acquisition", jsonOf(s.acquisition)},
+               {"profile", profileOf(s.profile)},
+               {"inserts", insertsOf(s.inserts)},
+               {"voltage_limit_v", s.voltage_limit},
+               {"temperature_degc", s.start.temperature},
+               {"soc_at_start", simulation.soc_at_start},
+               {"soc_at_end", simulation.soc_at_end},
+               {"gassing_ah", simulation.balance.gas_charge / kSecondsPerHour}};
+  if (s.later)
+    json["later"] = {{"from_s", s.later->from},
+                     {"voltage_limit_v", s.later->voltage_limit},
+                     {"profile", profileOf(s.later->profile)}};
+  return json;
+}
+
+Json strengthOf(const CatalogueDraft& draft) {
+  Json json = draft.strength;
+  json["scale"] = draft.scale;
+  return json;
+}
+
+/// What may be said, also when nothing is left of what the kind adds.
+Expectation expectationOf(const CatalogueDraft& draft) {
+  const ScenarioKind& kind = draft.order.what;
+  const bool gone =
+      !draft.scale.empty() && *std::max_element(draft.scale.begin(), draft.scale.end()) == 0.0;
+  return expectationOf(gone ? nestedKind(kind, draft.effects) : kind, draft.effects);
+}
+
+Json truthOf(const CatalogueDraft& draft, const Simulation& simulation) {
+  Json json = drivingTruthOf(draft.scenario, simulation);
+  if (draft.scenario.porous) {
+    json["porous"] = jsonOf(*draft.scenario.porous);
+    return json;
+  }
+  json["battery"] = jsonOf(draft.scenario.battery);
+  json["effects"] = jsonOf(draft.scenario.effects);
+  json["additions"] = jsonOf(draft.scenario.additions);
+  return json;
+}
+
+/// What every label begins with.
+Json headOf(const Order& order, const Json& id, const Scenario& scenario, double rate) {
+  return {{"schema", "battery_sof/scenario/1"},
+          {"kind", order.what.kind},
+          {"id", id},
+          {"seed", order.seed},
+          {"duration_s", scenario.duration},
+          {"sample_rate_hz", rate}};
+}
+
+Json nameOr(const std::string& name) { return name == "-" ? Json(nullptr) : Json(name); }
+
+Json jsonOf(const SplitRms& rms) { return {{"training", rms.training}, {"holdout", rms.holdout}}; }
+
+Json noiseOf(const LawScenario& one) {
+  return {{"voltage_white_v", one.voltage_noise.white},
+          {"voltage_correlated_v", one.voltage_noise.correlated},
+          {"voltage_correlation_time_s", one.voltage_noise.correlation_time},
+          {"voltage_walk_v_per_sqrt_min", one.voltage_noise.walk_per_sqrt_min},
+          {"voltage_step_v", one.voltage_step_v},
+          {"current_white_a", one.current_noise.white},
+          {"current_step_a", one.current_step_a}};
+}
+
+Json baseOf(const BatteryParameters& b) {
+  return {{"r_discharge_ohm", b.r_ohmic_ohm + b.r1_discharge_ohm},
+          {"r_charge_ohm", b.r_ohmic_ohm + b.r1_charge_ohm},
+          {"c2_f", b.cpe2_capacitance_f},
+          {"beta_per_v", b.beta_per_v},
+          {"u_dc_v", b.u0_v}};
+}
+
+Json channelOf(const ImperfectChannel& c) {
+  return {{"poles", c.poles},         {"corner_hz", c.corner_hz}, {"late_share", c.late_share},
+          {"bow_steps", c.bow_steps}, {"ripple", c.ripple},       {"step", c.step}};
+}
+
+Json recorderOf(const LawScenario& one) {
+  if (!one.recorder) return nullptr;
+  const ImperfectRecorder& r = *one.recorder;
+  return {{"voltage", channelOf(r.voltage)}, {"current", channelOf(r.current)},
+          {"jitter_share", r.jitter_share},  {"ripple_hz", r.ripple_hz},
+          {"smooth_rms_v", r.smooth_rms_v},  {"steps_rms_v", one.steps_rms_v}};
+}
+
+}  // namespace
+
+std::string labelOf(const CatalogueDraft& draft, const Simulation& simulation) {
+  const Expectation expected = expectationOf(draft);
+  Json label = headOf(draft.order, draft.order.what.id, draft.scenario,
+                      draft.scenario.acquisition.sample_rate_hz);
+  label["quiet"] = draft.order.quiet;
+  label["structure"] = draft.structure;
+  label["strength"] = strengthOf(draft);
+  label["expected"] = {
+      {"verdicts", expected.verdicts}, {"effects", expected.effects}, {"ties", expected.ties}};
+  label["truth"] = truthOf(draft, simulation);
+  if (draft.regime_from) label["regime_from_s"] = *draft.regime_from;
+  return label.dump(2) + "\n";
+}
+
+std::string labelOf(const LawScenario& one) {
+  Json label = headOf(one.order, nameOr(one.order.what.id), one.scenario, *one.order.rate);
+  label.update({{"mechanism", nameOr(one.order.what.mechanism)},
+                {"drive", one.order.drive},
+                {"attempt", one.attempt},
+                {"strength", one.strength},
+                {"scale", one.order.scale.front()},
+                {"rms_v", jsonOf(one.size.plain)},
+                {"visible_rms_v", jsonOf(one.size.visible)},
+                {"crank_v", one.size.crank_v},
+                {"noise", noiseOf(one)},
+                {"base", baseOf(one.scenario.battery)},
+                {"voltage_limit_v", one.scenario.voltage_limit},
+                {"recorder", recorderOf(one)}});
+  return label.dump(2) + "\n";
+}
+
+}  // namespace battery_sof_simulator

@@ -1,0 +1,25 @@
+#include "simulator/law.hpp"
+
+#include <stdexcept>
+
+namespace battery_sof_simulator {
+
+const std::vector<LawForm>& lawForms() {
+  static const std::vector<LawForm> all = [] {
+    std::vector<LawForm> forms;
+    for (const auto& laws : {acceptanceLaws(), sideReactionLaws(), acidLaws(), openCircuitLaws(),
+                             structureLaws(), ageingLaws(), instrumentLaws()})
+      forms.insert(forms.end(), laws.begin(), laws.end());
+    return forms;
+  }();
+  return all;
+}
+
+const LawForm& lawNamed(const std::string& mechanism, const std::string& id) {
+  for (const LawForm& form : lawForms())
+    if (form.mechanism == mechanism && form.id == id) return form;
+  throw std::invalid_argument("no law is \"" + mechanism + " " + id +
+                              "\"; --list names what there is");
+}
+
+}  // namespace battery_sof_simulator

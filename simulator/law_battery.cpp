@@ -1,0 +1,155 @@
+#include "simulator/law_battery.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "simulator/drive_follower.hpp"
+#include "simulator/faults.hpp"
+#include "simulator/units.hpp"
+
+namespace battery_sof_simulator {
+namespace {
+
+/// Sensitivities of u2 along a course, by implicit Euler steps.
+class Sensitivities {
+ public:
+  explicit Sensitivities(const BatteryParameters& battery) : b_(battery) {}
+
+  void advance(double u2, double current, double step) {
+    const double half = 0.5 * b_.beta_per_v * u2;
+    const double slope = b_.i0_a * b_.beta_per_v * std::cosh(half);
+    const double reaction = 2.0 * b_.i0_a * std::sinh(half);
+    const double kept = b_.cpe2_capacitance_f / step, all = kept + slope;
+    by_capacitance_ = (kept * by_capacitance_ - (current - reaction)) / all;
+    by_beta_ = (kept * by_beta_ - slope * u2) / all;
+    by_start_ = kept * by_start_ / all;
+  }
+  std::array<double, 6> row(double current) const {
+    return {1.0,      std::max(current, 0.0), std::min(current, 0.0), by_capacitance_, by_beta_,
+            by_start_};
+  }
+
+ private:
+  BatteryParameters b_;
+  double by_capacitance_ = 0.0, by_beta_ = 0.0, by_start_ = 1.0;
+};
+
+}  // namespace
+
+LawBattery::LawBattery(const Scenario& scenario, const Law* law, double strength)
+    : battery_(scenario.battery, scenario.effects, scenario.start),
+      law_(law),
+      strength_(strength),
+      r_discharge_(scenario.battery.r_ohmic_ohm + scenario.battery.r1_discharge_ohm),
+      r_charge_(scenario.battery.r_ohmic_ohm + scenario.battery.r1_charge_ohm),
+      u0_(battery_.voltage(battery_.rested())) {
+  requireNone(faultsOf(scenario), "scenario");
+  if (!std::isfinite(strength))
+    throw std::invalid_argument("strength is " + std::to_string(strength) + ", expected finite");
+}
+
+LawState LawBattery::rested() const {
+  LawState state;
+  state.base = battery_.rested();
+  if (law_ != nullptr) state.law = law_->rested;
+  return state;
+}
+
+LawInstant LawBattery::instantOf(const LawState& state, double current) const {
+  LawInstant now;
+  now.time = static_cast<double>(state.base.steps) * kStep;
+  now.step = kStep;
+  now.current = current;
+  now.u2 = state.base.cpe2.voltage;
+  now.u_x = u0_ + now.u2;
+  now.charge = state.charge;
+  return now;
+}
+
+LawState LawBattery::advance(const LawState& before, double current_end) const {
+  LawState next = before;
+  next.current = current_end;
+  const double mean = 0.5 * (before.current + current_end);
+  next.charge += mean * kStep;
+  double side = 0.0;
+  if (law_ != nullptr) {
+    const LawInstant now = instantOf(before, mean);
+    side = strength_ * law_->sideCurrent(before.law, now);
+    next.law = law_->advance(before.law, now);
+  }
+  next.base = battery_.advance(before.base, current_end - side);
+  return next;
+}
+
+double LawBattery::voltage(const LawState& state) const {
+  const double base = battery_.voltage(state.base);
+  if (law_ == nullptr || strength_ == 0.0) return base;
+  const double added = law_->voltage(state.law, instantOf(state, state.current));
+  return base + ohmic(state.current) - ohmic(state.base.current) + strength_ * added;
+}
+
+double LawBattery::ohmic(double current) const {
+  return (current < 0.0 ? r_discharge_ : r_charge_) * current;
+}
+
+Course drivenCourse(const Scenario& scenario, const Law* law, double strength) {
+  const LawBattery battery(scenario, law, strength);
+  DriveFollower driver(scenario, scenario.duration);
+  const PowerSource source(scenario.slew);
+  LawState state = battery.rested();
+  const auto steps = static_cast<std::size_t>(std::lround(scenario.duration / battery.kStep));
+  Course course{{state.current}, {battery.voltage(state)}};
+  course.current.reserve(steps + 1);
+  course.voltage.reserve(steps + 1);
+  for (std::size_t n = 1; n <= steps; ++n) {
+    state = source.step(battery, state, driver.next(state.charge / kSecondsPerHour));
+    course.current.push_back(state.current);
+    course.voltage.push_back(battery.voltage(state));
+  }
+  return course;
+}
+
+namespace {
+
+/// Shows every state of a battery under given currents, which it comes to from rest within a step.
+template <typename Look>
+void impose(const LawBattery& battery, const std::vector<double>& current, const Look& look) {
+  if (current.empty()) throw std::invalid_argument("controlledCourse: no current");
+  LawState state = battery.rested();
+  for (std::size_t n = 0; n < current.size(); ++n) {
+    if (n > 0 || current[0] != 0.0) state = battery.advance(state, current[n]);
+    look(n, state);
+  }
+}
+
+}  // namespace
+
+Course controlledCourse(const Scenario& scenario, const Law* law, double strength,
+                        const std::vector<double>& current) {
+  const LawBattery battery(scenario, law, strength);
+  Course course{current, {}};
+  course.voltage.reserve(current.size());
+  impose(battery, current, [&](std::size_t, const LawState& state) {
+    course.voltage.push_back(battery.voltage(state));
+  });
+  return course;
+}
+
+BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& current,
+                      std::size_t per_sample) {
+  const LawBattery battery(scenario, nullptr, 0.0);
+  Sensitivities sensitivities(scenario.battery);
+  BaseAnswer answer;
+  impose(battery, current, [&](std::size_t n, const LawState& state) {
+    if (n > 0)
+      sensitivities.advance(state.base.cpe2.voltage, 0.5 * (current[n] + current[n - 1]),
+                            battery.kStep);
+    if (n % per_sample != 0) return;
+    answer.voltage.push_back(battery.voltage(state));
+    answer.u2.push_back(state.base.cpe2.voltage);
+    answer.columns.push_back(sensitivities.row(current[n]));
+  });
+  return answer;
+}
+
+}  // namespace battery_sof_simulator

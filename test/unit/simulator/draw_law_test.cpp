@@ -1,0 +1,176 @@
+#include "simulator/draw_scenario_command.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "simulator/law_injection.hpp"
+
+namespace battery_sof_simulator {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string contentOf(const fs::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class DrawLaw : public ::testing::Test {
+ protected:
+  DrawLaw() : folder_(fs::temp_directory_path() / ("draw_law_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+  }
+  ~DrawLaw() override { fs::remove_all(folder_); }
+
+  int run(const std::vector<std::string>& arguments) {
+    out_.str("");
+    err_.str("");
+    return runDrawScenario(arguments, out_, err_);
+  }
+  int draw(std::vector<std::string> more) {
+    for (const std::string& one :
+         {std::string("--duration"), std::string("240"), std::string("--rate"), std::string("10"),
+          std::string("--out"), recording().string(), std::string("--label"), label().string()})
+      more.push_back(one);
+    return run(more);
+  }
+  fs::path recording() const { return folder_ / "case.csv"; }
+  fs::path label() const { return folder_ / "case.json"; }
+
+  fs::path folder_;
+  std::ostringstream out_, err_;
+};
+
+TEST_F(DrawLaw, ListsKindsMechanismsAndLaws) {
+  EXPECT_EQ(run({"--list"}), 0);
+  EXPECT_NE(out_.str().find("control - -\ncontrol_with_recorder - -\n"), std::string::npos);
+  EXPECT_NE(out_.str().find("out_of_catalogue acid pore_diffusion\n"), std::string::npos);
+  EXPECT_NE(out_.str().find("out_of_catalogue instrument dead_band\n"), std::string::npos);
+}
+
+TEST_F(DrawLaw, TheSameOptionsGiveTheSameBytes) {
+  const std::vector<std::string> options{"--kind",    "out_of_catalogue", "--mechanism",
+                                         "structure", "--seed",           "9"};
+  ASSERT_EQ(draw(options), 0) << err_.str();
+  const std::string recording_once = contentOf(recording()), label_once = contentOf(label());
+  ASSERT_EQ(draw(options), 0);
+  EXPECT_EQ(contentOf(recording()), recording_once);
+  EXPECT_EQ(contentOf(label()), label_once);
+}
+
+TEST_F(DrawLaw, TheRecordingHasNothingOfTheLabel) {
+  ASSERT_EQ(draw({"--kind", "control_with_recorder", "--seed", "2"}), 0) << err_.str();
+  const std::string rows = contentOf(recording());
+  EXPECT_EQ(rows.find("time_s,current_a,voltage_v\n0,"), 0u);
+  EXPECT_EQ(rows.find_first_not_of("0123456789.,-+e\n", rows.find('\n')), std::string::npos);
+}
+
+TEST_F(DrawLaw, TheLabelSaysWhatIsTrue) {
+  ASSERT_EQ(draw({"--kind", "out_of_catalogue", "--mechanism", "acid", "--id", "separator_delay",
+                  "--seed", "4"}),
+            0)
+      << err_.str();
+  const auto json = nlohmann::json::parse(contentOf(label()));
+  EXPECT_EQ(json["kind"], "out_of_catalogue");
+  EXPECT_EQ(json["mechanism"], "acid");
+  EXPECT_EQ(json["id"], "separator_delay");
+  EXPECT_EQ(json["duration_s"], 240.0);
+  EXPECT_GT(json["visible_rms_v"]["training"].get<double>(), 4e-3);
+  EXPECT_GT(json["rms_v"]["holdout"].get<double>(), 0.0);
+  EXPECT_GT(json["noise"]["voltage_white_v"].get<double>(), 0.0);
+  ASSERT_EQ(draw({"--kind", "control", "--seed", "4"}), 0) << err_.str();
+  const auto control = nlohmann::json::parse(contentOf(label()));
+  EXPECT_TRUE(control["mechanism"].is_null());
+  EXPECT_EQ(control["strength"], 0.0);
+  EXPECT_EQ(control["visible_rms_v"]["training"], 0.0);
+}
+
+class IntoARecording : public DrawLaw {
+ protected:
+  IntoARecording() {
+    std::ofstream file(measured());
+    file << "time_s,current_a,voltage_v\n";
+    for (int n = 0; n < 600; ++n)
+      file << n << "," << (n / 20 % 3 - 1) * 30 << "," << 12.7 + (n / 20 % 3 - 1) * 0.2 << "\n";
+  }
+  fs::path measured() const { return folder_ / "measured.csv"; }
+  int put(const std::string& mechanism, const std::string& id, const std::string& strength) {
+    return run({"--into", measured().string(), "--mechanism", mechanism, "--id", id, "--seed", "3",
+                "--strength", strength, "--out", recording().string()});
+  }
+  std::vector<RecordedSample> after(const std::string& mechanism, const std::string& id,
+                                    const std::string& strength) {
+    EXPECT_EQ(put(mechanism, id, strength), 0) << err_.str();
+    return readRecording(recording());
+  }
+};
+
+TEST_F(IntoARecording, StrengthZeroLeavesTheRecordingAsItIs) {
+  const auto before = readRecording(measured());
+  for (const char* form :
+       {"structure conducting_film", "instrument dead_band", "side_reactions impurity_shuttle"}) {
+    const std::string both = form;
+    const auto at = both.find(' ');
+    const auto now = after(both.substr(0, at), both.substr(at + 1), "0");
+    ASSERT_EQ(now.size(), before.size());
+    for (std::size_t n = 0; n < now.size(); ++n) {
+      EXPECT_NEAR(now[n].current, before[n].current, 1e-6) << form;
+      EXPECT_NEAR(now[n].voltage, before[n].voltage, 1e-8) << form;
+    }
+  }
+}
+
+TEST_F(IntoARecording, PhysicsAddsToTheVoltageInProportionAndLeavesTheCurrent) {
+  const auto before = readRecording(measured());
+  const auto once = after("structure", "conducting_film", "1"),
+             twice = after("structure", "conducting_film", "2");
+  double largest = 0.0;
+  for (std::size_t n = 0; n < before.size(); ++n) {
+    EXPECT_NEAR(once[n].current, before[n].current, 1e-6);
+    EXPECT_NEAR(twice[n].voltage - before[n].voltage, 2.0 * (once[n].voltage - before[n].voltage),
+                1e-7);
+    largest = std::max(largest, std::abs(once[n].voltage - before[n].voltage));
+  }
+  EXPECT_GT(largest, 1e-3);
+}
+
+TEST_F(IntoARecording, AnInstrumentShowsAnotherCurrent) {
+  const auto now = after("instrument", "remanence", "1");
+  double largest = 0.0;
+  const auto before = readRecording(measured());
+  for (std::size_t n = 0; n < now.size(); ++n)
+    largest = std::max(largest, std::abs(now[n].current - before[n].current));
+  EXPECT_GT(largest, 0.05);
+  EXPECT_LE(largest, 0.5 + 1e-6);
+}
+
+TEST_F(IntoARecording, WhatIsWrongIsNamed) {
+  EXPECT_EQ(put("structure", "no_such_law", "1"), 2);
+  EXPECT_NE(err_.str().find("no law is \"structure no_such_law\""), std::string::npos);
+  std::ofstream(measured()) << "time_s,current_a,voltage_v\n0,1,12\n1,x,12\n";
+  EXPECT_EQ(put("structure", "conducting_film", "1"), 2);
+  EXPECT_NE(err_.str().find("measured.csv:3: \"1,x,12\""), std::string::npos) << err_.str();
+  std::ofstream(measured()) << "t,i,u\n0,1,12\n";
+  EXPECT_EQ(put("structure", "conducting_film", "1"), 2);
+  EXPECT_NE(err_.str().find("expected a header"), std::string::npos);
+}
+
+TEST_F(DrawLaw, WrongUsageIsSaidInASentence) {
+  EXPECT_EQ(run({"--kind", "friend", "--out", recording().string(), "--label", label().string()}),
+            2);
+  EXPECT_NE(err_.str().find("--list"), std::string::npos);
+  EXPECT_EQ(run({"--seed", "1"}), 2);
+  EXPECT_EQ(run({"--out", "case.txt", "--label", label().string()}), 2);
+  EXPECT_EQ(run({"--kind", "control", "--rate", "7", "--out", recording().string(), "--label",
+                 label().string()}),
+            2);
+  EXPECT_FALSE(fs::exists(recording()));
+}
+
+}  // namespace
+}  // namespace battery_sof_simulator

@@ -1,0 +1,100 @@
+"""Every call of the program that draws cases, `draw_scenario`: the catalogue's equations, controls, and laws that no catalogue has.
+
+The benchmarks' words for a kind of case are part of their seeds and of plans that are kept, so they stay what they are.
+"""
+
+import collections
+import json
+import os
+import subprocess
+
+from ..sof import Failure, libraries_beside, program, required
+
+PROGRAM = "draw_scenario"
+KIND_OF = {"null": "base_control", "structural_null": "structural_control", "porous_null": "porous_control",
+           "decoy": "instrument_fault", "unknown": "unlisted_law"}  # of the catalogue's; the others have the same name
+LAW_KIND_OF = {"null": "control", "imperfect_null": "control_with_recorder", "other_form": "out_of_catalogue"}
+
+
+def as_planned(label):
+    """The label of a law or a control in the benchmarks' words: kind, mechanism, form. Labels in them stay as they are."""
+    words = {kind: word for word, kind in LAW_KIND_OF.items()}
+    if label["kind"] not in words:
+        return label
+    return {**label, "kind": words[label["kind"]], "mechanism": label.get("mechanism"), "form": label.get("id")}
+
+
+def run(command):
+    """What a program printed; Failure with its words."""
+    told = subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]))
+    if told.returncode:
+        raise Failure(f"{os.path.basename(command[0])}: {told.stderr.strip()[:300]}")
+    return told.stdout
+
+
+def options(case, keys):
+    return [word for key in keys if case.get(key) is not None for word in ("--" + key, str(case[key]))]
+
+
+def law_options(case, keys):
+    """A law's form is an id of `draw_scenario`."""
+    return [word.replace("--form", "--id") for word in options(case, keys)]
+
+
+class Generator:
+    """The program of a build, looked for when it is called. other: another draw_scenario than the build's."""
+
+    def __init__(self, build, other=None):
+        self.build, self.other = build, other
+
+    def program(self):
+        return required(os.path.abspath(self.other)) if self.other else program(self.build, PROGRAM)
+
+    def listed(self):
+        """(kind, mechanism, id) of everything that can be drawn, "-" where there is nothing to choose."""
+        return [line.split() for line in run([self.program(), "--list"]).splitlines()]
+
+    def catalogue(self):
+        """{mechanism: [id, ...]} of cases with the catalogue's equations and of controls; "-" where there is nothing to choose."""
+        ids = collections.defaultdict(list)
+        words = {kind: word for word, kind in KIND_OF.items()}
+        for kind, _, name in self.listed():
+            if kind not in LAW_KIND_OF.values():
+                ids[words.get(kind, kind)].append(name)
+        return dict(ids)
+
+    def draw(self, case, recording, quiet=False):
+        """Draws a case of catalogue(); its label. Scale 1 is the generator's own."""
+        label = recording + ".label"
+        kind = KIND_OF.get(case["mechanism"], case["mechanism"])
+        command = [self.program(), "--kind", kind, "--out", recording, "--label", label] + options(case, ("seed",))
+        if case["id"] != "-":
+            command += ["--id", case["id"]]
+        if any(scale != 1.0 for scale in case.get("scale", ())):
+            command += ["--scale", ",".join(f"{scale:.6g}" for scale in case["scale"])]
+        if case.get("duration_s"):
+            command += ["--duration", f"{case['duration_s']:g}"]
+        run(command + (["--quiet"] if quiet else []))
+        with open(label) as file:
+            told = json.load(file)
+        os.remove(label)
+        return told
+
+    def laws(self):
+        """{mechanism: [form, ...]} of laws that no catalogue has."""
+        forms = collections.defaultdict(list)
+        for kind, mechanism, form in self.listed():
+            if kind == LAW_KIND_OF["other_form"]:
+                forms[mechanism].append(form)
+        return dict(forms)
+
+    def draw_law(self, case, recording, label):
+        """Draws a case with a law, or a control of the same batteries, and writes its label."""
+        run([self.program(), "--kind", LAW_KIND_OF[case["kind"]], "--out", recording, "--label", label]
+            + law_options(case, ("seed", "mechanism", "form", "rate", "duration")))
+
+    def inject(self, recording, out, case, strength, resistances):
+        """Writes a recording with a law in it. case: mechanism, form, seed. resistances: while discharging and charging [Ohm]."""
+        discharge, charge = resistances
+        run([self.program(), "--into", recording, "--strength", repr(strength), "--r-discharge", repr(discharge), "--r-charge", repr(charge), "--out", out]
+            + law_options(case, ("mechanism", "form", "seed")))

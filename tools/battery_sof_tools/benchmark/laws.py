@@ -1,0 +1,104 @@
+"""A law put into a recording, and how much of it no parameter of the base circuit can follow."""
+
+import os
+
+import numpy as np
+
+from .. import recordings
+from ..concealment import low_pass
+from ..sof import Failure
+
+MEMORIES_S = (3.0, 30.0, 100.0)  # of the linear stand-in for the double layer
+TRAINING = 0.75                  # share of the samples that `sof diagnose` learns from
+PROMISED = 2.0                   # times the error that a diagnosis calls too small to tell
+LEAST_HELD = 0.4                 # of the size before the split, that is wanted behind it
+# Strengths: 0.03 to 4 is what draw_scenario takes of a law (docs/validation.md). Heavier drives and larger limits ask for more of what adds to the
+# voltage; of what changes a current no more is taken.
+LEAST_STRENGTH, MOST_CURRENT_STRENGTH, MOST_STRENGTH = 0.03, 4.0, 20.0
+PROPORTIONAL = ("acceptance", "acid", "open_circuit", "structure", "ageing")  # their laws add a voltage in proportion to the strength
+NEAR, TRIES = 0.15, 3
+RESISTANCE_OHM, CHARGE_OVER_DISCHARGE = (2.5e-3, 25e-3), (0.9, 1.8)  # of a battery in use, as draw_scenario draws them, with cables
+LEAST_DISCHARGE_A = 0.5          # while less is drawn a source may hold the voltage
+
+
+def columns(t, i):
+    """What stands in for the base circuit: level, both resistances, memories of the current."""
+    return np.stack([np.ones_like(t), np.minimum(i, 0.0), np.maximum(i, 0.0)] + [low_pass(t, i, tau) for tau in MEMORIES_S], axis=1)
+
+
+def followed(basis, values, rows):
+    return np.linalg.lstsq(basis[rows], values[rows], rcond=None)[0]
+
+
+class Beside:
+    """A measured recording [s, A, V] as laws are put into it."""
+
+    def __init__(self, t, i, u):
+        self.t, self.i, self.u = t, i, u
+        self.training = slice(0, int(TRAINING * len(t)))
+        self.basis = columns(t, i)
+        self.circuit = self.discharged_circuit()
+
+    def discharged_circuit(self):
+        """What the columns are worth where the current is the battery's own: while it is discharged; the same resistance both ways."""
+        rows = self.i < -LEAST_DISCHARGE_A
+        both = np.column_stack([self.basis[:, 0], self.i, self.basis[:, 3:]])
+        level, resistance, *memories = followed(both, self.u, rows if rows.sum() > 10 * both.shape[1] else slice(None))
+        return np.array([level, resistance, resistance, *memories])
+
+    def resistances(self):
+        """[Ohm] while discharging and charging, of a battery whose laws go beside this recording."""
+        discharge = float(np.clip(self.circuit[1], *RESISTANCE_OHM))
+        direct = followed(self.basis, self.u, slice(None))[2]
+        return discharge, discharge * float(np.clip(direct / discharge, *CHARGE_OVER_DISCHARGE))
+
+    def visible(self, current, voltage):
+        """RMS [V] before and behind the split of what other base parameters leave of a change of the recording."""
+        basis = self.basis if current is self.i else columns(self.t, current)
+        error = (voltage - basis @ self.circuit) - (self.u - self.basis @ self.circuit)
+        rest = error - basis @ followed(basis, error, self.training)
+        return [float(np.sqrt(np.mean(part**2))) for part in (rest[self.training], rest[self.training.stop:])]
+
+
+def put_in(generator, beside, path, law, strength, folder):
+    """Current and voltage with a law (mechanism, form, seed) in them. Failure where the law does not go that far."""
+    out = os.path.join(folder, "law.csv")
+    generator.inject(path, out, law, strength, beside.resistances())
+    _, current, voltage = recordings.read(out)
+    same = np.allclose(current, beside.i, atol=1e-6)
+    return beside.i if same else current, voltage
+
+
+def with_strength(generator, beside, path, law, wanted, folder):
+    """(strength, visible RMS before and behind the split, current, voltage) where the wanted RMS [V] is reached.
+
+    Failure where the law would have to be too strong, or does not show in the last part of the recording.
+    """
+    in_proportion = law["mechanism"] in PROPORTIONAL
+    most = MOST_STRENGTH if in_proportion else MOST_CURRENT_STRENGTH
+    current, voltage = put_in(generator, beside, path, law, 1.0, folder)
+    strength, shown = 1.0, beside.visible(current, voltage)
+    for _ in range(TRIES):
+        if wanted <= shown[0] <= (1.0 + 2.0 * NEAR) * wanted:
+            break
+        further = min(max(strength * (1.0 + NEAR) * wanted / max(shown[0], 1e-9), LEAST_STRENGTH), most)
+        if further == strength:
+            break
+        if in_proportion:
+            voltage = beside.u + further / strength * (voltage - beside.u)
+        else:
+            current, voltage = put_in(generator, beside, path, law, further, folder)
+        strength, shown = further, beside.visible(current, voltage)
+    tried = f"{law['form']} at {strength:.3g}: {1e3 * shown[0]:.3g} and {1e3 * shown[1]:.3g} mV, wanted {1e3 * wanted:.3g} mV"
+    if shown[0] < wanted:
+        raise Failure("too weak: " + tried)
+    if shown[1] < LEAST_HELD * wanted:
+        raise Failure("not in the last part: " + tried)
+    return strength, shown, current, voltage
+
+
+def neutral(t, i, u, limit, seed):
+    """A voltage with what the base circuit and its noise take up whole: a series resistance, another level, noise far below the limit."""
+    dice = np.random.default_rng(seed)
+    resistance, level = dice.uniform(0.0, 2e-3), dice.uniform(-0.1, 0.1)
+    return u + resistance * i + level + dice.normal(0.0, 0.1 * limit, len(t)), {"resistance_ohm": resistance, "level_v": level}

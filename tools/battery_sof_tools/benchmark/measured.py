@@ -1,0 +1,89 @@
+"""Every measured recording, whole, diagnosed: verdict, mechanism, hold-out errors beside a ridge regression, processor time."""
+
+import argparse
+import os
+import resource
+
+from .. import recordings, sof
+from ..files import write_json
+from ..progress import followed
+from ..rates import geometric_mean
+from ..tables import table
+from .answers import class_of
+
+HEAD = ("recording", "verdict; mechanism; effects", "RMS error [mV]: base, extended, ridge regression, straight line",
+        "share [%]: base, extended", "processor time [s]")
+
+
+def whole_recordings():
+    """By the path without its ending: the recordings as they are, whatever stretches of them others take."""
+    return {os.path.splitext(one.path)[0]: one for one in recordings.MEASURED.values()}
+
+
+def processor_time():
+    """[s] of all programs called so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def figures(answer):
+    """Errors [V] and shares [%] of a diagnosis, base circuit and extended model."""
+    base, extended = (answer["fit"][one]["holdout"] for one in ("base", "extended")) if answer["fit"].get("extended") else (
+        answer["fit"]["base"]["holdout"],) * 2
+    return {"base": base["rmse_v"], "extended": extended["rmse_v"], "ridge": answer["baseline"]["rmse_v"], "line": answer["baseline_line"]["rmse_v"],
+            "shares": (base["share_percent"], extended["share_percent"])}
+
+
+def told_of(answer):
+    """Verdict, mechanism with its probability, and what is named."""
+    parts = [answer["verdict"]]
+    if answer["mechanism"]:
+        stated = "" if answer["probability"] is None else f" ({answer['probability']:.2f})"
+        parts.append(answer["mechanism"] + stated)
+    named = dict.fromkeys(" or ".join(sorted(class_of(one))) for one in answer["effects"])
+    return "; ".join(parts + ([", ".join(named)] if named else []))
+
+
+def row(name, answer, seconds):
+    found = figures(answer)
+    errors = ", ".join(f"{1e3 * found[key]:.0f}" for key in ("base", "extended", "ridge", "line"))
+    shares = ", ".join("-" if share is None else f"{share:.0f}" for share in found["shares"])
+    return (name, told_of(answer), errors, shares, f"{seconds:.0f}")
+
+
+def summary(found):
+    """Extended over base as a geometric mean, and where the baseline predictors are ahead."""
+    ratio = geometric_mean([one["extended"] / one["base"] for one in found.values()])
+    behind = [name for name, one in found.items() if one["ridge"] < one["extended"]]
+    line = [name for name, one in found.items() if one["line"] < one["extended"]]
+    return (f"Extended over base: {ratio:.2f} (geometric mean of {len(found)}). A ridge regression is ahead on {len(behind)} ({', '.join(behind)}), "
+            f"a straight line on {len(line)} ({', '.join(line)}).")
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Diagnoses the measured recordings, one thread, one after the other.")
+    parser.add_argument("build", nargs="?", default="build")
+    parser.add_argument("--data", required=True, help="folder of the recordings")
+    parser.add_argument("--sof", help="a copy of the command, its libraries above it, in place of the build's")
+    parser.add_argument("--json", help="file to write the figures to")
+    parser.add_argument("--only", default="", help="recordings, comma-separated, as the table names them")
+    arguments = parser.parse_args()
+    program = arguments.sof or sof.program(arguments.build, "sof")
+    rows, found = [], {}
+    only = arguments.only.split(",") if arguments.only else None
+    for name, measured in followed([one for one in whole_recordings().items() if not only or one[0] in only], "recording"):
+        begun = processor_time()
+        try:
+            answer = sof.diagnose(program, os.path.join(arguments.data, measured.path), *recordings.column_options(measured.columns, measured.discharge_positive))
+        except sof.Failure as failure:
+            rows.append((name, str(failure), "", "", ""))
+            continue
+        seconds = processor_time() - begun
+        rows.append(row(name, answer, seconds))
+        found[name] = dict(figures(answer), told=told_of(answer), seconds=seconds)
+    print("\n".join(table(HEAD, rows)))
+    if arguments.json:
+        write_json(arguments.json, found)
+    if found:
+        print("\n" + summary(found))
+    return 0

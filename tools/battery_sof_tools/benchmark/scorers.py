@@ -1,0 +1,119 @@
+"""Counts of cases of any benchmark, and the tables they are printed in."""
+
+import collections
+import statistics
+
+from ..rates import geometric_mean, interval, rate, spread
+from ..tables import table
+from .answers import BINS, OUTCOMES, SHORT, counted
+
+HALF, WORSE = 0.5, 1.02  # held-out error over the base's, that counts as half and as worse
+# A rate of k in n, or a value over n cases; level: of which cases.
+Figure = collections.namedtuple("Figure", "key level text k n value target")
+
+
+def written(figure):
+    if figure.k is not None:
+        return rate(figure.k, figure.n)
+    return "no case" if figure.value is None else f"{figure.value:.3g} (n = {figure.n})"
+
+
+def entry(k, n):
+    """A rate for programs."""
+    low, high = interval(k, n) if k is not None and n else (None, None)
+    return {"k": k, "n": n, "lower": low, "upper": high}
+
+
+def share(right, cases, of=interval):
+    """Rate of the cases for which right(case) is true. of: which interval."""
+    cases = list(cases)
+    return rate(sum(bool(right(one)) for one in cases), len(cases), of)
+
+
+def of_median(values):
+    return figure_of(values, statistics.median)
+
+
+def figure_of(values, of):
+    """(value, n) of what is not None."""
+    values = [one for one in values if one is not None]
+    return (of(values) if values else None), len(values)
+
+
+def over_base(cases, side="extended"):
+    return [one.over_base(side) for one in cases if one.over_base(side) is not None]
+
+
+def worse(cases, of=interval):
+    return "extended worse than base by over 2 %", share(lambda one: one > WORSE, over_base(cases), of)
+
+
+def error_rows(cases, of=interval):
+    """Held-out errors of extended model, base model and ridge regression."""
+    beside = [one for one in cases if one.over_base() is not None and one.over_base("ridge") is not None]
+    return [("hold-out error, extended over base", spread(over_base(cases))),
+            ("at most half the base's", share(lambda one: one <= HALF, over_base(cases), of)),
+            worse(cases, of),
+            ("hold-out error, ridge over base", spread(over_base(beside, "ridge"))),
+            ("extended better than ridge", share(lambda one: one.held("extended") < one.held("ridge"), beside, of))]
+
+
+def control_rows(cases, of=interval):
+    """Of recordings that lack nothing: whatever is said is false."""
+    judged = [one for one in cases if one.verdict != SHORT]
+    return [("alarms", share(lambda one: one.alarmed, judged, of)),
+            ("insufficient data", share(lambda one: one.verdict == SHORT, cases, of)),
+            ("a mechanism named", share(lambda one: one.said, judged, of)),
+            worse(cases, of)]
+
+
+def outcome_rows(cases, of=interval):
+    """What was named of what is there."""
+    counts = counted(cases)
+    judged = len(cases) - counts["short"]
+    return [("mechanism right", rate(counts["right"] + counts["beside"], judged, of)),
+            ("right, another mechanism beside it", rate(counts["beside"], judged, of)),
+            ("wrong mechanism", rate(counts["wrong"], judged, of)),
+            ("alarm without a mechanism", rate(counts["none"], judged, of)),
+            ("missed", rate(counts["missed"], judged, of)),
+            ("insufficient data", rate(counts["short"], len(cases), of))]
+
+
+def outcome_table(title, groups, more=()):
+    """One row a group (title, cases): outcomes, what was taken for it, what is left of the hold-out error. more: (head, text of a title)."""
+    rows = []
+    for name, cases in groups:
+        counts = counted(cases)
+        taken = collections.Counter(mechanism for one in cases if one.outcome == "wrong" for mechanism in one.said)
+        rows.append([name, len(cases), *(counts[one] for one in OUTCOMES[:5]), ", ".join(f"{mechanism} {k}" for mechanism, k in taken.most_common()),
+                     *(f"{geometric_mean(over_base(cases, side)):.2f}" if over_base(cases, side) else "" for side in ("extended", "ridge")),
+                     *(text(name) for _, text in more)])
+    return table([title, "cases", *OUTCOMES[:5], "taken for", "extended / base", "ridge / base", *(head for head, _ in more)], rows)
+
+
+def grouped(cases, key):
+    """{key(case): cases} in the keys' order."""
+    groups = collections.defaultdict(list)
+    for one in cases:
+        groups[key(one)].append(one)
+    return dict(sorted(groups.items()))
+
+
+def reliability(cases):
+    """(bin, claims that are right, claims) by stated probability; a mechanism that is named of a null is wrong."""
+    claims, rows = [claim for one in cases for claim in one.claims], []
+    for low, high in BINS:
+        inside = [true for _, p, true in claims if low <= p < high or p == high == 1.0]
+        rows.append((f"{low:g} to {high:g}", sum(inside), len(inside)))
+    return rows
+
+
+def reliability_rows(cases, of=interval):
+    return [(name, rate(k, n, of)) for name, k, n in reliability(cases)]
+
+
+def seconds_row(cases):
+    taken = sorted(one.seconds for one in cases if one.seconds is not None)
+    if not taken:
+        return "no case"
+    return f"median {statistics.median(taken):.1f}, nine in ten below {taken[int(0.9 * (len(taken) - 1))]:.1f}, longest {taken[-1]:.1f}"

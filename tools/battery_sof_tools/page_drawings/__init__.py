@@ -1,0 +1,1 @@
+"""Drawings of the pages: diagrams as plain SVG, plots by matplotlib."""
