@@ -105,7 +105,7 @@ class Playback(NodeTest):
             self.assertTrue(determined, name)
             self.assertGreater(std, 0.0, name)
         self.assertEqual(model.status, "converged")
-        self.assertEqual(yaml.safe_load(model.model_yaml)["schema"], "battery_sof/model/1")
+        self.assertEqual(yaml.safe_load(model.model_yaml)["schema"], "battery_sof/model/2")
 
     def assert_refused(self, answer, *words):
         self.assertEqual(answer.code, 1, answer)
@@ -201,17 +201,18 @@ class Playback(NodeTest):
             result = goal.wait(20.0)
             self.assertEqual((goal.state(), result.accepted, result.code), (GoalStatus.SUCCEEDED, True, IdentifyResult.OK), result.message)
             self.assertEqual(goal.client.get_goal_status_text(), result.message)
-            self.assertEqual(goal.feedback[-1].stage, "fitting")
-            self.assertTrue(math.isnan(goal.feedback[-1].progress))
             self.assert_model_is_the_drives(result.model)
+        feedback = [one for goal in goals for one in goal.feedback]  # what comes after the result is not passed on
+        self.assertTrue(feedback and all(math.isnan(one.progress) for one in feedback))
+        self.assertLessEqual({one.stage for one in feedback}, {"fitting", "waiting for the identification that runs"})
 
     def assert_a_cancelled_identification_is_discarded(self, node):
         for _ in range(30):  # a fit that was quicker has succeeded
             goal = Goal(node, "identify", IdentifyAction)
-            wait_until(lambda: goal.feedback, 20, "the goal was taken")
+            wait_until(lambda: goal.feedback or not goal.is_running(), 20, "the goal was taken")
             goal.cancel()
             result = goal.wait(2.0)
-            if goal.feedback[-1].stage == "fitting" and goal.state() == GoalStatus.PREEMPTED:
+            if goal.state() == GoalStatus.PREEMPTED:
                 break
         self.assertEqual((goal.state(), result.accepted, result.code), (GoalStatus.PREEMPTED, False, IdentifyResult.REFUSED))
         self.assertEqual(result.message, "cancelled; the fit that runs is not broken off, its result is discarded")

@@ -358,12 +358,12 @@ TEST(MessageOf, DiagnosisThatComparedNothingHasNoMetrics) {
 
 TEST(MessageOf, EveryVerdictIsOneOfTheMessagesConstants) {
   const std::vector<std::string> constants = {
-      DiagnosisMessage::NO_MISMATCH,      DiagnosisMessage::EFFECT,
-      DiagnosisMessage::SEVERAL,          DiagnosisMessage::AMBIGUOUS,
-      DiagnosisMessage::UNEXPLAINED,      DiagnosisMessage::SENSOR_FAULT,
-      DiagnosisMessage::INSUFFICIENT_DATA};
+      DiagnosisMessage::NO_MISMATCH,  DiagnosisMessage::EFFECT,
+      DiagnosisMessage::SEVERAL,      DiagnosisMessage::AMBIGUOUS,
+      DiagnosisMessage::MECHANISM,    DiagnosisMessage::UNEXPLAINED,
+      DiagnosisMessage::SENSOR_FAULT, DiagnosisMessage::INSUFFICIENT_DATA};
   DiagnosisReport report = someReport();
-  for (int verdict = 0; verdict < 7; ++verdict) {
+  for (int verdict = 0; verdict < 8; ++verdict) {
     report.diagnosis->verdict = static_cast<Verdict>(verdict);
     EXPECT_EQ(messageOf(report, {}).verdict, constants[static_cast<std::size_t>(verdict)]);
   }
