@@ -33,7 +33,7 @@ void callFrom(ros::CallbackQueue& queue, std::function<void()> work);
  * Threads, so that nothing waits for what takes longer:
  *   - samples: the global callback queue, nothing else;
  *   - questions: the three predictions, ~set_standing_query, ~status and /diagnostics, one after the other;
- *   - maps, profiles: one each for ~predict_map and ~simulate_profile, which may take up to kLongestWork;
+ *   - maps, profiles: one each for ~predict_map and ~simulate_profile, up to kLongestWork;
  *   - goals: the actions ~identify and ~diagnose, which begin, cancel and end work;
  *   - identifications and diagnoses themselves: a worker's each.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to
@@ -52,14 +52,13 @@ void callFrom(ros::CallbackQueue& queue, std::function<void()> work);
  */
 class BatterySofNode {
  public:
-  /// Starts at once. @param private_node the node's own namespace, for ~status, the services and the actions.
+  /// Starts at once. @param private_node the node's own namespace.
   BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
                  NodeOptions options);
   ~BatterySofNode();
 
  private:
   using SampleEvent = ros::MessageEvent<const sensor_msgs::BatteryState>;
-
   using IdentifyServer = GoalServer<IdentifyAction>;
   using DiagnoseServer = GoalServer<DiagnoseAction>;
   using IdentifyGoals = std::vector<IdentifyServer::GoalHandle>;
@@ -112,7 +111,6 @@ class BatterySofNode {
   void onIdentifyCancel(IdentifyServer::GoalHandle goal);
   void beginRequested();
   void endRequested(int request, const IdentifyResult& result);
-  bool dropRequest();
   void onDiagnoseGoal(DiagnoseServer::GoalHandle goal);
   bool beginDiagnosis(const DiagnoseServer::GoalHandle& goal, DiagnoseResult& refusal);
   void onAdopted(const Adoption& adoption, double from_driving);

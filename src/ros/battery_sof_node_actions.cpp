@@ -12,10 +12,10 @@ namespace battery_sof {
 // identification
 
 void BatterySofNode::onIdentification(const Identification& work) {
-  IdentificationOutcome outcome;
-  outcome.message = "the identification failed; /diagnostics says why";
-  guarded("the identification", [&] { outcome = identified(work); });
-  const IdentifyResult result = resultOf(outcome);
+  IdentifyResult result;
+  result.code = IdentifyResult::REFUSED;
+  result.message = "the identification failed; /diagnostics says why";
+  guarded("the identification", [&] { result = resultOf(identified(work)); });
   callFrom(action_queue_, [this, result, request = work.request] {
     guarded("the identification", [&] { endRequested(request, result); });
   });
@@ -106,7 +106,10 @@ void BatterySofNode::endRequested(int request, const IdentifyResult& result) {
 
 void BatterySofNode::onIdentifyCancel(IdentifyServer::GoalHandle goal) {
   const bool is_last = running_goals_ == IdentifyGoals{goal};
-  if (is_last && !dropRequest()) return;
+  if (is_last) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!std::exchange(is_request_wanted_, false)) return;  // it has ended; its result comes
+  }
   for (IdentifyGoals* goals : {&waiting_goals_, &running_goals_})
     goals->erase(std::remove(goals->begin(), goals->end(), goal), goals->end());
   IdentifyResult result;
@@ -115,12 +118,6 @@ void BatterySofNode::onIdentifyCancel(IdentifyServer::GoalHandle goal) {
                        ? "cancelled; the fit that runs is not broken off, its result is discarded"
                        : "cancelled";
   goal.setCanceled(result, result.message);
-}
-
-/// @return false when it has ended already: then its result is in use and comes.
-bool BatterySofNode::dropRequest() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return std::exchange(is_request_wanted_, false);
 }
 
 // ----------------------------------------------------------------------------------------------------
