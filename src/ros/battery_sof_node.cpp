@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <memory>
 #include <utility>
 
@@ -22,8 +23,7 @@ constexpr std::uint32_t kQueueSize = 100000;  // 20 s of a 100 Hz bag played at 
 constexpr double kStatusPeriod = 1.0;         // [s], SofStatus is a 1 Hz topic
 constexpr double kNoDataAfter = 5.0;          // [s], the shortest gap of a recording (gapThreshold)
 
-constexpr int kDiagnoseThreads = 2;  // a second request is refused while the first waits
-constexpr int kNice = 10;            // of identifications: the other threads go first
+constexpr int kNice = 10;  // of identifications: the other threads go first
 constexpr std::chrono::milliseconds kLook{50};
 
 /// [s]; a ros::Duration holds 2^31 s, and throws where a clock jumps further.
@@ -44,7 +44,16 @@ class Errand : public ros::CallbackInterface {
   std::function<void()> work_;
 };
 
+ros::NodeHandle onQueue(ros::CallbackQueue& queue, ros::NodeHandle node) {
+  node.setCallbackQueue(&queue);
+  return node;
+}
+
 }  // namespace
+
+void callFrom(ros::CallbackQueue& queue, std::function<void()> work) {
+  queue.addCallback(boost::make_shared<Errand>(std::move(work)));
+}
 
 BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
                                NodeOptions options)
@@ -53,7 +62,7 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
       node_(node),
       private_node_(private_node),
       session_(options_.session),
-      worker_([this](const IdentificationJob& job) { return onIdentified(job); }, kNice),
+      worker_([this](const Identification& work) { onIdentification(work); }, kNice),
       diagnoses_(
           private_node_,
           {options_.diagnose_period, options_.session.identify_period, options_.use_diagnosis,
@@ -62,11 +71,18 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
             onAdopted(adoption, from_driving);
           }),
       diagnostics_([this] { return snapshot(); }),
+      identify_server_(
+          onQueue(action_queue_, private_node_), "identify",
+          [this](const IdentifyServer::GoalHandle& goal) { onIdentifyGoal(goal); },
+          [this](const IdentifyServer::GoalHandle& goal) { onIdentifyCancel(goal); }, false),
+      diagnose_server_(
+          onQueue(action_queue_, private_node_), "diagnose",
+          [this](const DiagnoseServer::GoalHandle& goal) { onDiagnoseGoal(goal); },
+          [this](const DiagnoseServer::GoalHandle& goal) { diagnoses_.cancel(goal); }, false),
       question_spinner_(1, &question_queue_),
       map_spinner_(1, &map_queue_),
       profile_spinner_(1, &profile_queue_),
-      identify_spinner_(1, &identify_queue_),
-      diagnose_spinner_(kDiagnoseThreads, &diagnose_queue_) {
+      action_spinner_(1, &action_queue_) {
   loadStateFile();
   advertise();
   guarded("the first status", [this] {
@@ -76,8 +92,7 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
   question_spinner_.start();
   map_spinner_.start();
   profile_spinner_.start();
-  identify_spinner_.start();
-  diagnose_spinner_.start();
+  action_spinner_.start();
 }
 
 BatterySofNode::~BatterySofNode() {
@@ -86,8 +101,7 @@ BatterySofNode::~BatterySofNode() {
   question_spinner_.stop();
   map_spinner_.stop();
   profile_spinner_.stop();
-  identify_spinner_.stop();
-  diagnose_spinner_.stop();
+  action_spinner_.stop();
 }
 
 void BatterySofNode::ahead(const std::function<void()>& work) {
@@ -97,7 +111,7 @@ void BatterySofNode::ahead(const std::function<void()>& work) {
     if (!is_taken->test_and_set()) (*task)();
   };
   std::future<void> done = task->get_future();
-  question_queue_.addCallback(boost::make_shared<Errand>(once));
+  callFrom(question_queue_, once);
   while (done.wait_for(kLook) != std::future_status::ready)
     if (!ros::ok()) once();  // nobody calls the queue any more
   done.get();
@@ -107,9 +121,7 @@ template <typename Service>
 ros::ServiceServer BatterySofNode::serve(
     const char* name, ros::CallbackQueue& queue,
     bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&)) {
-  ros::NodeHandle node(private_node_);
-  node.setCallbackQueue(&queue);
-  return node.advertiseService(name, callback, this);
+  return onQueue(queue, private_node_).advertiseService(name, callback, this);
 }
 
 void BatterySofNode::advertise() {
@@ -122,17 +134,15 @@ void BatterySofNode::advertise() {
       serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_,
                                      &Node::onPredictChargeAcceptance),
       serve<SetStandingQuery>("set_standing_query", question_queue_, &Node::onSetStandingQuery),
-      serve<CancelDiagnosis>("cancel_diagnosis", question_queue_, &Node::onCancelDiagnosis),
       serve<PredictMap>("predict_map", map_queue_, &Node::onPredictMap),
-      serve<SimulateProfile>("simulate_profile", profile_queue_, &Node::onSimulateProfile),
-      serve<Identify>("identify", identify_queue_, &Node::onIdentify),
-      serve<Diagnose>("diagnose", diagnose_queue_, &Node::onDiagnose)};
+      serve<SimulateProfile>("simulate_profile", profile_queue_, &Node::onSimulateProfile)};
+  identify_server_.begin();
+  diagnose_server_.begin();
   subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this,
                                 ros::TransportHints().tcpNoDelay());
-  ros::NodeHandle question_node(node_);
-  question_node.setCallbackQueue(&question_queue_);
-  steady_timer_ = question_node.createSteadyTimer(ros::WallDuration(kStatusPeriod),
-                                                  &BatterySofNode::onSteadyTimer, this);
+  steady_timer_ = onQueue(question_queue_, node_)
+                      .createSteadyTimer(ros::WallDuration(kStatusPeriod),
+                                         &BatterySofNode::onSteadyTimer, this);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -207,7 +217,7 @@ void BatterySofNode::take(const RawSample& sample) {
   for (const CrankComparison& crank : events.cranks) logCrank(crank);
   if (auto job = session_.takeDueJob()) {
     ROS_INFO("identification begins on %zu samples", job->series.size());
-    worker_.post(std::move(*job));
+    worker_.post({std::move(*job)});
   }
   diagnoses_.beginIfDue(session_.series(), subscriber_.getTopic(), session_.driving());
   announceWhoAnswers();
@@ -237,9 +247,9 @@ void BatterySofNode::announceWhoAnswers() {
   const std::optional<FittedModel> model = session_.model();
   if (!model) return;
   ROS_INFO("%s", session_.status().extension.c_str());
-  question_queue_.addCallback(boost::make_shared<Errand>([this, model] {
+  callFrom(question_queue_, [this, model] {
     guarded("the model message", [&] { model_publisher_.publish(messageOf(*model)); });
-  }));
+  });
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -282,8 +292,7 @@ void BatterySofNode::demandStatus() {
   const bool is_waiting = due_status_.has_value();
   due_status_.emplace(DueStatus{std::move(contents), session_.live()});
   if (!is_waiting)
-    question_queue_.addCallback(boost::make_shared<Errand>(
-        [this] { guarded("the status", [this] { publishDueStatus(); }); }));
+    callFrom(question_queue_, [this] { guarded("the status", [this] { publishDueStatus(); }); });
 }
 
 void BatterySofNode::publishDueStatus() {

@@ -13,6 +13,7 @@
 #include "prediction/online_session.hpp"
 #include "ros/background_worker.hpp"
 #include "ros/diagnosis_runner.hpp"
+#include "ros/goal_server.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/node_diagnostics.hpp"
 #include "ros/node_options.hpp"
@@ -22,15 +23,18 @@
 
 namespace battery_sof {
 
+/// Calls a function once, on the thread of a queue.
+void callFrom(ros::CallbackQueue& queue, std::function<void()> work);
+
 /**
- * @brief The ROS face of an OnlineSession: topics, services, state file, diagnostics and log.
+ * @brief The ROS face of an OnlineSession: topics, services, actions, state file, diagnostics and
+ * log.
  *
  * Threads, so that nothing waits for what takes longer:
  *   - samples: the global callback queue, nothing else;
  *   - questions: the three predictions, ~set_standing_query, ~status and /diagnostics, one after the other;
- *   - maps, profiles, identifications: one each for ~predict_map and ~simulate_profile, which may take up to kLongestWork, and for
- *     ~identify, which waits for a fit;
- *   - diagnoses: ~diagnose, which waits for one, and refuses a second request meanwhile;
+ *   - maps, profiles: one each for ~predict_map and ~simulate_profile, up to kLongestWork;
+ *   - goals: the actions ~identify and ~diagnose, which begin, cancel and end work;
  *   - identifications and diagnoses themselves: a worker's each.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to
  * copy what a question needs (OnlineSession::live()); never while a question is computed, a fit
@@ -40,21 +44,30 @@ namespace battery_sof {
  * in /diagnostics; where taking a sample does, the session begins again, and the saved model it
  * stood on is set aside.
  *
- * At a shutdown a map, a profile and whoever waits for a fit break off at once: roscpp ends no
- * service before its callback has returned.
+ * At a shutdown a map and a profile break off at once: roscpp ends no service before its callback
+ * has returned.
  *
  * ~status goes out once a second of the samples' time. A timer that no clock's jump touches stands
  * in when no samples come.
  */
 class BatterySofNode {
  public:
-  /// Starts at once. @param private_node the node's own namespace, for ~status and the services.
+  /// Starts at once. @param private_node the node's own namespace.
   BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
                  NodeOptions options);
   ~BatterySofNode();
 
  private:
   using SampleEvent = ros::MessageEvent<const sensor_msgs::BatteryState>;
+  using IdentifyServer = GoalServer<IdentifyAction>;
+  using DiagnoseServer = GoalServer<DiagnoseAction>;
+  using IdentifyGoals = std::vector<IdentifyServer::GoalHandle>;
+
+  /// What the worker that identifies does.
+  struct Identification {
+    IdentificationJob job;
+    int request = 0;  // of which request_; 0: due by itself
+  };
 
   /// The last crank query that got numbers.
   struct Answered {
@@ -79,10 +92,9 @@ class BatterySofNode {
 
   void onBatteryState(const SampleEvent& event);
   void onSteadyTimer(const ros::SteadyTimerEvent& event);
-  IdentificationOutcome onIdentified(const IdentificationJob& job);
-  IdentificationOutcome identified(const IdentificationJob& job);
-  IdentificationOutcome takeBack(IdentificationResult result);
-  IdentificationOutcome takenBack(IdentificationResult result);
+  void onIdentification(const Identification& work);
+  IdentificationOutcome identified(const Identification& work);
+  IdentificationOutcome takenBack(IdentificationResult result, bool is_requested);
   /// Does what needs mutex_ on the questions' thread and waits for it: a worker that gives way to
   /// other programs while it holds the mutex keeps the samples waiting for as long as they run.
   /// What the work throws is thrown here.
@@ -95,10 +107,12 @@ class BatterySofNode {
   bool onSetStandingQuery(SetStandingQuery::Request& request, SetStandingQuery::Response& response);
   bool onPredictMap(PredictMap::Request& request, PredictMap::Response& response);
   bool onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response);
-  bool onIdentify(Identify::Request& request, Identify::Response& response);
-  std::optional<std::future<DiagnosisRunner::Outcome>> beginDiagnosis(Diagnose::Response& response);
-  bool onDiagnose(Diagnose::Request& request, Diagnose::Response& response);
-  bool onCancelDiagnosis(CancelDiagnosis::Request& request, CancelDiagnosis::Response& response);
+  void onIdentifyGoal(const IdentifyServer::GoalHandle& goal);
+  void onIdentifyCancel(IdentifyServer::GoalHandle goal);
+  void beginRequested();
+  void endRequested(int request, const IdentifyResult& result);
+  void onDiagnoseGoal(DiagnoseServer::GoalHandle goal);
+  bool beginDiagnosis(const DiagnoseServer::GoalHandle& goal, DiagnoseResult& refusal);
   void onAdopted(const Adoption& adoption, double from_driving);
 
   // These need mutex_ held.
@@ -127,16 +141,13 @@ class BatterySofNode {
   static WorkWatch patience();
   template <typename Answer, typename Response, typename Ask>
   bool answer(const char* what, Response& response, Ask ask);
-  void identifyNow(Identify::Response& response);
-  void diagnoseNow(Diagnose::Response& response);
   void publishDueStatus();
   DiagnosticsSnapshot snapshot();
-  std::optional<std::future<IdentificationOutcome>> postRequested();
 
   NodeOptions options_;
   const StateFile state_file_;
   ros::NodeHandle node_, private_node_;
-  ros::CallbackQueue question_queue_, map_queue_, profile_queue_, identify_queue_, diagnose_queue_;
+  ros::CallbackQueue question_queue_, map_queue_, profile_queue_, action_queue_;
   ros::Publisher status_publisher_, model_publisher_;
 
   std::mutex mutex_;
@@ -153,16 +164,22 @@ class BatterySofNode {
   std::size_t internal_faults_ = 0;
   bool stands_on_state_file_ = false;
   bool extended_answered_ = false;  // when it was last announced
+  bool is_request_wanted_ = false;  // the requested identification that runs has a goal
+
+  // Of the goals' thread alone. A goal waits, runs, or has ended.
+  IdentifyGoals waiting_goals_, running_goals_;
+  int request_ = 0;  // the last identification that goals began
 
   ResponseClock response_clock_;
-  BackgroundWorker<IdentificationJob, IdentificationOutcome> worker_;
+  BackgroundWorker<Identification> worker_;
   DiagnosisRunner diagnoses_;
   NodeDiagnostics diagnostics_;
   ros::Subscriber subscriber_;
   std::vector<ros::ServiceServer> services_;
+  IdentifyServer identify_server_;
+  DiagnoseServer diagnose_server_;
   ros::SteadyTimer steady_timer_;
-  ros::AsyncSpinner question_spinner_, map_spinner_, profile_spinner_, identify_spinner_,
-      diagnose_spinner_;
+  ros::AsyncSpinner question_spinner_, map_spinner_, profile_spinner_, action_spinner_;
 };
 
 }  // namespace battery_sof

@@ -115,13 +115,13 @@ DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adopti
   return message;
 }
 
-Diagnose::Response responseOf(const DiagnosisOutcome& outcome) {
-  Diagnose::Response response;
-  response.success = outcome.message.has_value();
-  response.code = response.success ? Diagnose::Response::OK : Diagnose::Response::FAILED;
-  response.message = response.success ? outcome.message->summary : outcome.fault;
-  if (response.success) response.diagnosis = *outcome.message;
-  return response;
+DiagnoseResult resultOf(const DiagnosisOutcome& outcome) {
+  DiagnoseResult result;
+  result.success = outcome.message.has_value();
+  result.code = result.success ? DiagnoseResult::OK : DiagnoseResult::FAILED;
+  result.message = result.success ? outcome.message->summary : outcome.fault;
+  if (result.success) result.diagnosis = *outcome.message;
+  return result;
 }
 
 }  // namespace battery_sof

@@ -17,68 +17,84 @@ DiagnosisRunner::DiagnosisRunner(ros::NodeHandle& private_node, const Options& o
       adopt_(std::move(adopt)),
       publisher_(private_node.advertise<DiagnosisMessage>("diagnosis", 10, true)),
       next_due_(options.period),
-      worker_([this](const Job& job) { return run(job); }, kNice) {}
+      worker_([this](Job job) { run(std::move(job)); }, kNice) {}
 
-std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::begin(
-    const Series& series, const std::string& name) {
+bool DiagnosisRunner::begin(const Series& series, const std::string& name, const Goal& goal) {
+  const std::string id = goal.getGoalID().id;
   const std::lock_guard<std::mutex> lock(mutex_);
-  return post(series, name, 0.0);
+  if (!post(series, name, 0.0, goal)) return false;
+  goal_id_ = id;
+  return true;
 }
 
 void DiagnosisRunner::beginIfDue(const Series& series, const std::string& name, double driving) {
   if (options_.period <= 0.0 || driving < next_due_ || series.empty()) return;
   next_due_ += options_.period;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!post(series, name, driving + options_.settle)) ++line_.skipped;
+  if (!post(series, name, driving + options_.settle, {})) ++line_.skipped;
 }
 
-std::optional<std::future<DiagnosisRunner::Outcome>> DiagnosisRunner::post(const Series& series,
-                                                                           const std::string& name,
-                                                                           double from_driving) {
-  if (line_.runs) return std::nullopt;
+bool DiagnosisRunner::post(const Series& series, const std::string& name, double from_driving,
+                           const Goal& goal) {
+  if (line_.runs) return false;
   line_.runs = true;
+  goal_id_.clear();
   cancelled_ = false;
-  stage_ = "waiting for its turn";
-  begun_ = ros::SteadyTime::now();
   ROS_INFO("diagnosis begins on %zu samples", series.size());
   Job job;
   job.recording.name = name;
   job.recording.series = series;
   job.recording.offered = series.size();
   job.from_driving = from_driving;
-  return worker_.post(std::move(job));
+  job.goal = goal;
+  worker_.post(std::move(job));
+  return true;
 }
 
-DiagnosisRunner::Outcome DiagnosisRunner::run(const Job& job) {
-  Outcome outcome;
+void DiagnosisRunner::run(Job job) {
+  if (job.goal.isValid()) job.goal.setAccepted();
+  DiagnosisOutcome outcome;
   try {
-    return diagnosed(job);
+    outcome = diagnosed(job);
   } catch (const std::exception& error) {
     outcome.fault = std::string("the diagnosis failed: ") + error.what();
     ROS_ERROR("%s", outcome.fault.c_str());
+    DiagnosisReport report;
+    report.fault = outcome.fault;
+    note(report, {});
   }
-  DiagnosisReport report;
-  report.fault = outcome.fault;
-  note(report, {});
-  return outcome;
+  if (!job.goal.isValid()) return;
+  const DiagnoseResult result = resultOf(outcome);
+  if (result.success) {
+    job.goal.setSucceeded(result, result.message);
+  } else if (outcome.is_cancelled) {
+    job.goal.setCanceled(result, result.message);
+  } else {
+    job.goal.setAborted(result, result.message);
+  }
 }
 
-DiagnosisRunner::Outcome DiagnosisRunner::diagnosed(const Job& job) {
-  const auto why_end = [this]() -> std::string {
+DiagnosisOutcome DiagnosisRunner::diagnosed(Job& job) {
+  const ros::SteadyTime begun = ros::SteadyTime::now();
+  std::string stage = "beginning";
+  const auto why_end = [&]() -> std::string {
     if (stopped_) return "the node is shutting down";
-    return cancelled_ ? "it was cancelled" : "";
+    if (!cancelled_) return "";
+    return format("cancelled after %.1f s while ", (ros::SteadyTime::now() - begun).toSec()) +
+           stage;
   };
-  const auto begins = [this](const std::string& stage) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    stage_ = stage;
+  const auto begins = [&](const std::string& next) {
+    stage = next;
+    if (job.goal.isValid()) job.goal.publishFeedback(feedbackOf<DiagnoseFeedback>(stage));
   };
   DiagnosisReport report = timedDiagnosis(job.recording, options_.priors, why_end, begins);
   if (report.diagnosis && options_.series_blocks != 1.0)
     report.diagnosis->instrument.push_back(seriesBlocksSentence(options_.series_blocks));
   const Adoption adoption =
       report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();
-  Outcome outcome;
+  DiagnosisOutcome outcome;
   outcome.fault = report.fault;
+  outcome.is_cancelled = cancelled_;
   if (report.diagnosis) {
     outcome.message = messageOf(report, adoption);
     publisher_.publish(*outcome.message);
@@ -118,12 +134,10 @@ DiagnosisLine DiagnosisRunner::line() {
   return line_;
 }
 
-std::optional<std::string> DiagnosisRunner::cancel() {
+void DiagnosisRunner::cancel(const Goal& goal) {
+  const std::string id = goal.getGoalID().id;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!line_.runs) return std::nullopt;
-  cancelled_ = true;
-  return format("cancelled after %.1f s while ", (ros::SteadyTime::now() - begun_).toSec()) +
-         stage_;
+  if (line_.runs && goal_id_ == id) cancelled_ = true;
 }
 
 void DiagnosisRunner::stop() {

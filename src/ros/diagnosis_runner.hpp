@@ -1,10 +1,10 @@
 #pragma once
 
+#include <actionlib/server/action_server.h>
 #include <ros/ros.h>
 
 #include <atomic>
 #include <functional>
-#include <future>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -29,8 +29,8 @@ struct DiagnosisLine {
  * @brief Runs diagnoses in parallel to everything else, one at a time, and publishes each on
  * ~diagnosis (latched).
  *
- * One is begun by a request or, with a period, when a multiple of it has been driven: a bag played
- * faster is diagnosed at the same samples. May be called from any thread. What is adopted of a
+ * One is begun by a goal or, with a period, when a multiple of it has been driven: a bag played
+ * faster is diagnosed at the same samples. A goal is accepted, gets its feedback and ends here. May be called from any thread. What is adopted of a
  * periodic diagnosis takes effect `settle` [s] of driving after its last sample, or when it is
  * finished, if that is later; of a requested one at once.
  */
@@ -44,7 +44,7 @@ class DiagnosisRunner {
     double series_blocks = 1.0;
     std::vector<KnownPopulation> priors = {};  ///< see DiagnoseOptions
   };
-  using Outcome = DiagnosisOutcome;
+  using Goal = actionlib::ServerGoalHandle<DiagnoseAction>;
   /// Called on the runner's thread with what goes on trial.
   using Adopt = std::function<void(const Adoption& adoption, double from_driving)>;
 
@@ -52,28 +52,27 @@ class DiagnosisRunner {
   /// Breaks a running diagnosis off.
   ~DiagnosisRunner() { stop(); }
 
-  /// @param series not empty. @return the outcome to come; none when another one runs.
-  std::optional<std::future<Outcome>> begin(const Series& series, const std::string& name);
+  /// @param series not empty. @return false when another one runs: the goal is left as it is.
+  bool begin(const Series& series, const std::string& name, const Goal& goal);
   /// Begins one when it is due: by one thread at a time, which waits for the worker only then.
   /// @param driving [s].
   void beginIfDue(const Series& series, const std::string& name, double driving);
 
   DiagnosisLine line();
-  /// Breaks a running diagnosis off. @return how long it had run and what it was at, one sentence;
-  /// none when none runs.
-  std::optional<std::string> cancel();
+  /// Breaks the diagnosis of a goal off, if it runs.
+  void cancel(const Goal& goal);
   void stop();
 
  private:
   struct Job {
     Recording recording;
     double from_driving = 0.0;  // [s]
+    Goal goal;                  // none of a periodic one
   };
 
-  std::optional<std::future<Outcome>> post(const Series& series, const std::string& name,
-                                           double from_driving);
-  Outcome run(const Job& job);
-  Outcome diagnosed(const Job& job);
+  bool post(const Series& series, const std::string& name, double from_driving, const Goal& goal);
+  void run(Job job);
+  DiagnosisOutcome diagnosed(Job& job);
   Adoption adopt(const Diagnosis& diagnosis, double from_driving);
   void note(const DiagnosisReport& report, const Adoption& adoption);
 
@@ -81,13 +80,12 @@ class DiagnosisRunner {
   Adopt adopt_;
   ros::Publisher publisher_;
   double next_due_;   // [s] of driving, of beginIfDue() alone
-  std::mutex mutex_;  // guards the next three
+  std::mutex mutex_;  // guards the next two
   DiagnosisLine line_;
-  std::string stage_;  // of the running one
-  ros::SteadyTime begun_;
+  std::string goal_id_;                 // of the running one; empty of a periodic one
   std::atomic<bool> cancelled_{false};  // the running one
   std::atomic<bool> stopped_{false};
-  BackgroundWorker<Job, Outcome> worker_;
+  BackgroundWorker<Job> worker_;
 };
 
 }  // namespace battery_sof

@@ -130,13 +130,13 @@ IdentifiedModel messageOf(const FittedModel& model) {
   return message;
 }
 
-Identify::Response responseOf(const IdentificationOutcome& outcome) {
-  Identify::Response response;
-  response.accepted = outcome.accepted;
-  response.code = outcome.accepted ? Identify::Response::OK : Identify::Response::REFUSED;
-  response.message = outcome.message;
-  if (outcome.model) response.model = messageOf(*outcome.model);
-  return response;
+IdentifyResult resultOf(const IdentificationOutcome& outcome) {
+  IdentifyResult result;
+  result.accepted = outcome.accepted;
+  result.code = outcome.accepted ? IdentifyResult::OK : IdentifyResult::REFUSED;
+  result.message = outcome.message;
+  if (outcome.model) result.model = messageOf(*outcome.model);
+  return result;
 }
 
 }  // namespace battery_sof

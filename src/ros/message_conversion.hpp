@@ -1,6 +1,8 @@
 #pragma once
 
+#include <limits>
 #include <optional>
+#include <string>
 
 #include "estimation/fitted_model.hpp"
 #include "prediction/online_session.hpp"
@@ -34,8 +36,8 @@ SimulateProfile::Response responseOf(const ProfileAnswer& answer);
 /// @return the message with header.stamp where the model's state stands; absent numbers are NaN.
 IdentifiedModel messageOf(const FittedModel& model);
 
-/// @return the response to ~identify; code REFUSED unless accepted.
-Identify::Response responseOf(const IdentificationOutcome& outcome);
+/// @return the result of ~identify; code REFUSED unless accepted.
+IdentifyResult resultOf(const IdentificationOutcome& outcome);
 
 /// @return the message of a finished diagnosis with header.stamp at the recording's end; absent
 /// numbers are NaN.
@@ -45,10 +47,20 @@ DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adopti
 struct DiagnosisOutcome {
   std::optional<DiagnosisMessage> message;  ///< none when it broke off
   std::string fault;                        ///< why, one sentence
+  bool is_cancelled = false;                ///< whether that is why
 };
 
-/// @return the response to ~diagnose; code OK or FAILED.
-Diagnose::Response responseOf(const DiagnosisOutcome& outcome);
+/// @return the result of ~diagnose; code OK or FAILED.
+DiagnoseResult resultOf(const DiagnosisOutcome& outcome);
+
+/// @return the feedback of an action: what begins; how far it is, is not known.
+template <typename Feedback>
+Feedback feedbackOf(const std::string& stage) {
+  Feedback feedback;
+  feedback.stage = stage;
+  feedback.progress = std::numeric_limits<double>::quiet_NaN();
+  return feedback;
+}
 
 /// The standing answers.
 struct StandingAnswers {

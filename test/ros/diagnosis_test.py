@@ -1,18 +1,19 @@
 #!/usr/bin/python3
 """A diagnosis asked of the real node while a recorded drive plays; nothing else waits for it."""
 
+import math
 import subprocess
 import sys
-import threading
 import time
 
 import rospy
 import rostest
-from battery_sof.msg import Diagnosis, SofStatus
-from battery_sof.srv import CancelDiagnosis, Diagnose, DiagnoseResponse, PredictCranking, PredictCrankingResponse
+from actionlib_msgs.msg import GoalStatus
+from battery_sof.msg import DiagnoseAction, DiagnoseResult, Diagnosis, SofStatus
+from battery_sof.srv import PredictCranking, PredictCrankingResponse
 from diagnostic_msgs.msg import DiagnosticArray
 
-from processes import Folder, NodeTest, program, service, wait_until, whole_arguments
+from processes import Folder, Goal, NodeTest, program, wait_until, whole_arguments
 
 DURATION = 900  # [s]
 RATE = 30
@@ -24,21 +25,6 @@ RICH_RATE = 40
 QUESTION = dict(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=7.2)
 VERDICTS = {Diagnosis.NO_MISMATCH, Diagnosis.EFFECT, Diagnosis.SEVERAL, Diagnosis.AMBIGUOUS, Diagnosis.MECHANISM, Diagnosis.UNEXPLAINED,
             Diagnosis.SENSOR_FAULT, Diagnosis.INSUFFICIENT_DATA}
-
-
-class Request(threading.Thread):
-    """A call of ~diagnose on a thread of its own."""
-
-    def __init__(self, node):
-        super().__init__(daemon=True)
-        self.ask = service(node, "diagnose", Diagnose)
-        self.response = None
-
-    def run(self):
-        try:
-            self.response = self.ask()
-        except rospy.ServiceException:  # the node ended
-            pass
 
 
 def diagnosis_part(array, node):
@@ -63,20 +49,22 @@ class DiagnosisWhileDriving(NodeTest):
     def tearDownClass(cls):
         cls.folder.remove()
 
-    def assert_others_are_served(self, ask, requests):
+    def assert_others_are_served(self, ask, goal):
         """Asks while the diagnosis runs, at most twenty times; at least one answer comes before it ends."""
         asked = 0
-        while any(request.is_alive() for request in requests) and asked < 20:
+        while goal.is_running() and asked < 20:
             begun = time.monotonic()
             answer = ask(**QUESTION)
             self.assertLess(time.monotonic() - begun, ANSWERED_WITHIN)
             self.assertIn(answer.code, (PredictCrankingResponse.OK, PredictCrankingResponse.EXTRAPOLATION))
-            asked += any(request.is_alive() for request in requests)
+            asked += goal.is_running()
         self.assertGreater(asked, 0, "the diagnosis ended before anything was asked")
 
     def test_1_diagnosis_is_answered_published_and_delays_nothing(self):
         node = self.start("sof_node")
-        self.assertEqual(service("sof_node", "diagnose", Diagnose)().code, DiagnoseResponse.NO_DATA)
+        goal = Goal("sof_node", "diagnose", DiagnoseAction)
+        self.assertEqual((goal.wait().code, goal.state()), (DiagnoseResult.NO_DATA, GoalStatus.REJECTED))
+        self.assertEqual(goal.client.get_goal_status_text(), "no samples are buffered yet")
         status = self.latest("/sof_node/status", SofStatus)
         diagnostics = self.latest("/diagnostics", DiagnosticArray)
         self.play(self.bag, RATE)
@@ -86,21 +74,20 @@ class DiagnosisWhileDriving(NodeTest):
         ask(**QUESTION)
         accepted = status.newest().accepted
         for _ in range(3):  # on a busy machine the second may come when the first has ended
-            requests = [Request("sof_node"), Request("sof_node")]
-            for request in requests:
-                request.start()
-            self.assert_others_are_served(ask, requests)
+            goal, other = (Goal("sof_node", "diagnose", DiagnoseAction) for _ in range(2))
+            second = other.wait()
+            self.assert_others_are_served(ask, goal)
             status.wait(lambda s: s.accepted > accepted, 10, "samples taken in meanwhile")
-            for request in requests:
-                request.join(timeout=DIAGNOSED_WITHIN)
-                self.assertIsNotNone(request.response, "no diagnosis within {} s".format(DIAGNOSED_WITHIN))
-            response, second = sorted((request.response for request in requests), key=lambda r: r.code)
-            if second.code != DiagnoseResponse.OK:
+            response = goal.wait(DIAGNOSED_WITHIN)
+            if second.code != DiagnoseResult.OK:
                 break
-        self.assertEqual((second.success, second.code), (False, DiagnoseResponse.BUSY), second)
+        self.assertEqual((other.state(), second.success, second.code), (GoalStatus.REJECTED, False, DiagnoseResult.BUSY), second)
         self.assertIn("running", second.message)
 
-        self.assertEqual((response.success, response.code), (True, DiagnoseResponse.OK), response.message)
+        self.assertEqual((goal.state(), response.success, response.code), (GoalStatus.SUCCEEDED, True, DiagnoseResult.OK), response.message)
+        self.assertEqual(goal.client.get_goal_status_text(), response.message)
+        self.assertGreater(len({one.stage for one in goal.feedback}), 2, "stages")
+        self.assertTrue(all(one.stage and math.isnan(one.progress) for one in goal.feedback))
         self.assertIn(response.diagnosis.verdict, VERDICTS)
         self.assertEqual(response.message, response.diagnosis.summary)
         self.assertTrue(response.diagnosis.summary)
@@ -133,11 +120,10 @@ class DiagnosisWhileDriving(NodeTest):
     def begin(self, node, name, into):
         """A diagnosis of a drive with much to find, which takes several seconds; `into` [s] into it."""
         known = node.text().count("diagnosis begins")
-        request = Request(name)
-        request.start()
+        goal = Goal(name, "diagnose", DiagnoseAction)
         wait_until(lambda: node.text().count("diagnosis begins") > known, 10, "a diagnosis begins")
         time.sleep(into)
-        return request
+        return goal
 
     def start_with_a_drive(self, name):
         node = self.start(name)
@@ -149,30 +135,28 @@ class DiagnosisWhileDriving(NodeTest):
 
     def test_3_a_diagnosis_is_cancelled_and_the_next_one_is_not(self):
         node = self.start_with_a_drive("cancelled")
-        cancel = service("cancelled", "cancel_diagnosis", CancelDiagnosis)
-        self.assertEqual((cancel().cancelled, cancel().message), (False, "no diagnosis runs"))
         for into in (0.1, 0.6, 1.5):
-            request = self.begin(node, "cancelled", into)
+            goal = self.begin(node, "cancelled", into)
             begun = time.monotonic()
-            told = cancel()
-            request.join(timeout=20)
+            goal.cancel()
+            result = goal.wait(20)
             took = time.monotonic() - begun
-            self.assertTrue(told.cancelled, told.message)
-            self.assertRegex(told.message, r"^cancelled after \d+\.\d s while \w")
-            self.assertEqual(request.response.code, DiagnoseResponse.FAILED)
-            self.assertEqual(request.response.message, "the diagnosis broke off: it was cancelled")
-            self.assertLess(took, CANCELLED_WITHIN, told.message)
-            self.assertEqual((cancel().cancelled, cancel().message), (False, "no diagnosis runs"))
-        self.assertEqual(service("cancelled", "diagnose", Diagnose)().code, DiagnoseResponse.OK)
+            self.assertEqual((goal.state(), result.success, result.code), (GoalStatus.PREEMPTED, False, DiagnoseResult.FAILED))
+            self.assertRegex(result.message, r"^the diagnosis broke off: cancelled after \d+\.\d s while \w")
+            self.assertLess(took, CANCELLED_WITHIN, result.message)
+        goal = self.begin(node, "cancelled", 0.0)
+        other = Goal("cancelled", "diagnose", DiagnoseAction)
+        other.cancel()  # it was refused: the running one goes on
+        self.assertEqual(other.wait().code, DiagnoseResult.BUSY)
+        self.assertEqual((goal.wait(DIAGNOSED_WITHIN).code, goal.state()), (DiagnoseResult.OK, GoalStatus.SUCCEEDED))
         self.assertEqual(node.stop(), 0)
 
     def test_4_node_ends_while_a_diagnosis_runs(self):
         node = self.start_with_a_drive("ending")
-        request = self.begin(node, "ending", 1.0)
+        self.begin(node, "ending", 1.0)
         begun = time.monotonic()
         self.assertEqual(node.stop(), 0, node.text())
         self.assertLess(time.monotonic() - begun, CANCELLED_WITHIN, node.text())
-        wait_until(lambda: not request.is_alive(), 20, "the caller is reported")
 
 
 if __name__ == "__main__":

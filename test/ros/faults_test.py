@@ -11,13 +11,14 @@ import tempfile
 
 import rospy
 import rostest
-from battery_sof.msg import SofStatus
-from battery_sof.srv import Identify, IdentifyResponse, PredictCranking, PredictCrankingResponse
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from battery_sof.msg import DiagnoseAction, IdentifyAction, IdentifyResult, SofStatus
+from battery_sof.srv import PredictCranking, PredictCrankingResponse
 from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 
-from processes import Folder, NodeTest, program, service, wait_until, whole_arguments
+from processes import Folder, Goal, NodeTest, program, service, wait_until, whole_arguments
 
 IN_PUSH, IN_QUERY, IN_FIT, LOST = -66.6, -77.7, -44.4, -55.5  # [A], as in faulty_core.cpp
 LIBRARY = os.path.join(os.path.dirname(os.path.dirname(program("battery_sof_node"))), "libfaulty_core.so")
@@ -97,8 +98,9 @@ class Faults(NodeTest):
         self.publish(IN_FIT)
         taken = self.status.newest().accepted
         wait_until(lambda: self.status.newest().accepted > taken or self.publish(IN_FIT) and False, 20, "the sample taken")
-        answer = service(self.name, "identify", Identify)()
-        self.assertEqual(answer.code, IdentifyResponse.REFUSED)
+        goal = Goal(self.name, "identify", IdentifyAction)
+        answer = goal.wait()
+        self.assertEqual((goal.state(), answer.code), (GoalStatus.ABORTED, IdentifyResult.REFUSED))
         self.assertEqual(answer.message, "the identification failed: thrown in a fit")
         wait_until(lambda: "the identification failed: thrown in a fit" in self.said, 20, "the fault in the diagnostics")
         self.assertFalse(math.isnan(self.ask(-200.0).u_min))
@@ -123,10 +125,26 @@ class Faults(NodeTest):
         self.assertEqual(self.ask(-200.0).code, PredictCrankingResponse.NO_MODEL)
         self.goes_on()
 
+    def test_cancel_requests_with_stamps_at_the_end_of_time_end_no_node(self):
+        node = self.start("late_node")
+        for action in ("identify", "diagnose"):
+            goal = Goal("late_node", action, {"identify": IdentifyAction, "diagnose": DiagnoseAction}[action])
+            self.assertEqual(goal.wait().code, IdentifyResult.NO_DATA)
+            cancel = rospy.Publisher("/late_node/{}/cancel".format(action), GoalID, queue_size=1)
+            self.addCleanup(cancel.unregister)
+            wait_until(lambda: cancel.get_num_connections() > 0, 20, "a connection")
+            status = self.latest("/late_node/{}/status".format(action), GoalStatusArray)
+            cancel.publish(GoalID(rospy.Time(2**32 - 1, 999999999), "nobody's"))
+            status.wait(lambda s: any(one.goal_id.id == "nobody's" for one in s.status_list), 20, "the request was taken")
+            known = len(status.messages)
+            wait_until(lambda: len(status.messages) > known + 2, 20, "status goes on")
+        self.assertTrue(node.is_alive(), node.text())
+        self.assertEqual(node.stop(), 0)
+
     def test_a_clock_that_jumps_by_a_century_stops_no_status(self):
         rospy.set_param("/century/use_sim_time", True)
         self.addCleanup(rospy.delete_param, "/century")
-        self.start("century_node", remappings=["/use_sim_time:=/century/use_sim_time"])
+        self.century = self.start("century_node", remappings=["/use_sim_time:=/century/use_sim_time"])
         status = self.latest("/century_node/status", SofStatus)
         clock = rospy.Publisher("/clock", Clock, queue_size=1)
         self.addCleanup(clock.unregister)
@@ -135,7 +153,16 @@ class Faults(NodeTest):
             clock.publish(Clock(rospy.Time(seconds)))
             return status.newest()
         wait_until(lambda: self.publish() and tick(1000) and status.newest().accepted > 0, 20, "samples taken at 1000 s")
+        goals = [(IdentifyAction, "identify"), (DiagnoseAction, "diagnose")]
+        before = [Goal("century_node", name, kind) for kind, name in goals]
+        for goal in before:
+            goal.wait()
         wait_until(lambda: "no sample for 3499999000 s" in tick(3500000000).reason, 20, "a status at 3,500,000,000 s")
+        for seconds in (3500000000, 5):  # the clock stands still, then jumps back
+            tick(seconds)
+            for kind, name in goals:
+                Goal("century_node", name, kind).wait()
+        self.assertTrue(self.century.is_alive(), self.century.text())
 
 
 if __name__ == "__main__":

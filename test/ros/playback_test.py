@@ -6,19 +6,18 @@ import math
 import os
 import subprocess
 import sys
-import threading
 
 import rosbag
 import rospy
 import rostest
 import yaml
-from battery_sof.msg import IdentifiedModel, SofStatus
-from battery_sof.srv import (Identify, PredictChargeAcceptance, PredictCranking, PredictMap, PredictStopTime,
-                             SimulateProfile)
+from actionlib_msgs.msg import GoalStatus
+from battery_sof.msg import IdentifiedModel, IdentifyAction, IdentifyResult, SofStatus
+from battery_sof.srv import PredictChargeAcceptance, PredictCranking, PredictMap, PredictStopTime, SimulateProfile
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import BatteryState
 
-from processes import Folder, NodeTest, program, service, start_node, whole_arguments
+from processes import Folder, Goal, NodeTest, program, service, start_node, wait_until, whole_arguments
 
 RATE = 30
 DURATION = 900  # [s]
@@ -106,7 +105,7 @@ class Playback(NodeTest):
             self.assertTrue(determined, name)
             self.assertGreater(std, 0.0, name)
         self.assertEqual(model.status, "converged")
-        self.assertEqual(yaml.safe_load(model.model_yaml)["schema"], "battery_sof/model/1")
+        self.assertEqual(yaml.safe_load(model.model_yaml)["schema"], "battery_sof/model/2")
 
     def assert_refused(self, answer, *words):
         self.assertEqual(answer.code, 1, answer)
@@ -195,15 +194,31 @@ class Playback(NodeTest):
         self.assertTrue(0.1 <= cranks.interval_factor <= 50.0)
 
     def assert_identify_on_request_delays_nothing(self, node):
-        responses = []
-        thread = threading.Thread(target=lambda: responses.append(service(node, "identify", Identify)()))
-        thread.start()
         ask = service(node, "predict_cranking", PredictCranking)
+        goals = [Goal(node, "identify", IdentifyAction) for _ in range(3)]  # of clients that do not know of each other
         self.assertIn(crank_query(ask).code, (0, 3))
-        thread.join(timeout=20.0)
-        self.assertTrue(responses[0].accepted, responses[0].message)
-        self.assertEqual(responses[0].code, 0)
-        self.assert_model_is_the_drives(responses[0].model)
+        for goal in goals:
+            result = goal.wait(20.0)
+            self.assertEqual((goal.state(), result.accepted, result.code), (GoalStatus.SUCCEEDED, True, IdentifyResult.OK), result.message)
+            self.assertEqual(goal.client.get_goal_status_text(), result.message)
+            self.assert_model_is_the_drives(result.model)
+        feedback = [one for goal in goals for one in goal.feedback]  # what comes after the result is not passed on
+        self.assertTrue(feedback and all(math.isnan(one.progress) for one in feedback))
+        self.assertLessEqual({one.stage for one in feedback}, {"fitting", "waiting for the identification that runs"})
+
+    def assert_a_cancelled_identification_is_discarded(self, node):
+        for _ in range(30):  # a fit that was quicker has succeeded
+            goal = Goal(node, "identify", IdentifyAction)
+            wait_until(lambda: goal.feedback or not goal.is_running(), 20, "the goal was taken")
+            goal.cancel()
+            result = goal.wait(2.0)
+            if goal.state() == GoalStatus.PREEMPTED:
+                break
+        self.assertEqual((goal.state(), result.accepted, result.code), (GoalStatus.PREEMPTED, False, IdentifyResult.REFUSED))
+        self.assertEqual(result.message, "cancelled; the fit that runs is not broken off, its result is discarded")
+        after = Goal(node, "identify", IdentifyAction)  # waits for that fit
+        self.assertTrue(after.wait(20.0).accepted)
+        self.assertIn("identification refused: the goal was cancelled", self.node.text())
 
     def test_1_drive_is_learned_and_questions_are_answered_while_it_plays(self):
         cls = type(self)
@@ -215,7 +230,9 @@ class Playback(NodeTest):
         early = crank_query(service("sof_node", "predict_cranking", PredictCranking))
         self.assertEqual(early.code, 2)
         self.assertTrue(math.isnan(early.u_min) and early.message)
-        self.assertEqual(service("sof_node", "identify", Identify)().code, 2)
+        goal = Goal("sof_node", "identify", IdentifyAction)
+        self.assertEqual((goal.wait().code, goal.state()), (IdentifyResult.NO_DATA, GoalStatus.REJECTED))
+        self.assertEqual(goal.client.get_goal_status_text(), "no samples are buffered yet")
 
         asker = AskBeforeCranks("sof_node", self.drive)
         self.addCleanup(asker.close)
@@ -224,6 +241,7 @@ class Playback(NodeTest):
         status.wait(lambda s: s.state == SofStatus.READY, 60, "ready")
         self.assert_model_is_the_drives(models.wait(lambda m: True, 10, "a model"))
         self.assert_identify_on_request_delays_nothing("sof_node")
+        self.assert_a_cancelled_identification_is_discarded("sof_node")
         self.assert_bad_queries_are_refused("sof_node")
         self.assert_profile_is_answered("sof_node")
         self.assert_profiles_of_a_crank_are_answered("sof_node")

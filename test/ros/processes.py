@@ -9,9 +9,11 @@ import threading
 import time
 import unittest
 
+import actionlib
 import roslib.packages
 import rosparam
 import rospy
+from actionlib_msgs.msg import GoalStatus
 
 PACKAGE = "battery_sof"
 
@@ -99,6 +101,33 @@ def service(node, name, kind):
     full = "/{}/{}".format(node, name)
     rospy.wait_for_service(full, timeout=20.0)
     return rospy.ServiceProxy(full, kind)
+
+
+class Goal:
+    """A goal of an action, sent at once; what is reported of it, and how it ends. All waits are of wall time."""
+
+    ENDED = {GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.REJECTED, GoalStatus.PREEMPTED, GoalStatus.RECALLED, GoalStatus.LOST}
+
+    def __init__(self, node, name, kind):
+        self.client = actionlib.SimpleActionClient("/{}/{}".format(node, name), kind)
+        self.feedback = []
+        if not self.client.wait_for_server(rospy.Duration(20.0)):
+            raise AssertionError("no action server for /{}/{}".format(node, name))
+        self.client.send_goal(feedback_cb=self.feedback.append, goal=kind().action_goal.goal)
+
+    def state(self):
+        return self.client.get_state()
+
+    def is_running(self):
+        return self.state() not in self.ENDED
+
+    def wait(self, deadline=60.0):
+        """The result of a goal that ends within `deadline` [s]."""
+        wait_until(lambda: not self.is_running() and self.client.get_result() is not None, deadline, "the goal's end")
+        return self.client.get_result()
+
+    def cancel(self):
+        self.client.cancel_goal()
 
 
 class Latest:

@@ -9,12 +9,12 @@ import time
 
 import rospy
 import rostest
-from battery_sof.msg import SofStatus
-from battery_sof.srv import (CancelDiagnosis, Diagnose, DiagnoseResponse, Identify, PredictChargeAcceptance, PredictCranking, PredictMap,
-                             PredictStopTime, SetStandingQuery, SimulateProfile)
+from battery_sof.msg import DiagnoseAction, DiagnoseResult, IdentifyAction, SofStatus
+from battery_sof.srv import (PredictChargeAcceptance, PredictCranking, PredictMap, PredictStopTime, SetStandingQuery,
+                             SimulateProfile)
 from sensor_msgs.msg import BatteryState
 
-from processes import Folder, NodeTest, program, service, wait_until, whole_arguments
+from processes import Folder, Goal, NodeTest, program, service, wait_until, whole_arguments
 
 INVALID = 1
 
@@ -65,10 +65,9 @@ class Requests(NodeTest):
         self.assertTrue(kept.success, kept.message)
         self.assertEqual((kept.i_load, kept.t_stop, kept.i_cranking, kept.t_cranking, kept.u_required, kept.t_sof2, kept.i_limit),
                          (0.0, 0.0, -200.0, 1.0, 7.2, 10.0, 5000.0))
-        self.assertFalse(service("zero", "cancel_diagnosis", CancelDiagnosis)().cancelled)
         # Nothing is asked of them but to begin, and the first samples are no drive.
-        self.assertFalse(service("zero", "identify", Identify)().accepted)
-        self.assertNotEqual(service("zero", "diagnose", Diagnose)().code, DiagnoseResponse.BUSY)
+        self.assertFalse(Goal("zero", "identify", IdentifyAction).wait().accepted)
+        self.assertNotEqual(Goal("zero", "diagnose", DiagnoseAction).wait().code, DiagnoseResult.BUSY)
         self.assertEqual(node.stop(), 0)
 
     def test_times_too_close_are_refused_and_a_map_is_left_when_the_node_ends(self):
@@ -90,7 +89,7 @@ class Requests(NodeTest):
         asking.start()
         time.sleep(0.3)
         begun = time.monotonic()
-        self.assertFalse(service("large", "identify", Identify)().accepted)
+        self.assertFalse(Goal("large", "identify", IdentifyAction).wait().accepted)
         self.assertTrue(asking.is_alive(), "no longer computing")
         self.assertLess(time.monotonic() - begun, 5.0)
         begun = time.monotonic()

@@ -7,10 +7,10 @@ import sys
 
 import rospy
 import rostest
-from battery_sof.msg import Diagnosis, IdentifiedModel, SofStatus
-from battery_sof.srv import Diagnose, PredictChargeAcceptance, PredictCranking
+from battery_sof.msg import DiagnoseAction, Diagnosis, IdentifiedModel, SofStatus
+from battery_sof.srv import PredictChargeAcceptance, PredictCranking
 
-from processes import Folder, NodeTest, program, service, start_node, wait_until, whole_arguments
+from processes import Folder, Goal, NodeTest, program, service, start_node, wait_until, whole_arguments
 
 RATE = 30
 DURATION = 330  # [s]
@@ -56,7 +56,7 @@ class RowOfBlocks(NodeTest):
             self.assertEqual(getattr(row, name), getattr(one, name), name)
 
     def test_a_row_of_two_blocks_is_answered_with_twice_the_voltage(self):
-        nodes = [self.start_on("/one_state", "one"), self.start_on("/row_state", "row", blocks=2)]
+        nodes = [self.start_on("/one_state", "one"), self.start_on("/row_state", "row", series_blocks=2)]
         statuses = [self.latest("/{}/status".format(name), SofStatus) for name in ("one", "row")]
         models = [self.latest("/{}/model".format(name), IdentifiedModel) for name in ("one", "row")]
         for status in statuses:
@@ -76,7 +76,7 @@ class RowOfBlocks(NodeTest):
         self.assertGreater(one.past_cranks.count, 0)
         self.assert_the_same(row.past_cranks, one.past_cranks, "count", "coverage", "stimulus")
         self.assert_twice(row.past_cranks, one.past_cranks, "measured", "expected", "lower", "upper", "mean_abs_error")
-        self.assertIn("blocks: 2", models[1].newest().model_yaml)
+        self.assertIn("series_blocks: 2", models[1].newest().model_yaml)
         self.assert_the_same(models[1].newest(), models[0].newest(), "values", "window_quality")  # of one block
 
         answers = [service(name, "predict_cranking", PredictCranking)(u_required=required, **QUESTION)
@@ -87,7 +87,7 @@ class RowOfBlocks(NodeTest):
                    for name, u_boost in (("one", 13.0), ("row", 26.0))]
         self.assert_the_same(answers[1], answers[0], "i_boost", "lower", "upper", "code")
 
-        found = [service(name, "diagnose", Diagnose)().diagnosis for name in ("one", "row")]
+        found = [Goal(name, "diagnose", DiagnoseAction).wait().diagnosis for name in ("one", "row")]
         self.assertNotEqual(found[0].verdict, Diagnosis.INSUFFICIENT_DATA)
         self.assert_the_same(found[1], found[0], "verdict", "summary")
         self.assertIn("2 blocks of 12 V in series", " ".join(found[1].instrument))
@@ -101,5 +101,5 @@ class RowOfBlocks(NodeTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("row_of_blocks_test")
-    rostest.rosrun("battery_sof", "row_of_blocks", RowOfBlocks, whole_arguments(sys.argv))
+    rospy.init_node("series_blocks_test")
+    rostest.rosrun("battery_sof", "series_blocks", RowOfBlocks, whole_arguments(sys.argv))

@@ -6,9 +6,9 @@ import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.realpath(os.path.join(HERE, "..", ".."))
-FOLDERS = ("src", "include", "msg", "srv", "launch", "docs")
+FOLDERS = ("src", "include", "msg", "srv", "action", "launch", "docs")
 QUOTES = ("docs/proof/",)  # made by scripts/proof
-ENDINGS = (".cpp", ".hpp", ".inc", ".msg", ".srv", ".launch", ".md")
+ENDINGS = (".cpp", ".hpp", ".inc", ".msg", ".srv", ".action", ".launch", ".md")
 
 
 def read(path):

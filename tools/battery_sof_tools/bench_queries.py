@@ -15,7 +15,7 @@ import tempfile
 import time
 
 from .files import ROOT
-from .stress.ros import NODE, Processes, ResponseTimes, Samples, node_of_this_process, rows_of
+from .stress.ros import NODE, Processes, ResponseTimes, Samples, node_of_this_process, perform, rows_of
 
 RATE, QUESTIONS = 100.0, 200.0  # [Hz]
 LEARNT = 300.0  # [s] of the drive before the load begins
@@ -62,12 +62,10 @@ def ask(duration, waits):
 
 
 def identify_in_node(duration, counts):
-    rospy = node_of_this_process("identifier")
-    from battery_sof.srv import Identify
-    service = rospy.ServiceProxy(NODE + "/identify", Identify, persistent=True)
+    node_of_this_process("identifier")
     begun, runs, accepted = time.monotonic(), 0, 0
     while time.monotonic() < begun + duration:
-        accepted += service().accepted
+        accepted += perform("identify").accepted
         runs += 1
     counts.put("{} identifications in the node, {} accepted".format(runs, accepted))
 

@@ -358,26 +358,26 @@ TEST(MessageOf, DiagnosisThatComparedNothingHasNoMetrics) {
 
 TEST(MessageOf, EveryVerdictIsOneOfTheMessagesConstants) {
   const std::vector<std::string> constants = {
-      DiagnosisMessage::NO_MISMATCH,      DiagnosisMessage::EFFECT,
-      DiagnosisMessage::SEVERAL,          DiagnosisMessage::AMBIGUOUS,
-      DiagnosisMessage::UNEXPLAINED,      DiagnosisMessage::SENSOR_FAULT,
-      DiagnosisMessage::INSUFFICIENT_DATA};
+      DiagnosisMessage::NO_MISMATCH,  DiagnosisMessage::EFFECT,
+      DiagnosisMessage::SEVERAL,      DiagnosisMessage::AMBIGUOUS,
+      DiagnosisMessage::MECHANISM,    DiagnosisMessage::UNEXPLAINED,
+      DiagnosisMessage::SENSOR_FAULT, DiagnosisMessage::INSUFFICIENT_DATA};
   DiagnosisReport report = someReport();
-  for (int verdict = 0; verdict < 7; ++verdict) {
+  for (int verdict = 0; verdict < 8; ++verdict) {
     report.diagnosis->verdict = static_cast<Verdict>(verdict);
     EXPECT_EQ(messageOf(report, {}).verdict, constants[static_cast<std::size_t>(verdict)]);
   }
 }
 
-TEST(ResponseOf, DiagnosisIsAnsweredWithItsMessageOrItsFault) {
-  const Diagnose::Response good = responseOf(DiagnosisOutcome{messageOf(someReport(), {}), ""});
+TEST(ResultOf, DiagnosisHasItsMessageOrItsFault) {
+  const DiagnoseResult good = resultOf(DiagnosisOutcome{messageOf(someReport(), {}), ""});
   EXPECT_TRUE(good.success);
-  EXPECT_EQ(good.code, Diagnose::Response::OK);
+  EXPECT_EQ(good.code, DiagnoseResult::OK);
   EXPECT_EQ(good.message, "gassing is missing");
   EXPECT_EQ(good.diagnosis.verdict, "effect");
-  const Diagnose::Response bad = responseOf(DiagnosisOutcome{std::nullopt, "it broke off"});
+  const DiagnoseResult bad = resultOf(DiagnosisOutcome{std::nullopt, "it broke off"});
   EXPECT_FALSE(bad.success);
-  EXPECT_EQ(bad.code, Diagnose::Response::FAILED);
+  EXPECT_EQ(bad.code, DiagnoseResult::FAILED);
   EXPECT_EQ(bad.message, "it broke off");
 }
 

@@ -7,7 +7,7 @@ import time
 
 from ..tables import table
 from .kill import Drive
-from .ros import NODE, Newest, Processes, wait_until
+from .ros import NODE, Newest, Processes, perform, wait_until
 
 SIZE = 128 * 1024  # [byte] of the disk
 
@@ -77,14 +77,12 @@ class WatchedNode:
 
     def saved(self):
         """(was the file written, what /diagnostics says) after an identification over another window."""
-        import rospy
-        from battery_sof.srv import Identify
         before = os.stat(self.state).st_mtime_ns if os.path.exists(self.state) else None
         for _ in range(9000):
             self.drive.publish()
             time.sleep(0.0002)
         time.sleep(1.0)
-        rospy.ServiceProxy(NODE + "/identify", Identify)()
+        perform("identify")
         time.sleep(2.5)
         after = os.stat(self.state).st_mtime_ns if os.path.exists(self.state) else None
         return after is not None and after != before, self.state_message()

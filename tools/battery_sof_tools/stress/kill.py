@@ -8,7 +8,7 @@ import time
 
 from ..progress import followed
 from ..tables import table
-from .ros import NODE, Processes, Samples, rows_of
+from .ros import NODE, Processes, Samples, perform, rows_of
 
 MOST_SAMPLES = 200  # until the saved model must have answered
 
@@ -52,16 +52,7 @@ def samples_until_answered(drive):
 
 def identify_beside():
     """Asks for an identification, at whose end the state is written; the node dies before or after."""
-    import rospy
-    from battery_sof.srv import Identify
-
-    def ask():
-        try:
-            rospy.ServiceProxy(NODE + "/identify", Identify)()
-        except (rospy.ServiceException, rospy.ROSException):
-            pass  # the node was killed
-    thread = threading.Thread(target=ask, daemon=True)
-    thread.start()
+    threading.Thread(target=perform, args=("identify",), daemon=True).start()
 
 
 def one_life(processes, programs, state, drive, chance):

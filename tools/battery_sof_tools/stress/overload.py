@@ -6,7 +6,7 @@ import os
 import time
 
 from ..tables import table
-from .ros import NODE, Processes, ResponseTimes, Samples, node_of_this_process, rows_of
+from .ros import NODE, Processes, ResponseTimes, Samples, node_of_this_process, perform, rows_of
 
 LEARNT = 400.0  # [s] of the drive before the load begins
 LIMITS = (6.0, 16.0)  # [V] in which a crank's answer lies
@@ -64,12 +64,10 @@ def ask(clients, questions, duration, told):
 
 def work_beside(kind, duration, told):
     """Identifications or diagnoses, one after the other."""
-    rospy = node_of_this_process(kind)
-    from battery_sof.srv import Diagnose, Identify
-    service = rospy.ServiceProxy(f"{NODE}/{kind}", {"identify": Identify, "diagnose": Diagnose}[kind], persistent=True)
+    node_of_this_process(kind)
     begun, runs = time.monotonic(), 0
     while time.monotonic() < begun + duration:
-        service()
+        perform(kind)
         runs += 1
     told.put((kind, runs))
 

@@ -1,5 +1,6 @@
 """A roscore, nodes and players of their own for one run, on loopback, each ended by its process id; samples, and what the node reports."""
 
+import functools
 import logging
 import math
 import os
@@ -119,6 +120,23 @@ class ResponseTimes:
         reports = self.reports
         wait_until(lambda: self.reports > reports, 30.0, "the node's response times")
         self.longest = 0.0
+
+
+@functools.lru_cache
+def action_client(name):
+    import actionlib
+    from battery_sof.msg import DiagnoseAction, IdentifyAction
+    return actionlib.SimpleActionClient(f"{NODE}/{name}", {"identify": IdentifyAction, "diagnose": DiagnoseAction}[name])
+
+
+def perform(name):
+    """The result of an action of the node, `identify` or `diagnose`; None when there is none within a minute (the node is gone)."""
+    import rospy
+    client = action_client(name)
+    if not client.wait_for_server(rospy.Duration(20.0)):
+        return None
+    client.send_goal_and_wait(client.action_client.ActionGoal().goal, rospy.Duration(60.0))
+    return client.get_result()
 
 
 class Newest:
