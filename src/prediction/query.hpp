@@ -60,10 +60,10 @@ double supportedCharge(const Fit& fit, double capacity);
  * @brief Why a model should not be relied on for a query: what its window did not excite and its
  * equations do not hold.
  *
- * A charge is supported by evidence: three past charges or more at its voltage and duration that
- * were predicted well (ChargeEvidence). Then neither its current nor the lack of a law of charge
- * acceptance speaks against it; past charges that were missed do, and for a model with a source so
- * does their absence.
+ * A charge that past charges support (ChargeEvidence) may have more current than the window's, and
+ * needs no law of charge acceptance. Else a model with a source answers where its interval is of
+ * use: at most 10 A wide, or half of the window's largest charge. Before a window was fitted no
+ * charge is supported.
  *
  * Currents up to 1.25 times, voltages up to 0.3 V above and temperatures within 10 K of the
  * window's; a charge moved of at most supportedCharge(); for charges beyond 10 s a limit of charge
