@@ -73,7 +73,7 @@ void OnlineSession::watchForSwap(const StreamSample& sample) {
 }
 
 void OnlineSession::offerRefusedAgain() {
-  if (!refused_ || contenders_.base.holdsModel()) return;
+  if (!refused_ || (contenders_.base.holdsModel() && basis_ != AnswerBasis::kPopulation)) return;
   restored_ = std::exchange(refused_, std::nullopt);
 }
 

@@ -53,7 +53,7 @@ double stepOf(const ModelPoint& start, Eigen::Index direction) {
 
 TEST(DiscrepancyEffect, StandsInACompositionWithAFactorAFamily) {
   const BatteryModel model = madeModelWithDiscrepancy({"gassing"});
-  EXPECT_EQ((std::vector<std::string>{"discrepancy", "gassing"}), model.effects());
+  EXPECT_EQ((std::vector<std::string>{"gassing", "discrepancy"}), model.effects());
   ASSERT_TRUE(model.parameterRow("discrepancy_acceptance"));
   EXPECT_EQ(1.0, model.typicalParameters()[*model.parameterRow("discrepancy_acceptance")]);
   EXPECT_FALSE(model.parameterRow("discrepancy_ageing")) << "no column of it";

@@ -91,12 +91,12 @@ TEST(DiscrepancyAnswers, AModelFileWhoseForceIsDamagedIsRefusedByField) {
   const std::string good = modelYaml(estimated().model);
   EXPECT_THAT(errorOf(with(good, "kind: charge_memory", "kind: perpetual_memory")),
               HasSubstr("kind is \"perpetual_memory\", expected one of charge_memory"));
-  EXPECT_THAT(errorOf(with(good, "\nforce:\n", "\nforce_of_habit:\n")),
+  EXPECT_THAT(errorOf(with(good, "\ndiscrepancy:\n", "\nforce_of_habit:\n")),
               HasSubstr("effects cannot be used"));
   EXPECT_THAT(errorOf(with(good, "  circuit: [", "  circuit: [1, ")),
-              HasSubstr("force.circuit has 7 numbers, expected 6"));
-  EXPECT_THAT(errorOf(with(good, "  force_memory: [", "  force_memory: [1, ")),
-              HasSubstr("state.force_memory has"));
+              HasSubstr("discrepancy.circuit has 7 numbers, expected 6"));
+  EXPECT_THAT(errorOf(with(good, "  regressor_memory: [", "  regressor_memory: [1, ")),
+              HasSubstr("state.regressor_memory has"));
   EXPECT_THAT(errorOf(with(good, "  factor_std:\n", "  factor_std:\n    ageing: -1\n")),
               HasSubstr("deviation must be finite and at least 0"));
 }

@@ -262,12 +262,15 @@ TEST(OnlineSession, WithoutAModelQueriesSayWhyAndInvalidOnesAreStillCalledInvali
   EXPECT_FALSE(session.takeJob());
 }
 
-TEST(OnlineSession, CollectingSaysWhatIsMissing) {
+TEST(OnlineSession, BeforeAFullWindowItAnswersAndSaysWhatIsMissing) {
   OnlineSession session;
   Feeder feeder(session);
   InputSequence inputs(0.01);
   feeder.inputs(inputs, 10000);
-  EXPECT_EQ(session.status().state, SessionState::kCollecting);
+  EXPECT_EQ(session.status().state, SessionState::kReady);
+  EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
+  EXPECT_TRUE(session.predictCranking(kQuery).valid) << session.predictCranking(kQuery).message;
+  EXPECT_FALSE(session.predictChargeAcceptance({14.0, 5.0}).valid);
   EXPECT_THAT(session.status().reason, HasSubstr("of 240 s without a gap are buffered"));
   for (int n = 0; n < 40000; ++n) feeder.push({200.0 + n * 0.01, 5.0, 13.5, {}});
   EXPECT_THAT(session.status().reason, HasSubstr("no charge or no discharge"));
@@ -293,7 +296,8 @@ TEST(OnlineSession, JobOnSamplesThatSayNothingIsRefusedWithTheReason) {
   const IdentificationOutcome outcome = session.finish(runIdentification(*session.takeJob()));
   EXPECT_FALSE(outcome.accepted);
   EXPECT_FALSE(outcome.message.empty());
-  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
+  EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
+  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kExtrapolation);
 }
 
 TEST(OnlineSession, LoopedBagKeepsTheModelWithItsAgeAndDropsAResultFromBefore) {
@@ -317,19 +321,44 @@ TEST(OnlineSession, LoopedBagKeepsTheModelWithItsAgeAndDropsAResultFromBefore) {
   EXPECT_NEAR(*session.newestTime(), 29.99, 1e-9);
 }
 
-TEST(OnlineSession, ModelPastItsAgeAnswersNoModel) {
-  SessionOptions options;
-  options.model_max_age = 300.0;
-  OnlineSession session(options);
-  Feeder feeder(session);
+TEST(OnlineSession, ModelOfAnEarlierTripAnswersAtOnceAndWiderThanItDid) {
+  OnlineSession before;
+  Feeder feeder(before);
   InputSequence inputs(0.01);
   feeder.inputs(inputs, 26000);
-  ASSERT_EQ(session.status().state, SessionState::kReady);
-  const RawSample later = feeder.offered.back();
-  for (int n = 0; n < 10; ++n) feeder.push({later.time + 400.0 + n, -1.0, 12.5, {}});
-  EXPECT_EQ(session.status().state, SessionState::kStale);
-  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
-  EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("allowed are 300 s"));
+  const Interval then = *before.predictCranking(kQuery).u_min;
+  OnlineSession session;
+  session.restore(*before.model());
+  InputSequence next(0.01, 3.0 * 86400.0);
+  for (int n = 0; n < 100; ++n) session.push(next.next());
+  EXPECT_EQ(session.status().basis, AnswerBasis::kPreviousTrip);
+  const CrankingAnswer answer = session.predictCranking(kQuery);
+  ASSERT_TRUE(answer.u_min);
+  EXPECT_TRUE(answer.valid) << answer.message;
+  EXPECT_GT(answer.u_min->upper - answer.u_min->lower, then.upper - then.lower);
+  EXPECT_NEAR(answer.u_min->value, then.value, 0.5);
+  for (int n = 0; n < 26000; ++n) {
+    session.push(next.next());
+    if (const auto job = session.takeDueJob()) session.finish(runIdentification(*job));
+  }
+  EXPECT_EQ(session.status().basis, AnswerBasis::kThisTrip);
+}
+
+TEST(OnlineSession, AnotherBatteryDeniesTheSavedModel) {
+  OnlineSession before;
+  Feeder feeder(before);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 26000);
+  OnlineSession session;
+  session.restore(*before.model());
+  for (int n = 0; n < 2000; ++n) {
+    RawSample other = InputSequence(0.01, 86400.0 + 0.01 * n).next();
+    other.current = n < 1200 ? -5.0 : -230.0;
+    other.voltage = n < 1200 ? 12.6 : 12.6 - 230.0 * 0.03;  // five times the resistance
+    session.push(other);
+  }
+  EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
+  EXPECT_THAT(session.status().reason, HasSubstr("another battery"));
 }
 
 TEST(OnlineSession, AcrossAGapTheBatteryIsTakenToRest) {
@@ -375,12 +404,12 @@ TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
     EXPECT_EQ(session.status().state, SessionState::kReady) << n;
     EXPECT_THAT(session.status().reason, HasSubstr("the saved model is in use")) << n;
     EXPECT_NEAR(session.predictCranking(kQuery).u_min->value,
-                before.predictCranking(kQuery).u_min->value, 1e-6)
+                before.predictCranking(kQuery).u_min->value, 0.2)
         << n;
   }
 }
 
-TEST(OnlineSession, RestoredModelOfAnotherClockOrTooOldIsRefusedWithTheReason) {
+TEST(OnlineSession, RestoredModelOfAnotherClockIsRefusedWithTheReason) {
   OnlineSession before;
   Feeder feeder(before);
   InputSequence inputs(0.01, 1000.0);
@@ -392,11 +421,10 @@ TEST(OnlineSession, RestoredModelOfAnotherClockOrTooOldIsRefusedWithTheReason) {
     session.push(other.next());
     EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("the saved model was refused"));
     for (int n = 0; n < 200; ++n) session.push(other.next());
-    EXPECT_EQ(session.status().state, SessionState::kCollecting);
-    return session.predictCranking(kQuery).message;
+    EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
+    return session.status().reason;
   };
   EXPECT_THAT(refusal(0.0), HasSubstr("ahead of the first sample"));
-  EXPECT_THAT(refusal(50000.0), HasSubstr("allowed are 3600 s"));
 }
 
 TEST(OnlineSession, WorseModelIsRefusedAndTheOldOneKept) {

@@ -168,7 +168,7 @@ TEST_P(SeriesBlocks, OfAnotherNumberIsNotRestored) {
   EXPECT_TRUE(restoredBy(blocks_).u_min);
   EXPECT_FALSE(restoredBy(1.0).u_min);
   EXPECT_THAT(restoredBy(1.0).message,
-              HasSubstr(format("it is of %g blocks of 12 V, blocks is 1", blocks_)));
+              HasSubstr(format("it is of %g blocks of 12 V, series_blocks is 1", blocks_)));
 }
 
 INSTANTIATE_TEST_SUITE_P(OfSixToFortyEightVolts, SeriesBlocks, ::testing::Values(0.5, 2.0, 4.0));

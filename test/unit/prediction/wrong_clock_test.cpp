@@ -120,9 +120,10 @@ TEST(SavedModel, RefusedByAWrongClockIsJudgedAgainWhenTheClockIsRight) {
   OnlineSession session;
   session.restore(saved);
   for (int n = 0; n < 500; ++n) session.push({0.01 * n, -5.0, 12.5, {}});
-  EXPECT_THAT(session.whyNoModel().value_or(""), HasSubstr("ahead of the first sample"));
+  EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
+  EXPECT_THAT(session.status().reason, HasSubstr("ahead of the first sample"));
   for (int n = 0; n < 300; ++n) session.push({1.7e9 + 10.0 + 0.01 * n, -5.0, 12.5, {}});
-  EXPECT_FALSE(session.whyNoModel()) << *session.whyNoModel();
+  EXPECT_EQ(session.status().basis, AnswerBasis::kPreviousTrip) << session.status().reason;
 }
 
 TEST(SavedModel, ThatWaitsIsNotCalledUnidentified) {
@@ -135,8 +136,9 @@ TEST(SavedModel, ThatWaitsIsNotCalledUnidentified) {
 TEST(SessionStatus, HasAReasonBeforeAnyWindowWasLookedAt) {
   OnlineSession session;
   for (int n = 0; n < 300; ++n) session.push({0.01 * n, -5.0, 12.5, {}});
-  EXPECT_EQ(session.status().state, SessionState::kCollecting);
-  EXPECT_EQ(session.status().reason, "nothing identified yet");
+  EXPECT_EQ(session.status().state, SessionState::kReady);
+  EXPECT_THAT(session.status().reason,
+              HasSubstr("answers rest on what is known of lead-acid batteries"));
 }
 
 TEST(SessionStatus, SamplesThatAreAllRefusedAreToldByReason) {

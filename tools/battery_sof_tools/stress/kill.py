@@ -37,6 +37,7 @@ class Drive:
 def samples_until_answered(drive):
     """How many samples the node takes until its saved model answers a crank; None when it does not."""
     import rospy
+    from battery_sof.msg import SofStatus
     from battery_sof.srv import PredictCranking, PredictCrankingResponse
     rospy.wait_for_service(NODE + "/predict_cranking", timeout=30.0)
     crank = rospy.ServiceProxy(NODE + "/predict_cranking", PredictCranking)
@@ -46,7 +47,7 @@ def samples_until_answered(drive):
         time.sleep(0.02)
         answer = crank(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=math.nan)
         if answer.code != PredictCrankingResponse.NO_MODEL:
-            return taken
+            return taken if rospy.wait_for_message(NODE + "/status", SofStatus, timeout=30.0).answer_basis == "previous_trip" else None
     return None
 
 
