@@ -113,7 +113,10 @@ class LivePage(LiveServer):
 
     def test_6_diagnosis_appears_when_it_comes_and_a_lost_connection_is_said(self):
         self.assertIn('None yet', self.text('diagnosis'))
-        subprocess.run(['rosservice', 'call', NODES[0] + '/diagnose'], env=self.environment, stdout=self.log, stderr=self.log, timeout=90)
+        asked = ("import sys, actionlib, rospy; from battery_sof.msg import DiagnoseAction, DiagnoseGoal; rospy.init_node('asker', anonymous=True); "
+                 "client = actionlib.SimpleActionClient(sys.argv[1], DiagnoseAction); client.wait_for_server(); client.send_goal(DiagnoseGoal()); "
+                 "client.wait_for_result()")
+        subprocess.run(['/usr/bin/python3', '-c', asked, NODES[0] + '/diagnose'], env=self.environment, stdout=self.log, stderr=self.log, timeout=90)
         wait_until(lambda: 'None yet' not in self.text('diagnosis'), 30, 'the diagnosis')
         self.assertEqual([entry for entry in self.driver.get_log('browser') if entry['level'] == 'SEVERE'], [])
         self.size(1400)

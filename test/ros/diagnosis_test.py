@@ -68,7 +68,7 @@ class DiagnosisWhileDriving(NodeTest):
         status = self.latest("/sof_node/status", SofStatus)
         diagnostics = self.latest("/diagnostics", DiagnosticArray)
         self.play(self.bag, RATE)
-        status.wait(lambda s: s.state == SofStatus.READY and s.header.stamp.to_sec() > 400.0, 60, "a model")
+        status.wait(lambda s: s.answer_basis == "this_trip" and s.header.stamp.to_sec() > 400.0, 60, "a model")
 
         ask = rospy.ServiceProxy("/sof_node/predict_cranking", PredictCranking, persistent=True)
         ask(**QUESTION)

@@ -72,7 +72,7 @@ class Faults(NodeTest):
         wait_until(lambda: self.publish() and self.is_ready(), 60, "ready")
 
     def is_ready(self):
-        return self.status.newest() is not None and self.status.newest().state == SofStatus.READY
+        return self.status.newest() is not None and self.status.newest().answer_basis in ("previous_trip", "this_trip")
 
     def ask(self, current):
         crank = service(self.name, "predict_cranking", PredictCranking)

@@ -67,7 +67,7 @@ class AskBeforeCranks:
         self.subscriber = rospy.Subscriber("/{}/status".format(node), SofStatus, self.on_status)
 
     def on_status(self, status):
-        if status.state != SofStatus.READY:
+        if status.answer_basis != "this_trip":
             return
         now = status.header.stamp.to_sec()
         for crank in self.drive.cranks:
@@ -291,7 +291,7 @@ class Playback(NodeTest):
         node = self.start("restarted", state_file=self.state_file)
         status = self.latest("/restarted/status", SofStatus)
         self.play(self.bag, 10, "--start", DURATION - 15.0)
-        ready = status.wait(lambda s: s.state == SofStatus.READY, 20, "ready from the state file")
+        ready = status.wait(lambda s: s.answer_basis == "previous_trip", 20, "ready from the state file")
         self.assertIn("saved model", ready.reason)
         self.assertEqual(crank_query(service("restarted", "predict_cranking", PredictCranking)).code, 0)
         self.assertTrue(node.is_alive())

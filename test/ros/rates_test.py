@@ -45,7 +45,7 @@ class Played:
         self.final = status.wait(lambda s: s.accepted == samples and s.reason.startswith("last identification"), 20,
                                  "every sample of the bag accepted")
         self.services = asked(name)
-        self.statuses = {s.header.stamp: s for s in status.messages if s.state == SofStatus.READY}
+        self.statuses = {s.header.stamp: s for s in status.messages if s.answer_basis == "this_trip"}
         case.assertEqual(node.stop(), 0)
 
 

@@ -44,7 +44,7 @@ class Restart(NodeTest):
         status = self.latest("/killed_node/status", SofStatus)
         status.wait(lambda s: s.state == SofStatus.NO_DATA, 20, "a status without data")
         player = self.play(bag, RATE)
-        status.wait(lambda s: s.state == SofStatus.READY, 60, "ready")
+        status.wait(lambda s: s.answer_basis == "this_trip", 60, "ready")
         before = wait_until(lambda: self.asked([]), 20, "an answer before the kill")
         wait_until(lambda: os.path.exists(parameters["state_file"]), 20, "the model on the disk")
         node.kill()

@@ -152,7 +152,7 @@ class Roscore:
             self.until(f"rosnode list | grep -qx {node}", line)
         for node in nodes:
             if node.endswith("battery_sof_node"):  # its last service
-                self.until(f"rosservice list | grep -qx {node}/diagnose", line)
+                self.until(f"rosservice list | grep -qx {node}/predict_cranking", line)
 
 
 class Pages(unittest.TestCase):
