@@ -23,7 +23,8 @@ from .tables import table
 AGES = ((0.0, 60.0, "0-1"), (60.0, 300.0, "1-5"), (300.0, 900.0, "5-15"), (900.0, np.inf, "later"))
 LONGEST_S = 3600.0  # of a trip
 # recording and range of the first and of the second trip; a name alone is cut in the middle
-PAIRS = (("drive_1a", "drive_1b"), ("drive_1b", "drive_2a"), ("drive_2a", "drive_2b"), ("drive_1a", "drive_2b"), "other_car_1", "small_car", "ev_12v")
+# of cars that crank; other_car_1 and ev_12v have no crank in these stretches
+PAIRS = (("drive_1a", "drive_1b"), ("drive_1b", "drive_2a"), ("drive_2a", "drive_2b"), ("drive_1a", "drive_2b"), "small_car")
 
 
 def halves(name, data):
@@ -70,23 +71,26 @@ def figures(rows):
 
 
 def pooled(all_figures, age):
-    """Cells of one age over all pairs."""
+    """Figures of one age over all pairs: of shares, errors and widths."""
     ones = [figures_of[age] for figures_of in all_figures]
     asked = sum(one["asked"] for one in ones)
-    cells = [f"{100.0 * sum(one['valid_' + key] for one in ones) / asked:.0f}" if asked else "" for key in ("crank", "stop", "charge")]
+    out = {f"valid_{key}_percent": 100.0 * sum(one["valid_" + key] for one in ones) / asked for key in ("crank", "stop", "charge")}
     for kind in ("crank", "charge"):
         some = [event for one in ones for event in one[kind]]
-        if some:
-            errors, inside, widths = (np.array([event[k] for event in some]) for k in range(3))
-            cells.append(f"{len(some)}: {np.mean(np.abs(errors)):.2f}, {100.0 * np.mean(inside):.0f} %, {np.median(widths):.2f}")
-        else:
-            cells.append("0")
+        errors, inside, widths = (np.array([event[k] for event in some]) for k in range(3))
+        out[kind + "s"] = {"count": len(some), "error": float(np.mean(np.abs(errors))) if some else None, "inside_percent": 100.0 * float(np.mean(inside)) if some else None,
+                           "width": float(np.median(widths)) if some else None}
     widths = [one["width_v"] for one in ones if one["width_v"] is not None]
-    return cells + [f"{np.median(widths):.2f}" if widths else ""]
+    out["standing_width_v"] = float(np.median(widths)) if widths else None
+    return out
 
 
-HEAD = ("minutes", "valid crank [%]", "valid stop [%]", "valid charge [%]", "cranks: mean error [V], inside, width [V]",
-        "charges: mean error [A], inside, width [A]", "standing crank's width [V]")
+HEAD = ("minutes", "valid crank, stop, charge [%]", "cranks: mean error, inside, width [V]", "charges: mean error, inside, width [A]")
+
+
+def cells(age, one):
+    events = ["{count}: {error:.2f}, {inside_percent:.0f} %, {width:.1f}".format(**one[kind]) if one[kind]["count"] else "0" for kind in ("cranks", "charges")]
+    return [age, "{valid_crank_percent:.0f}, {valid_stop_percent:.0f}, {valid_charge_percent:.0f}".format(**one), *events]
 
 
 def main(given=None):
@@ -97,16 +101,16 @@ def main(given=None):
     parser.add_argument("--json")
     a = parser.parse_args(given)
     binary = program(a.build, "trips_experiment")
-    results = {"with": {}, "without": {}}
+    played_rows = {"state_file": [], "no_state_file": []}
     with tempfile.TemporaryDirectory() as folder:
         for pair in PAIRS:
             trips = trips_of(pair, a.data)
-            name = pair if isinstance(pair, str) else " then ".join(pair)
-            results["with"][name] = figures(played(binary, trips, a.parked, folder))
-            results["without"][name] = figures(played(binary, trips[1:], a.parked, folder))
-    for title, which in (("second trip, state file of the first", "with"), ("the same trip, no state file", "without")):
+            played_rows["state_file"].append(figures(played(binary, trips, a.parked, folder)))
+            played_rows["no_state_file"].append(figures(played(binary, trips[1:], a.parked, folder)))
+    results = {which: {age: pooled(rows, age) for _, _, age in AGES} for which, rows in played_rows.items()}
+    for title, which in (("second trip, state file of the first", "state_file"), ("the same trip, no state file", "no_state_file")):
         print(title + "\n")
-        print("\n".join(table(HEAD, [[age, *pooled(results[which].values(), age)] for _, _, age in AGES])) + "\n")
+        print("\n".join(table(HEAD, [cells(age, one) for age, one in results[which].items()])) + "\n")
     if a.json:
         write_json(a.json, results)
     return 0

@@ -4,6 +4,7 @@ import re
 
 from .. import rates, study
 from ..tables import table
+from ..trips import HEAD, cells
 
 WORDS = {1: "one crank", 2: "two cranks"}
 WINDOWS = {"drive_1": "drive_1", "drive_2": "drive_2", "other_car_1": "other_car_1", "small_car": "small_car/trip"}
@@ -175,3 +176,12 @@ def proof_quick(results):
         ("U1", "called unknown", rate("unknown")),
         ("X1", "truth in some class; some name wrong", rate("x1_class", "x1_wrong")),
         ("C1, X1", "held-out charge current error, extended / base, median; cranks' minima", errors)])
+
+
+def trips(results):
+    """Second trips of cars, minute by minute: with the state file of the first trip, and without one."""
+    rows = []
+    for which, label in (("state_file", "state file"), ("no_state_file", "none")):
+        for age, one in results["trips"][which].items():
+            rows.append((f"{label}, {age}", *cells(age, one)[1:]))
+    return table(("state file, minutes", *HEAD[1:]), rows)
