@@ -147,12 +147,12 @@ def predict(model: Model, recording: Recording, *, from_s: Optional[float] = Non
             mode: Optional[str] = None) -> Prediction:
     """Runs a model through a recording from from_s to to_s [s] and scores it, as `sof predict` does.
 
-    drive: "mixed", by the voltage where a source controls it; "current", throughout; None, as the model was fitted.
+    mode: "mixed", by the voltage where a source controls it; "current", throughout; None, as the model was fitted.
     A recording above 200 Hz is predicted at 100 Hz.
 
     Raises ValueError when the model is not usable, there is no such sample, or no source is seen for "mixed".
     """
-    arrays, text = _core.predict(model._core, recording._core, from_s, to_s, drive)
+    arrays, text = _core.predict(model._core, recording._core, from_s, to_s, mode)
     details = json.loads(text)
     return made(Prediction, details, cranks=[made(CrankScore, each) for each in details["cranks"]], details=details,
                 **arrays)
@@ -201,7 +201,7 @@ def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
 
     Raises ValueError for a range without samples, unknown ids and options outside their ranges.
     """
-    core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), blocks,
+    core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), series_blocks,
                           threads)
     details = json.loads(core.json())
     effects = [made(Effect, each, parameters=[made(Parameter, one) for one in each["parameters"]])

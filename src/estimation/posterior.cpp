@@ -8,6 +8,7 @@
 namespace battery_sof {
 namespace {
 
+constexpr double kRestError = 0.1;   // [V], by which a rested battery's voltage may differ
 constexpr double kMostSigmas = 4.0;  // of an error that is taken in
 
 // What a parking changes in the long run, and how soon (docs/model.md#from-trip-to-trip).
@@ -91,7 +92,7 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
 
 double surpriseOf(const Innovation& innovation) {
   return std::abs(innovation.error) /
-         std::hypot(innovation.modelled.norm(), innovation.std_error);
+         std::hypot(innovation.modelled.norm(), std::max(innovation.std_error, kRestError));
 }
 
 FittedModel parked(FittedModel model, double duration) {

@@ -33,7 +33,7 @@ struct Innovation {
  */
 double takeIn(FittedModel& model, const Innovation& innovation);
 
-/// @return the same error in standard deviations of what was expected [1].
+/// @return a voltage's error in standard deviations of what was expected, at least 0.1 V each [1].
 double surpriseOf(const Innovation& innovation);
 
 /**

@@ -16,6 +16,7 @@ constexpr double kCrankMemory = 1.0;
 constexpr double kLongestMemory = 30.0;
 constexpr double kLearnInterval = 0.1;      // [s]
 constexpr double kOwnCurrent = -50.0;       // [A], more than a car's consumers draw
+constexpr double kLeastVoltageError = 0.02, kLeastCurrentError = 0.5;  // [V], [A]
 constexpr double kUsualCurrentError = 3.0;  // [A], where no window says
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
@@ -103,11 +104,12 @@ Innovation StateTracker::innovationOf(const InputSample& sample) const {
   if (sample.voltage_controlled) {
     innovation.error = sample.step.current - last_.current;
     innovation.modelled = -simulation.currentErrorDerivatives();
-    innovation.std_error = fit.scores.current_rmse.value_or(kUsualCurrentError);
+    innovation.std_error =
+        std::max(fit.scores.current_rmse.value_or(kUsualCurrentError), kLeastCurrentError);
   } else {
     innovation.error = sample.voltage - last_.voltage;
     innovation.modelled = simulation.voltageDerivatives();
-    innovation.std_error = voltageError(fit, sample.step.current);
+    innovation.std_error = std::max(voltageError(fit, sample.step.current), kLeastVoltageError);
   }
   // Where nothing was fitted, a charger may control what looks like a battery's answer: only a large
   // discharge is the battery's own.
@@ -136,7 +138,8 @@ void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFil
   const Innovation innovation = innovationOf(sample);
   if (!std::isfinite(innovation.error) || !innovation.modelled.allFinite()) return;
   const bool is_clear = !has_settled_ || sample.step.current < EventLimits{}.crank_current;
-  if (is_clear) surprise_ = std::max(surprise_, surpriseOf(innovation));
+  if (is_clear && !sample.voltage_controlled)
+    surprise_ = std::max(surprise_, surpriseOf(innovation));
   FittedModel now = modelAt(settled_);
   const double left = battery_sof::takeIn(now, innovation);
   learnt_until_ = time;

@@ -253,7 +253,7 @@ class TestAnswers(Drive):
             battery_sof.diagnose(row, series_blocks=0.0)
 
     def test_a_direction_that_is_none_is_an_error(self):
-        with self.assertRaisesRegex(ValueError, 'drive is "voltage", expected mixed, current or None'):
+        with self.assertRaisesRegex(ValueError, 'mode is "voltage", expected mixed, current or None'):
             battery_sof.predict(self.model, self.recording, mode="voltage")
 
     def test_the_locale_changes_nothing(self):

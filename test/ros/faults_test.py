@@ -41,7 +41,7 @@ class Faults(NodeTest):
         shutil.rmtree(cls.preloaded)
 
     def setUp(self):
-        self.said = ""
+        self.said, self.name = "", ""
         self.listener = rospy.Subscriber("/diagnostics", DiagnosticArray, self.note, queue_size=100)
         self.addCleanup(self.listener.unregister)
         self.publisher = rospy.Publisher("/battery_state", BatteryState, queue_size=1000)

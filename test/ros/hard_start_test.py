@@ -22,7 +22,7 @@ def damaged(text):
         "covariance_nan": replaced(r"(covariance_v2: \[[^,]*, [^,]*, )[^\]]*", r"\g<1>.nan"),
         "noise_huge": replaced(r"(white_std_v: )\S+", r"\g<1>1e200"),
         "level_huge": replaced(r"(u_dc: \{value: )[^,]*", r"\g<1>1e20"),
-        "error_negative": replaced(r"(r_discharge: \{value: [^,]*, std: )[^,]*", r"\g<1>-1e9"),
+        "error_negative": replaced(r"(r_discharge: \{value: [^,]*, std_error: )[^,]*", r"\g<1>-1e9"),
         "cut_off": text[: len(text) // 2],
         "list": "a: [1" + ", 1" * 3000000 + "]\n",
     }

@@ -57,7 +57,7 @@ TEST(SofEffects, StatesEverythingThatIsKnownOfOneEffect) {
     }
     for (const auto& other : info.look_alikes) EXPECT_TRUE(contains(outcome.out, other)) << info.id;
     EXPECT_TRUE(contains(outcome.out, info.distinguished_by)) << info.id;
-    EXPECT_TRUE(contains(outcome.out, "family\n    " + mechanismId(mechanismOf(info.id)) + ": "))
+    EXPECT_TRUE(contains(outcome.out, "mechanism\n    " + mechanismId(mechanismOf(info.id)) + ": "))
         << info.id;
   }
 }

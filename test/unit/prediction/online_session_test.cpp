@@ -128,7 +128,7 @@ TEST(OnlineSession, ResultTakenBackLateGivesTheSameAnswersAsOneTakenBackAtOnce) 
     if (const auto job = late.takeDueJob()) pending = runIdentification(*job);
   }
   ASSERT_TRUE(pending);
-  EXPECT_EQ(late.status().state, SessionState::kIdentifying);
+  EXPECT_EQ(late.status().basis, AnswerBasis::kPopulation);
   ASSERT_TRUE(late.finish(*pending).accepted);
   EXPECT_EQ(late.predictCranking(kQuery).u_min->value, prompt.predictCranking(kQuery).u_min->value);
 }
@@ -200,16 +200,17 @@ TEST(OnlineSession, EachFinishedCrankIsComparedOnce) {
   Feeder feeder(session);
   InputSequence inputs(0.01);
   feeder.inputs(inputs, 40000);
-  const double from = feeder.times.at(0);
   std::vector<double> due;
-  for (double crank = 12.0; crank < 399.0; crank += 30.0) {
-    if (crank > from) due.push_back(crank);
-  }
+  for (double crank = 12.0; crank < 399.0; crank += 30.0) due.push_back(crank);
   ASSERT_EQ(feeder.cranks.size(), due.size());
   for (std::size_t n = 0; n < due.size(); ++n) {
     EXPECT_NEAR(feeder.cranks[n].time, due[n] + 0.3, 0.31);
     EXPECT_EQ(feeder.cranks[n].current, -230.0);
-    EXPECT_NEAR(feeder.cranks[n].expected_minimum.value, feeder.cranks[n].measured_minimum, 0.05);
+    // The population knows a resistance to a factor; the first crank shows it.
+    EXPECT_NEAR(feeder.cranks[n].expected_minimum.value, feeder.cranks[n].measured_minimum,
+                n == 0                          ? 2.0
+                : due[n] < feeder.times.at(0) ? 0.3
+                                                : 0.05);
     EXPECT_LT(feeder.cranks[n].expected_minimum.lower, feeder.cranks[n].expected_minimum.value);
   }
 }
@@ -222,9 +223,10 @@ TEST(OnlineSession, KnowsAtWhichVoltageTheBatteryWasChargedLately) {
   feeder.inputs(inputs, 26000);
   ASSERT_TRUE(session.model());
   double time = feeder.offered.back().time;
-  for (const double voltage : {13.1, 13.6, 13.3})
-    for (int n = 0; n < 1600; ++n)
-      feeder.push({time += 0.01, n < 400 ? -20.0 : 20.0, n < 400 ? 12.3 : voltage, {}});
+  for (int round = 0; round < 10; ++round)
+    for (const double voltage : {13.1, 13.6, 13.3})
+      for (int n = 0; n < 1600; ++n)
+        feeder.push({time += 0.01, n < 400 ? -20.0 : 20.0, n < 400 ? 12.3 : voltage, {}});
   EXPECT_NEAR(session.chargeVoltage().value_or(0.0), 13.3, 1e-9);
 }
 

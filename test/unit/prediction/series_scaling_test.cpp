@@ -163,11 +163,11 @@ TEST_P(SeriesBlocks, OfAnotherNumberIsNotRestored) {
     OnlineSession session(Session::optionsOf(series_blocks));
     session.restore(*before.outcome.model);
     for (int n = 0; n < 200; ++n) session.push({320.0 + 0.01 * n, -5.0, series_blocks * 12.6, {}});
-    return session.predictCranking({-20.0, 30.0, -200.0, 0.8, 7.2});
+    return session.status();
   };
-  EXPECT_TRUE(restoredBy(blocks_).u_min);
-  EXPECT_FALSE(restoredBy(1.0).u_min);
-  EXPECT_THAT(restoredBy(1.0).message,
+  EXPECT_EQ(restoredBy(blocks_).basis, AnswerBasis::kPreviousTrip);
+  EXPECT_EQ(restoredBy(1.0).basis, AnswerBasis::kPopulation);
+  EXPECT_THAT(restoredBy(1.0).reason,
               HasSubstr(format("it is of %g blocks of 12 V, series_blocks is 1", blocks_)));
 }
 

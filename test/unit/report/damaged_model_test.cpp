@@ -89,10 +89,10 @@ const Damage kDamages[] = {
     {"fit:", "rmse_v", "-1", "fit.rmse_v"},
     {"source:", "voltage_lag_samples", "1000000000", "source.voltage_lag_samples"},
     {"source:", "max_gap_s", "1e300", "source.max_gap_s"},
-    {"naive:", "voltage_from_current", "[12, 0, 0.1, -1, 1, 0, 1, -7]",
-     "naive.voltage_from_current"},
-    {"naive:", "voltage_from_current", "[12, 0, 0.1, 1, -1, 0, 1, 7]", "lower error above"},
-    {"naive:", "cranks", "[1, 2, 3, 4, 5, 6, -1, 1, 1e300]", "naive.cranks"},
+    {"baseline:", "voltage_from_current", "[12, 0, 0.1, -1, 1, 0, 1, -7]",
+     "baseline.voltage_from_current"},
+    {"baseline:", "voltage_from_current", "[12, 0, 0.1, 1, -1, 0, 1, 7]", "lower error above"},
+    {"baseline:", "cranks", "[1, 2, 3, 4, 5, 6, -1, 1, 1e300]", "baseline.cranks"},
 };
 
 TEST(DamagedModel, EveryNumberIsHeldAgainstWhatItCanBe) {

@@ -132,7 +132,7 @@ TEST(DiagnosisText, StaysInsideAHundredColumns) {
 TEST(DiagnosisText, TellsWhatAMailNeeds) {
   const std::string text = diagnosisText(test::madeNamed().diagnosis);
   for (const char* piece :
-       {"named: The battery takes charge", "charge_acceptance", "hidden before in r_charge",
+       {"effect: The battery takes charge", "charge_acceptance", "hidden before in r_charge",
         "at a bound", "long charge", "95 %", "hold-out", "121.0", "6.4",
         "became worse in post charge rest", "could be here unseen: gassing", "14.4 V",
         "estimates: --verify-detection-limits ID tries one"})

@@ -84,7 +84,7 @@ TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {
   EXPECT_NE(errorOf("{").find("not YAML"), std::string::npos);
   EXPECT_NE(errorOf("- 1\n").find("expected a YAML map"), std::string::npos);
   EXPECT_NE(errorOf("").find("model.yaml"), std::string::npos);
-  EXPECT_NE(errorOf(with(good, "battery_sof/model/1", "battery_sof/model/9")).find("schema"),
+  EXPECT_NE(errorOf(with(good, "battery_sof/model/2", "battery_sof/model/9")).find("schema"),
             std::string::npos);
   EXPECT_NE(errorOf(with(good, "  beta:", "  gamma:")).find("parameters.beta is missing"),
             std::string::npos);
@@ -219,7 +219,7 @@ class ModelYamlBothWays : public ::testing::Test {
   }
   /// The text with the value of one line replaced.
   static std::string withValue(const std::string& key, const std::string& value) {
-    const auto at = text_->find(key);
+    const auto at = text_->rfind(key);
     EXPECT_NE(at, std::string::npos) << key;
     const auto begin = at + key.size();
     return std::string(*text_).replace(begin, text_->find('\n', begin) - begin, " " + value);
@@ -331,18 +331,18 @@ TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithNaivePredictors) {
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithPastEvents) {
-  expectError(with(*text_, "experience:\n", "experience:\n  cranks: [[1, 2, 3]]\nunused:\n"),
-              "experience.cranks must be rows of 4 numbers");
-  expectError(with(*text_, "experience:\n", "experience:\n  charges: 7\nunused:\n"),
-              "experience.charges is \"7\", expected rows of 6 numbers");
-  expectError(with(*text_, "experience:\n", "experience:\n  cranks: [[1, 2, 3, .nan]]\nunused:\n"),
-              "experience.cranks holds a number that is not finite");
+  expectError(with(*text_, "event_history:\n", "event_history:\n  cranks: [[1, 2, 3]]\nunused:\n"),
+              "event_history.cranks must be rows of 4 numbers");
+  expectError(with(*text_, "event_history:\n", "event_history:\n  charges: 7\nunused:\n"),
+              "event_history.charges is \"7\", expected rows of 6 numbers");
+  expectError(with(*text_, "event_history:\n", "event_history:\n  cranks: [[1, 2, 3, .nan]]\nunused:\n"),
+              "event_history.cranks holds a number that is not finite");
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithWhatWasLearnt) {
-  expectError(withValue("  current_range_a:", "[5, -5]"), "learned.current_range_a must rise");
+  expectError(withValue("  current_range_a:", "[5, -5]"), "residual_regression.current_range_a must rise");
   expectError(withValue("  current_range_a:", "[5]"),
-              "learned.current_range_a has 1 numbers, expected 2");
+              "residual_regression.current_range_a has 1 numbers, expected 2");
   expectError(withValue("    weight:", "[1, 2]"),
               "and its neighbours must be as many finite numbers");
   expectError(withValue("    constant:", ".inf"), "constant is not finite");
@@ -366,7 +366,7 @@ TEST(ModelYaml, HoldsTheBlocksOfARowAndNothingOfOneBlock) {
     FAIL() << "2.2 blocks were taken";
   } catch (const ModelFileError& error) {
     EXPECT_NE(std::string(error.what())
-                  .find("m.yaml: blocks is 2.2, expected 0.5 (6 V), 1 (12 V), 2 (24 V)"),
+                  .find("m.yaml: series_blocks is 2.2, expected 0.5 (6 V), 1 (12 V), 2 (24 V)"),
               std::string::npos)
         << error.what();
   }
