@@ -74,7 +74,7 @@ struct Expectation {
   std::vector<std::string> verdicts;  ///< any of them
   std::vector<std::string> effects;   ///< those that are true
   /// those that cannot be reported from them
-  /// (docs/physics.md#effects-that-cannot-be-reported-apart)
+  /// (docs/physics.md#effects-that-cannot-be-distinguished)
   std::vector<std::string> ties;
 };
 

@@ -136,7 +136,7 @@ void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFil
   const double time = settled_.state.time;
   if (time - learnt_until_ < kLearnInterval) return;
   const Innovation innovation = innovationOf(sample);
-  if (!std::isfinite(innovation.error) || !innovation.modelled.allFinite()) return;
+  if (!std::isfinite(surpriseOf(innovation))) return;
   const bool is_clear = !has_settled_ || sample.step.current < EventLimits{}.crank_current;
   if (is_clear && !sample.voltage_controlled)
     surprise_ = std::max(surprise_, surpriseOf(innovation));

@@ -40,7 +40,8 @@ Compiled compiled(const std::string& code) {
   const std::string command =
       std::string(BATTERY_SOF_CXX) +
       " -std=c++17 -fsyntax-only -Wall -Wextra -Wpedantic -Wshadow -Werror -I\"" +
-      (kRoot / "include").string() + "\" -I\"" + (kRoot / "src" / "model" / "effects").string() +
+      (kRoot / "include").string() + "\" -I\"" + (kRoot / "src").string() + "\" -I\"" +
+      (kRoot / "src" / "model" / "effects").string() +
       "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() + "\" 2>&1";
   Compiled result{-1, ""};
   std::array<char, 4096> buffer{};

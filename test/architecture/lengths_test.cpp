@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
-constexpr int kMaxLines = 450;         // of a file
-constexpr int kMaxFunctionLines = 40;  // from its first line to its closing brace
+constexpr int kMaxLines = 550;         // of a file
+constexpr int kMaxFunctionLines = 80;  // from its first line to its closing brace
 
 struct Function {
   std::string head;
@@ -169,7 +169,7 @@ std::vector<fs::path> ownFiles() {
   return files;
 }
 
-TEST(Lengths, NoFileIsLongerThan450Lines) {
+TEST(Lengths, NoFileIsLongerThan550Lines) {
   ASSERT_GT(ownFiles().size(), 300u);
   for (const fs::path& file : ownFiles()) {
     const std::string text = textOf(file);
@@ -177,7 +177,7 @@ TEST(Lengths, NoFileIsLongerThan450Lines) {
   }
 }
 
-TEST(Lengths, NoFunctionIsLongerThan40Lines) {
+TEST(Lengths, NoFunctionIsLongerThan80Lines) {
   std::size_t seen = 0;
   for (const fs::path& file : ownFiles())
     for (const Function& function : functionsOf(file, textOf(file))) {

@@ -179,7 +179,7 @@ class TestModel(Drive):
             battery_sof.identify(self.recording, start="cold")
         broken = self.folder / "broken.yaml"
         broken.write_text("schema: other\n")
-        with self.assertRaisesRegex(ValueError, 'broken.yaml: schema is "other", expected "battery_sof/model/1"'):
+        with self.assertRaisesRegex(ValueError, 'broken.yaml: schema is "other", expected "battery_sof/model/2"'):
             battery_sof.Model.read(broken)
 
     def test_a_null_byte_in_a_path_is_an_error_and_writes_nothing(self):

@@ -29,7 +29,7 @@ TEST(AdoptionOf, NamedPhysicsGoesOnTrialWithAllThatBelongsToIt) {
 TEST(AdoptionOf, NothingGoesOnTrialUnlessAskedFor) {
   const Adoption adoption = adoptionOf(saying(Verdict::kEffect, {"gassing"}), false);
   EXPECT_THAT(adoption.effects, IsEmpty());
-  EXPECT_THAT(adoption.sentence, HasSubstr("adopt_diagnosis"));
+  EXPECT_THAT(adoption.sentence, HasSubstr("use_diagnosis"));
 }
 
 TEST(AdoptionOf, VerdictsThatNameNoPhysicsAdoptNothingAndSayWhy) {

@@ -114,18 +114,18 @@ TEST(NodeOptions, DiagnosisIsOnRequestAndNotAdoptedUnlessAskedFor) {
   EXPECT_EQ(standard.diagnose_period, 0.0);
   EXPECT_FALSE(standard.use_diagnosis);
   EXPECT_EQ(parseNodeOptions(with("diagnose_period_s", 900)).diagnose_period, 900.0);
-  EXPECT_TRUE(parseNodeOptions(with("adopt_diagnosis", true)).use_diagnosis);
+  EXPECT_TRUE(parseNodeOptions(with("use_diagnosis", true)).use_diagnosis);
 }
 
 TEST(NodeOptions, DiagnosisOptionsThatCannotBeAreNamedTogether) {
   XmlRpc::XmlRpcValue parameters = with("diagnose_period_s", 20.0);
-  parameters["adopt_diagnosis"] = true;
+  parameters["use_diagnosis"] = true;
   parameters["fit"] = with("start", std::string("paper"));
   EXPECT_THAT(
       refusal(parameters),
       AllOf(HasSubstr("~diagnose_period_s is 20, expected 0 (only on request) or 60 to 86400"),
             HasSubstr("~use_diagnosis is true and ~fit/start paper")));
-  EXPECT_THAT(refusal(with("adopt_diagnosis", 1)),
+  EXPECT_THAT(refusal(with("use_diagnosis", 1)),
               HasSubstr("~use_diagnosis is an integer, expected true or false"));
 }
 

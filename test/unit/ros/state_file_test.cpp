@@ -41,7 +41,7 @@ TEST_F(StateFileTest, KeepsAModelFromOneRunToTheNext) {
 }
 
 TEST_F(StateFileTest, ARefusedFileIsSetAsideWithTheReasonAndNotReadAgain) {
-  write("model.yaml", "schema: battery_sof/model/1\neffects: 7\n");
+  write("model.yaml", "schema: battery_sof/model/2\neffects: 7\n");
   const StateFile::Result result = resultOf(path("model.yaml"));
   EXPECT_TRUE(result.is_fault);
   EXPECT_NE(result.said.find("effects is \"7\""), std::string::npos) << result.said;

@@ -14,7 +14,7 @@ OF_EFFECT = ("id", "mechanism", "probability", "confidence", "evidence")
 OF_PARAMETER = ("name", "value", "lower", "upper", "at_bound")
 OF_CANDIDATE = ("id", "evidence", "mechanism", "holdout_gain_percent", "rejected_because")
 OF_EPISODE = ("from_s", "to_s", "regime", "mean_error_v")
-# Classes that no recording distinguishes (docs/physics.md#effects-that-cannot-be-reported-apart): naming one names the other.
+# Classes that no recording distinguishes (docs/physics.md#effects-that-cannot-be-distinguished): naming one names the other.
 ALIKE = [{"current_offset", "parasitic_load"}, {"fast_arc", "sensor_lag"}, {"inductance", "time_skew"}]
 LARGEST_CLASS = 3
 
