@@ -115,7 +115,8 @@ SofStatus messageOf(const StatusContents& contents) {
   SofStatus message;
   message.state = stateCode(contents.session.state);
   message.reason = contents.session.reason;
-  message.answer_basis = toString(contents.session.basis);
+  if (contents.session.state == SessionState::kReady)
+    message.answer_basis = toString(contents.session.basis);
   message.model_age = orNan(contents.session.model_age);
   message.window_quality = orNan(contents.session.window_quality);
   message.backtest_q_dyn_percent = orNan(contents.session.backtest.q_dyn_percent);
