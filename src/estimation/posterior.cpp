@@ -12,17 +12,17 @@ constexpr double kRestError = 0.1;   // [V], by which a rested battery's voltage
 constexpr double kMostSigmas = 4.0;  // of an error that is taken in
 
 // What a parking changes in the long run, and how soon (docs/model.md#from-trip-to-trip).
-constexpr double kParkedTime = 86400.0;   // [s]
-constexpr double kParkedShare = 0.05;     // of a resistance, of the capacitance, of the slope
-constexpr double kParkedVoltage = 0.08;   // [V] of a block
+constexpr double kParkedTime = 86400.0;  // [s]
+constexpr double kParkedShare = 0.05;    // of a resistance, of the capacitance, of the slope
+constexpr double kParkedVoltage = 0.08;  // [V] of a block
 
 // Of the population: standard deviations of logarithms, and of the open-circuit voltage.
 constexpr double kTableCapacity = 50.0;  // [Ah], of Table I's battery
 constexpr double kResistanceSpread = 0.6;
 constexpr double kCapacitanceSpread = 0.7;
 constexpr double kSlopeSpread = 0.5;
-constexpr double kUsualVoltage = 12.6;   // [V] of a block of six cells
-constexpr double kVoltageSpread = 0.3;   // [V]
+constexpr double kUsualVoltage = 12.6;         // [V] of a block of six cells
+constexpr double kVoltageSpread = 0.3;         // [V]
 constexpr double kPopulationError = 0.15;      // [V], what the base circuit misses of a drive
 constexpr double kPopulationCrankError = 0.3;  // [V], of a crank's minimum
 
@@ -74,16 +74,16 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
   const Eigen::Index parameters = composition.parameterCount();
   for (Eigen::Index j = 0; j < parameters; ++j)
     if (change[j] != 0.0)
-      setParameter(model.fit, j,
-                   moved(composition.parameters()[static_cast<std::size_t>(j)], before[j],
-                         change[j]));
+      setParameter(
+          model.fit, j,
+          moved(composition.parameters()[static_cast<std::size_t>(j)], before[j], change[j]));
   model.state.u_c2 += change[parameters];
   for (std::size_t k = 0; k < model.state.further.size(); ++k)
     model.state.further[k] += change[parameters + 1 + static_cast<Eigen::Index>(k)];
   Eigen::MatrixXd& covariance = model.fit.covariance;
   covariance = innovation.factor * innovation.factor.transpose();
-  covariance += variance * gain * gain.transpose() - gain * shared.transpose() -
-                shared * gain.transpose();
+  covariance +=
+      variance * gain * gain.transpose() - gain * shared.transpose() - shared * gain.transpose();
   describe(model.fit);
   // What the moved rows take up: of the whole gain h'h / S of the error.
   const double taken = innovation.rows.empty() ? h.squaredNorm() / variance : 0.0;
@@ -103,9 +103,9 @@ FittedModel parked(FittedModel model, double duration) {
     const ParameterEstimate& estimate = model.fit.estimates[j];
     const auto row = static_cast<Eigen::Index>(j);
     if (estimate.held || row >= covariance.rows()) continue;
-    const double spread = estimate.name == "u_dc"   ? kParkedVoltage
-                          : isPositive(infos[j]) ? kParkedShare * estimate.value
-                                                    : 0.0;
+    const double spread = estimate.name == "u_dc" ? kParkedVoltage
+                          : isPositive(infos[j])  ? kParkedShare * estimate.value
+                                                  : 0.0;
     covariance(row, row) += part * spread * spread;
   }
   const double colored = model.fit.noise ? model.fit.noise->ar_std : 0.0;
@@ -124,8 +124,8 @@ FittedModel populationPrior(double capacity, double time, double current, double
   fit.parameters.u_dc = kUsualVoltage;
   const BatteryModel composition = compositionOf(fit);
   const Eigen::VectorXd values = pointOf(model).parameters;
-  const double spreads[] = {kResistanceSpread, kResistanceSpread, kCapacitanceSpread,
-                            kSlopeSpread, kVoltageSpread / kUsualVoltage};
+  const double spreads[] = {kResistanceSpread, kResistanceSpread, kCapacitanceSpread, kSlopeSpread,
+                            kVoltageSpread / kUsualVoltage};
   fit.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
   for (Eigen::Index j = 0; j < kBaseRows; ++j) {
     const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];

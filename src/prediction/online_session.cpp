@@ -284,7 +284,8 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   last_outcome_ =
       (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
       outcome.message;
-  next_look_ = job_driving_ + (contenders_.base.learns() ? options_.retry_period : options_.identify_period);
+  next_look_ =
+      job_driving_ + (contenders_.base.learns() ? options_.retry_period : options_.identify_period);
   return outcome;
 }
 

@@ -20,7 +20,7 @@ struct SessionOptions {
   double min_window_quality = 0.2;      ///< [0, 1], a window below it is not fitted
   double identify_period = 600.0;       ///< [s] of driving between identifications
   double retry_period = 60.0;           ///< [s] of driving between tries while there is no model
-  double capacity = 50.0;  ///< [Ah], nominal
+  double capacity = 50.0;               ///< [Ah], nominal
   /// 12 V blocks in series that samples, questions and answers are of (recording/series_blocks.hpp)
   double series_blocks = 1.0;
   EventLimits events;

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <utility>
 
-#include "prediction/series_blocks.hpp"
 #include "estimation/posterior.hpp"
+#include "prediction/series_blocks.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -56,8 +56,8 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
 
 void OnlineSession::beginFromPopulation(const StreamSample& sample) {
   basis_ = AnswerBasis::kPopulation;
-  FittedModel model = populationPrior(options_.capacity, sample.time, sample.current,
-                                      sample.voltage);
+  FittedModel model =
+      populationPrior(options_.capacity, sample.time, sample.current, sample.voltage);
   // The sample itself is taken in as well.
   model.state.time = sample.time - kBeforeFirst;
   contenders_.base.learnFrom(model, stream_.maxGap());
@@ -66,9 +66,10 @@ void OnlineSession::beginFromPopulation(const StreamSample& sample) {
 void OnlineSession::watchForSwap(const StreamSample& sample) {
   if (basis_ != AnswerBasis::kPreviousTrip || !contenders_.base.learns()) return;
   if (contenders_.base.surprise() < kSwapped) return;
-  loseModel(format("the saved model was given up: a first rest or crank is %.0f standard deviations "
-                   "from what it expected, as of another battery",
-                   contenders_.base.surprise()));
+  loseModel(
+      format("the saved model was given up: a first rest or crank is %.0f standard deviations "
+             "from what it expected, as of another battery",
+             contenders_.base.surprise()));
   beginFromPopulation(sample);
 }
 

@@ -24,7 +24,7 @@ constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("w
 // [V] of a block for a unit of state of charge (docs/physics.md#ocv_soc)
 constexpr double kMinSlope = 0.8;
 constexpr double kMaxSlope = 1.8;
-constexpr double kMaxOfBlock = 16.0;   // [V], of six lead-acid cells, above any charger's
+constexpr double kMaxOfBlock = 16.0;  // [V], of six lead-acid cells, above any charger's
 // Widest interval of a charge's current that is of use: [A], and of the window's largest charge.
 constexpr double kUsefulWidth = 10.0, kUsefulShare = 0.5;
 constexpr double kSpanOfBlock = 10.0;  // [V], from 1 V a cell, empty under load, up to kMaxOfBlock
@@ -77,8 +77,9 @@ void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
   if (fit.source) {
     const double enough = std::max(kUsefulWidth, kUsefulShare * seen.max_current);
     const double width = range.answered_current->upper - range.answered_current->lower;
-    reasons.add(width > enough, format("its 90 %% interval is %.1f A wide, at most %.1f A are of use",
-                                       width, enough));
+    reasons.add(
+        width > enough,
+        format("its 90 %% interval is %.1f A wide, at most %.1f A are of use", width, enough));
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;

@@ -14,10 +14,10 @@ namespace {
 // How long an error stays what it is: a crank's, and any other's at most [s].
 constexpr double kCrankMemory = 1.0;
 constexpr double kLongestMemory = 30.0;
-constexpr double kLearnInterval = 0.1;      // [s]
-constexpr double kOwnCurrent = -50.0;       // [A], more than a car's consumers draw
+constexpr double kLearnInterval = 0.1;  // [s]
+constexpr double kOwnCurrent = -50.0;   // [A], more than a car's consumers draw
 constexpr double kLeastVoltageError = 0.02, kLeastCurrentError = 0.5;  // [V], [A]
-constexpr double kUsualCurrentError = 3.0;  // [A], where no window says
+constexpr double kUsualCurrentError = 3.0;                             // [A], where no window says
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
@@ -117,9 +117,9 @@ Innovation StateTracker::innovationOf(const InputSample& sample) const {
     innovation.rows = {sample.step.current > 0.0 ? kRowRCharge : kRowUDc};
   if (!has_settled_) return innovation;
   // Errors of samples next to each other are one error.
-  const double memory = is_crank ? kCrankMemory
-                                 : std::clamp(fit.scores.residual_correlation_time, kCrankMemory,
-                                              kLongestMemory);
+  const double memory =
+      is_crank ? kCrankMemory
+               : std::clamp(fit.scores.residual_correlation_time, kCrankMemory, kLongestMemory);
   const double since = sample.step.time - std::max(learnt_until_, sample.step.time - memory);
   innovation.std_error *= std::sqrt(std::max(1.0, memory / std::max(since, kLearnInterval)));
   return innovation;

@@ -96,8 +96,7 @@ class StateTracker {
   InputSample sampleAfter(const SimulationPoint& point, std::size_t n) const;
   void settleOldest();
   /// Takes the settled sample into parameters and state. @param errors as they were before it.
-  void learnFromSettled(const InputSample& sample, const ResidualFilter& errors,
-                        double error_time);
+  void learnFromSettled(const InputSample& sample, const ResidualFilter& errors, double error_time);
   Innovation innovationOf(const InputSample& sample) const;
   void lookAhead();
 

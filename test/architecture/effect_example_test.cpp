@@ -41,8 +41,8 @@ Compiled compiled(const std::string& code) {
       std::string(BATTERY_SOF_CXX) +
       " -std=c++17 -fsyntax-only -Wall -Wextra -Wpedantic -Wshadow -Werror -I\"" +
       (kRoot / "include").string() + "\" -I\"" + (kRoot / "src").string() + "\" -I\"" +
-      (kRoot / "src" / "model" / "effects").string() +
-      "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR + "\" \"" + file.string() + "\" 2>&1";
+      (kRoot / "src" / "model" / "effects").string() + "\" -isystem \"" + BATTERY_SOF_EIGEN_DIR +
+      "\" \"" + file.string() + "\" 2>&1";
   Compiled result{-1, ""};
   std::array<char, 4096> buffer{};
   FILE* pipe = popen(command.c_str(), "r");

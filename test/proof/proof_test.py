@@ -116,7 +116,7 @@ class Seal(unittest.TestCase):
 
     def test_a_share_keeps_every_stratum(self):
         self.assertEqual({(one["level"], one["family"]) for one in levels.plan("a", 0.02)},
-                         {(one.level, one.family) for one in levels.STRATA})
+                         {(one.level, one.mechanism) for one in levels.STRATA})
 
     def test_changed_labels_are_refused(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -263,7 +263,7 @@ class Families(unittest.TestCase):
         row = scored["levels"]["C1"]
         self.assertEqual((row["by_name"][1], row["right"], row["beside"], row["wrong"], row["none"], row["missed"], row["n"]), (1, 3, 1, 1, 0, 0, 4))
         self.assertEqual(scored["alarms"], {"N1": (1, 1)})
-        text = "\n".join(score.family_lines(scored))
+        text = "\n".join(score.mechanism_lines(scored))
         self.assertIn("| C1 | in the first class, at most three | 1 of 4", text)
         self.assertEqual(score.family_entries(scored)["levels"]["C1"]["right"]["k"], 3)
 

@@ -41,7 +41,7 @@ class DiagnoseMeasured(unittest.TestCase):
         self.assertEqual(measured.told_of(answer(verdict="no_mismatch")), "no_mismatch")
         self.assertEqual(measured.told_of(answer(verdict="unexplained", mechanism="ageing")), "unexplained; ageing")
         told = measured.told_of(answer(verdict="effect", mechanism="open_circuit", probability=0.5, effects=[ocv, rival]))
-        self.assertEqual(told, "named; open_circuit (0.50); hidden_load or ocv_soc")
+        self.assertEqual(told, "effect; open_circuit (0.50); hidden_load or ocv_soc")
 
     def test_a_row_is_in_millivolts(self):
         self.assertEqual(measured.row("a", answer(errors(0.05, None)), 12.3), ("a", "mismatch", "100, 50, 40, 300", "10, -", "12"))
@@ -49,7 +49,7 @@ class DiagnoseMeasured(unittest.TestCase):
     def test_the_summary_counts_who_is_ahead(self):
         found = {"a": {"base": 0.1, "extended": 0.05, "ridge": 0.04, "line": 0.3}, "b": {"base": 0.1, "extended": 0.2, "ridge": 0.3, "line": 0.1}}
         self.assertEqual(measured.summary(found), "Extended over base: 1.00 (geometric mean of 2). A ridge regression is ahead on 1 (a), "
-                                                           "a straight line on 1 (b).")
+                                                           "a line fit on 1 (b).")
 
 
 class Soak(unittest.TestCase):

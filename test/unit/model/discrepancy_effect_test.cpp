@@ -218,7 +218,8 @@ TEST(DiscrepancyEffect, AChangeOfTheCircuitIsThatOfItsParametersWhereItIsSmall) 
     discrepancy.weight.setZero();
     const double by = direction < 2 ? 1e-4 : 1e-3;
     discrepancy.base_change = by * Eigen::VectorXd::Unit(kBaseDirections, direction);
-    const BatteryModel model({"discrepancy"}, std::make_shared<const DiscrepancyModel>(discrepancy));
+    const BatteryModel model({"discrepancy"},
+                             std::make_shared<const DiscrepancyModel>(discrepancy));
     ModelPoint changed = pointOf(base, typicalPoint(base));
     if (direction == kBaseDirections - 1)
       changed.state[0] += by;

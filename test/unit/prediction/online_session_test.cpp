@@ -208,9 +208,9 @@ TEST(OnlineSession, EachFinishedCrankIsComparedOnce) {
     EXPECT_EQ(feeder.cranks[n].current, -230.0);
     // The population knows a resistance to a factor; the first crank shows it.
     EXPECT_NEAR(feeder.cranks[n].expected_minimum.value, feeder.cranks[n].measured_minimum,
-                n == 0                          ? 2.0
+                n == 0                        ? 2.0
                 : due[n] < feeder.times.at(0) ? 0.3
-                                                : 0.05);
+                                              : 0.05);
     EXPECT_LT(feeder.cranks[n].expected_minimum.lower, feeder.cranks[n].expected_minimum.value);
   }
 }

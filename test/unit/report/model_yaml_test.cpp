@@ -335,12 +335,14 @@ TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithPastEvents) {
               "event_history.cranks must be rows of 4 numbers");
   expectError(with(*text_, "event_history:\n", "event_history:\n  charges: 7\nunused:\n"),
               "event_history.charges is \"7\", expected rows of 6 numbers");
-  expectError(with(*text_, "event_history:\n", "event_history:\n  cranks: [[1, 2, 3, .nan]]\nunused:\n"),
-              "event_history.cranks holds a number that is not finite");
+  expectError(
+      with(*text_, "event_history:\n", "event_history:\n  cranks: [[1, 2, 3, .nan]]\nunused:\n"),
+      "event_history.cranks holds a number that is not finite");
 }
 
 TEST_F(ModelYamlBothWays, NamesWhatIsWrongWithWhatWasLearnt) {
-  expectError(withValue("  current_range_a:", "[5, -5]"), "residual_regression.current_range_a must rise");
+  expectError(withValue("  current_range_a:", "[5, -5]"),
+              "residual_regression.current_range_a must rise");
   expectError(withValue("  current_range_a:", "[5]"),
               "residual_regression.current_range_a has 1 numbers, expected 2");
   expectError(withValue("    weight:", "[1, 2]"),

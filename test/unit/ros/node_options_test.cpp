@@ -99,7 +99,8 @@ TEST(NodeOptions, VoltagesOfARowOfBlocksAreAsManyTimesAsLargeByDefault) {
       refusal(with("series_blocks", 0.7)),
       HasSubstr(
           "~series_blocks is 0.7, expected 0.5 (6 V), 1 (12 V), 2 (24 V), 4 (48 V) or another"));
-  EXPECT_THAT(refusal(with("series_blocks", 24)), HasSubstr("~series_blocks is 24, expected 0.5 to 6"));
+  EXPECT_THAT(refusal(with("series_blocks", 24)),
+              HasSubstr("~series_blocks is 24, expected 0.5 to 6"));
   EXPECT_THAT(refusal(with("series_blocks", "two")),
               HasSubstr("~series_blocks is a string, expected a number"));
 }

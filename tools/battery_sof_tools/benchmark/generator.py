@@ -66,7 +66,8 @@ class Generator:
     def draw(self, case, recording, quiet=False):
         """Draws a case of catalogue(); its label. Scale 1 is the generator's own."""
         label = recording + ".label"
-        kind = KIND_OF.get(case["mechanism"], case["mechanism"])
+        word = case["family"] if "family" in case else case["mechanism"]  # plans that were preregistered say family
+        kind = KIND_OF.get(word, word)
         command = [self.program(), "--kind", kind, "--out", recording, "--label", label] + options(case, ("seed",))
         if case["id"] != "-":
             command += ["--id", case["id"]]
@@ -78,7 +79,8 @@ class Generator:
         with open(label) as file:
             told = json.load(file)
         os.remove(label)
-        return told
+        del told["kind"]
+        return {**told, "family": word, "schema": "battery_sof/case/1"}  # as the preregistered labels have it
 
     def laws(self):
         """{mechanism: [form, ...]} of laws that no catalogue has."""

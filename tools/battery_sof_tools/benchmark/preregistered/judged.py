@@ -40,7 +40,7 @@ class Case(answers.Case):
         if self.level != "X1":
             return self.true_names
         of_physics = {"porous_effect": lambda one: one != "ocv_soc" and (one != "acid_transport" or self.label["id"] == one)}
-        wanted = of_physics.get(self.label["mechanism"], lambda one: True)
+        wanted = of_physics.get(self.label["family"], lambda one: True)
         return [one for one in self.true_names if one in self.catalogue.physics and wanted(one)]
 
     def mechanisms_of(self, names):

@@ -54,7 +54,7 @@ def plan(secret, share, most_porous=None, duration_s=None, only=None):
             count = count if most_porous is None else min(count, most_porous - porous)
             porous += count
         for k, name in enumerate(rows[:count]):
-            cases.append({"level": stratum.level, "mechanism": stratum.mechanism, "id": name, "rule": stratum.rule,
+            cases.append({"level": stratum.level, "family": stratum.mechanism, "id": name, "rule": stratum.rule,
                           "seed": derived(secret, stratum.mechanism, stratum.level, name, k), "scale": [1.0]})
             if duration_s and stratum.mechanism != "absent":
                 cases[-1]["duration_s"] = duration_s

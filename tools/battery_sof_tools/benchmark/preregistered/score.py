@@ -191,7 +191,7 @@ def confusion(cases):
     """Counts by (row, column): the truth's level and id against the first name, or the verdict in brackets where nothing is named."""
     counts = collections.Counter()
     for case in cases:
-        row = case.label["id"] if case.label["id"] != "-" else case.label["mechanism"]
+        row = case.label["id"] if case.label["id"] != "-" else case.label["family"]
         heard = first_class(case.answer)
         counts[f"{case.level} {row}", heard[0] if heard and case.verdict != "unknown" else f"({case.verdict})"] += 1
     return counts

@@ -19,7 +19,7 @@ from ..generator import Generator
 from ..runner import ANSWERS, complete
 from . import judged, levels, strength
 
-KEPT = ("name", "level", "mechanism", "id", "seed", "scale", "duration_s", "z", "z_whole", "z_wanted", "z_short", "bias", "biased",
+KEPT = ("name", "level", "family", "id", "seed", "scale", "duration_s", "z", "z_whole", "z_wanted", "z_short", "bias", "biased",
         "absorbed", "ratio", "as_wanted")
 BEGUN, SETTINGS, LABELS, SEAL, TOLD = "begun.jsonl", "settings.json", "labels.jsonl", "seal.json", "told.jsonl"
 TOLD_LEVELS = ("C1", "C4", "X1")

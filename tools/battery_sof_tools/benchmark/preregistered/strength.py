@@ -59,12 +59,12 @@ def with_strength(generator, case):
 
 
 def as_drawn(generator, case):
-    if case["mechanism"] in ("null", "porous_null", "porous_effect") or case["id"] in WITHOUT_Z:
+    if case["family"] in ("null", "porous_null", "porous_effect") or case["id"] in WITHOUT_Z:
         return case
     drawings = Drawings(generator, case)
     label, recording, fit = drawings.whole(1.0)
     known = {"z_whole": rounded(fit.z)}
-    if case["mechanism"] == "structural_effect":
+    if case["family"] == "structural_effect":
         known["z"] = rounded(difficulty.difference(label, recording, fit, drawings.whole(0.0)[2]))
     elif "regime_from_s" in label:
         known["z_short"] = rounded(difficulty.fitted(label, cut(recording, label["regime_from_s"])).z)
