@@ -265,7 +265,7 @@ class Families(unittest.TestCase):
         self.assertEqual(scored["alarms"], {"N1": (1, 1)})
         text = "\n".join(score.mechanism_lines(scored))
         self.assertIn("| C1 | in the first class, at most three | 1 of 4", text)
-        self.assertEqual(score.family_entries(scored)["levels"]["C1"]["right"]["k"], 3)
+        self.assertEqual(score.mechanism_entries(scored)["levels"]["C1"]["right"]["k"], 3)
 
     def test_probabilities_are_held_against_what_is_true(self):
         cases = [case("C1", "effect", "ocv_soc", ["ocv_soc"], answer("named", ("ocv_soc",), mechanism="open_circuit", probability=0.8)),

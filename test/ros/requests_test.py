@@ -43,7 +43,7 @@ class Requests(NodeTest):
             message = BatteryState(current=-5.0, voltage=12.4, temperature=math.nan)
             message.header.stamp = rospy.Time.from_sec(0.01 * next(stamps))
             publisher.publish(message)
-            return status.newest() is not None and status.newest().answer_basis != "population"
+            return status.newest() is not None and status.newest().answer_basis in ("previous_trip", "this_trip")
 
         wait_until(is_ready, 60, "ready")
         return node

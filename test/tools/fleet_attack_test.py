@@ -56,12 +56,12 @@ def answers(k):
         "convert": None,
         "identify": {"window": window, "samples": 100, "effects": [], "status": "converged", "window_quality": 0.5, "q_dyn_percent": 90.0, "rmse_v": 0.01,
                      "parameters": [parameter(5e-3 * 1.1**k)]},
-        "predict": {"window": window, "q_dyn_percent": 90.0, "coverage_90": 0.9, "cranks": [{}], "mixed": both, "naive": both},
+        "predict": {"window": window, "q_dyn_percent": 90.0, "coverage_90": 0.9, "cranks": [{}], "mixed": both, "baseline": both},
         "diagnose": {"verdict": "effect", "mechanism": "acid", "probability": 0.7, "summary": "words", "evidence": {"base": 1.0, "extended": 50.0 * (k % 3)},
                      "fit": {"base": {"train": {"rmse_v": 0.02}, "holdout": {"rmse_v": 0.03}}, "extended": None},
                      "effects": [{"id": "acid_transport", "mechanism": "acid", "probability": 0.7, "parameters": [parameter(1.0)]}],
                      "candidates": [{"id": "acid_transport", "mechanism": "acid", "evidence": 3.0, "probability": 0.7, "rejected_because": None}]},
-        "score": {"windows": [{"start_s": 0.0, "effects": [], "window_quality": 0.5, "parameters": [parameter(5e-3)], "naive": both,
+        "score": {"windows": [{"start_s": 0.0, "effects": [], "window_quality": 0.5, "parameters": [parameter(5e-3)], "baseline": both,
                                "model": {"current_share_percent": None, "voltage_share_percent": 50.0, **both}}]}}
 
 

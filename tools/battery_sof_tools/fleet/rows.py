@@ -50,7 +50,7 @@ def window(answer):
 
 
 def parameter(source, effects, one):
-    return (source, ",".join(effects), one["name"], one["value"], one.get("std"), one.get("unit"), flag(one.get("determined")), flag(one.get("at_bound")))
+    return (source, ",".join(effects), one["name"], one["value"], one.get("std_error", one.get("std")), one.get("unit"), flag(one.get("determined")), flag(one.get("at_bound")))
 
 
 def flag(value):

@@ -20,9 +20,9 @@ OPTIONS = {"discharge_positive?": bool, "from_s?": str, "to_s?": str, "effects?"
 FLEET = {"schema": str, "product": str, "steps": [str], "options": {"window_s": float, "without_pages": bool, "priors": TEXT}}
 RECORDING = {"path": str, "battery": str, "key": KEY, "sha256": TEXT, "bytes": int, "unreadable": TEXT, "vehicle_type?": str, "age_years?": float, **OPTIONS, "discharge_positive": bool}
 SETTING = {"sof": str, "patience_s": float}
-LABEL = {"kind": str, "family?": TEXT}
+LABEL = {"kind": str, "mechanism?": TEXT}
 
-PARAMETER = {"name": str, "value": NUMBER, "std?": NUMBER, "unit?": TEXT, "determined?": FLAG, "at_bound?": FLAG}
+PARAMETER = {"name": str, "value": NUMBER, "std_error?": NUMBER, "std?": NUMBER, "unit?": TEXT, "determined?": FLAG, "at_bound?": FLAG}
 WINDOW = ({"from_s?": NUMBER, "to_s?": NUMBER}, None)
 FIT = ({"train?": ({"rmse_v?": NUMBER}, None), "holdout?": ({"rmse_v?": NUMBER}, None)}, None)
 SHARES = {"share_percent": NUMBER, "crank_mae_v": NUMBER}
@@ -30,14 +30,14 @@ ANSWERS = {
     "check": {"findings": [{"id": str, "severity": str, "value?": NUMBER, "unit?": TEXT, "samples?": COUNT, "what": str}], "source?": ({"seen?": bool, "share?": NUMBER}, None),
               "temperature_range_c?": ([float, float], None), "samples?": COUNT, "from_s?": NUMBER, "to_s?": NUMBER, "median_interval_s?": NUMBER},
     "convert": {},
-    "identify": {"window?": WINDOW, "samples?": COUNT, "effects?": ([str], None), "status?": TEXT, "suitability?": NUMBER, "q_dyn_percent?": NUMBER, "rmse_v?": NUMBER,
+    "identify": {"window?": WINDOW, "samples?": COUNT, "effects?": ([str], None), "status?": TEXT, "window_quality?": NUMBER, "q_dyn_percent?": NUMBER, "rmse_v?": NUMBER,
                  "parameters?": ([PARAMETER], None)},
     "predict": {"window?": WINDOW, "q_dyn_percent?": NUMBER, "rmse_v?": NUMBER, "max_abs_v?": NUMBER, "coverage_90?": NUMBER, "crank_mae_v?": NUMBER, "cranks?": (list, None),
-                "mixed?": ({"share_percent?": NUMBER}, None), "naive?": ({"share_percent?": NUMBER, "crank_mae_v?": NUMBER}, None)},
-    "diagnose": {"verdict": str, "family?": TEXT, "probability?": NUMBER, "summary?": TEXT, "fit?": ({"base?": FIT, "extended?": FIT}, None),
-                 "evidence?": ({"base?": NUMBER, "extended?": NUMBER}, None), "effects?": ([{"id": str, "family": str, "probability?": NUMBER, "parameters?": ([PARAMETER], None)}], None),
-                 "candidates?": ([{"id": str, "family": str, "evidence?": NUMBER, "probability?": NUMBER, "rejected_because?": TEXT}], None)},
-    "score": {"windows": [{"start_s": float, "effects": [str], "suitability": NUMBER, "parameters": [PARAMETER], "naive": SHARES,
+                "mixed?": ({"share_percent?": NUMBER}, None), "baseline?": ({"share_percent?": NUMBER, "crank_mae_v?": NUMBER}, None)},
+    "diagnose": {"verdict": str, "mechanism?": TEXT, "probability?": NUMBER, "summary?": TEXT, "fit?": ({"base?": FIT, "extended?": FIT}, None),
+                 "evidence?": ({"base?": NUMBER, "extended?": NUMBER}, None), "effects?": ([{"id": str, "mechanism": str, "probability?": NUMBER, "parameters?": ([PARAMETER], None)}], None),
+                 "candidates?": ([{"id": str, "mechanism": str, "evidence?": NUMBER, "probability?": NUMBER, "rejected_because?": TEXT}], None)},
+    "score": {"windows": [{"start_s": float, "effects": [str], "window_quality": NUMBER, "parameters": [PARAMETER], "baseline": SHARES,
                            "model": {"current_share_percent": NUMBER, "voltage_share_percent": NUMBER, **SHARES}}]},
 }
 

@@ -70,7 +70,7 @@ class WatchedNode:
         from diagnostic_msgs.msg import DiagnosticArray
         rospy.init_node("disk", anonymous=True, disable_signals=True)
         self.state = state
-        self.node = processes.start(programs.node, f"_state_file:={state}", "_window_s:=60", "_min_suitability:=0")
+        self.node = processes.start(programs.node, f"_state_file:={state}", "_window_s:=60", "_min_window_quality:=0")
         self.drive, self.said = Drive(recording), Newest("/diagnostics", DiagnosticArray)
         self.status = Newest(NODE + "/status", SofStatus)
         self.drive.until_connected()

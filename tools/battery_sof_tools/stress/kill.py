@@ -58,7 +58,7 @@ def identify_beside():
 
 def one_life(processes, programs, state, drive, chance):
     """(samples until the saved model answered, drafts left beside the state file)."""
-    node = processes.start(programs.node, f"_state_file:={state}", "_window_s:=60", "_min_suitability:=0")
+    node = processes.start(programs.node, f"_state_file:={state}", "_window_s:=60", "_min_window_quality:=0")
     taken = samples_until_answered(drive)
     for _ in range(8000):
         drive.publish()

@@ -214,7 +214,7 @@ def told_of(case):
     """A failure in one line: case, truth, how hard it was, what was said."""
     label = case.label
     hard = ", ".join(f"{key} {label[key]:g}" for key in ("z", "z_whole", "z_short", "ratio") if label.get(key) is not None)
-    text = f"{label['name']} {case.level} {label['mechanism']} {label['id']} scale {'x'.join(f'{s:g}' for s in label['scale'])}"
+    text = f"{label['name']} {case.level} {label['family']} {label['id']} scale {'x'.join(f'{s:g}' for s in label['scale'])}"
     for name, answer in case.answers.items():
         names = ", ".join(f"{'|'.join(class_of(one))} {one['evidence'] or 0:.0f}" for one in answer["effects"])
         near = ", ".join(f"{one['id']} {one['evidence'] or 0:.0f}" for one in answer["candidates"][:2] if one["rejected_because"])
