@@ -208,7 +208,7 @@ class Counting(unittest.TestCase):
     def test_pages_hold_every_figure(self):
         cases = [case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("ocv_soc",))), case("N1", "null", "-", [], answer("no_mismatch"))]
         report = {"seal": {"cases": 2, "frozen_commit": "x", "labels_sha256": "y"}, "cases": cases, "figures": score.figures(cases), "failed": [],
-                  "confusion": score.confusion(cases), "before_after": score.before_after(cases), "families": score.by_mechanism(cases), "wrong": [score.told_of(cases[0])]}
+                  "confusion": score.confusion(cases), "before_after": score.before_after(cases), "mechanisms": score.by_mechanism(cases), "wrong": [score.told_of(cases[0])]}
         with tempfile.TemporaryDirectory() as folder:
             page = os.path.join(folder, "score.md")
             pages.write(report, page, os.path.join(folder, "pictures"))

@@ -18,7 +18,7 @@ FittedModel overflowing() {
   for (ParameterEstimate& estimate : model.fit.estimates)
     if (estimate.name == "u_dc" || estimate.name == "voltage_drift") estimate.value = 1.7e308;
   test::takeEstimates(model.fit);
-  model.fit.window.from = kStart - 110.0;
+  model.fit.window.from = kStart - 170.0;
   model.state.time = model.fit.window.to = kStart - 10.0;
   return model;
 }
