@@ -27,11 +27,11 @@ def essentials(diagnosis):
     held = {side: (fit.get(side) or {}).get("holdout") or {} for side in ("base", "extended")}
     return {
         "verdict": diagnosis["verdict"],
-        "effects": [dict({key: one.get(key) for key in OF_EFFECT}, tied_with=one.get("indistinguishable_from", []),
+        "effects": [dict({key: one.get(key) for key in OF_EFFECT}, indistinguishable_from=one.get("indistinguishable_from", []),
                          parameters=[{key: p.get(key) for key in OF_PARAMETER} for p in one.get("parameters", ())]) for one in several("effects")],
         "candidates": [{key: one.get(key) for key in OF_CANDIDATE} for one in several("candidates")],
         "holdout": {side: {metric: held[side].get(metric) for metric in METRICS} for side in held} if fit else None,
-        "hidden": [one["id"] for one in several("detectable") if not one["visible"]],
+        "hidden": [one["id"] for one in several("detection_limits") if not one["visible"]],
         "mismatch": [[one[key] for key in OF_EPISODE] for one in several("mismatch")],
         "instrument": diagnosis.get("instrument"), "next_experiment": diagnosis.get("next_experiment"),
         "mechanism": diagnosis.get("mechanism"), "probability": diagnosis.get("probability")}

@@ -17,6 +17,9 @@ STRENGTHS = {
     "ocv_hysteresis": ("hysteresis_voltage", lambda s: s["hysteresis_v"])}
 
 
+PREREGISTERED_WORDS = {"effect": "named", "mechanism": "unknown", "unexplained": "unknown"}
+
+
 class Case(answers.Case):
     """A label, the answers to it (of "whole", and of "short" where its beginning was shown first), what the model did that was reported the
     truth (None without), and the catalogue of effects."""
@@ -24,6 +27,11 @@ class Case(answers.Case):
     def __init__(self, label, shown, told, catalogue):
         super().__init__(label, shown["whole"], catalogue)
         self.answers, self.short, self.told = shown, shown.get("short"), told
+
+    @property
+    def verdict(self):
+        """In the words of the preregistered labels."""
+        return PREREGISTERED_WORDS.get(self.answer["verdict"], self.answer["verdict"])
 
     @property
     def level(self):
