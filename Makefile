@@ -1,4 +1,4 @@
-# make demo | test | test-all | test-core | tidy | docs | sanitize | fuzz | tsan | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-slow | test-all | test-core | tidy | docs | sanitize | fuzz | tsan | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 BUILD_CORE ?= $(BUILD)/core
 BUILD_SANITIZED ?= $(BUILD)/sanitized
@@ -13,7 +13,7 @@ CONFIGURE = bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS)
 COMPILE = bash scripts/with_ros cmake --build "$(BUILD)" -j$(JOBS)
 CTEST = cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash "$(CURDIR)/scripts/with_ros" ctest -j$(JOBS) --no-tests=error
 
-.PHONY: build demo docs test test-all tests test-core tidy sanitized sanitize fuzz tsan soak stress bench reproduce study calibrate proof proof-quick clean
+.PHONY: build demo docs test test-slow test-all tests test-core tidy sanitized sanitize fuzz tsan soak stress bench reproduce study calibrate proof proof-quick clean
 
 # The packages of a target: scripts/install_dependencies has the lists.
 deps-%:
@@ -34,9 +34,12 @@ tests: deps-test
 	@[ -f "$(BUILD)/.with_tests" ] || { $(CONFIGURE) -DCATKIN_ENABLE_TESTING=ON -DBATTERY_SOF_PYTHON=ON && touch "$(BUILD)/.with_python" "$(BUILD)/.with_tests"; }
 	@$(COMPILE) --target all tests
 
-# What continuous integration runs. test-all adds what takes long for what it finds (label slow).
+# All but what is labelled slow (test/catkin_only.cmake), which is test-slow; both are test-all.
 test: tests
 	@$(CTEST) -LE slow
+
+test-slow: tests
+	@$(CTEST) -L slow
 
 test-all: tests
 	@$(CTEST)

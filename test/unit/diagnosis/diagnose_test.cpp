@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "diagnosis/verdict.hpp"
@@ -100,7 +101,8 @@ nlohmann::json beforeTheHoldOut(const Recording& recording) {
   nlohmann::json said = diagnosisJson(diagnose(recording));
   // What the last step compares on the hold-out: the fits, what needs no physics, operating mode
   // there.
-  for (const char* opened : {"fit", "summary", "baseline", "baseline_line", "charger_share", "operating_mode"})
+  for (const char* opened :
+       {"fit", "summary", "baseline", "baseline_line", "charger_share", "operating_mode"})
     said.erase(opened);
   for (nlohmann::json& candidate : said["candidates"]) candidate.erase("holdout_gain_percent");
   return said;
