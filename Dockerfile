@@ -5,7 +5,7 @@
 # scripts/try_dockerfile runs its steps in a fresh root file system.
 FROM debian:bookworm
 COPY scripts/install_dependencies /opt/battery_sof/scripts/install_dependencies
-RUN apt-get update && apt-get install -y --no-install-recommends make ca-certificates && bash /opt/battery_sof/scripts/install_dependencies && rm -rf /var/lib/apt/lists/*
+RUN apt-get update && apt-get install -y --no-install-recommends make ca-certificates && bash /opt/battery_sof/scripts/install_dependencies build && rm -rf /var/lib/apt/lists/*
 COPY . /opt/battery_sof
 WORKDIR /opt/battery_sof
 RUN make build

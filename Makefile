@@ -1,4 +1,4 @@
-# make demo | test | test-core | tidy | docs | sanitize | fuzz | tsan | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-slow | test-all | test-core | tidy | docs | sanitize | fuzz | tsan | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 BUILD_CORE ?= $(BUILD)/core
 BUILD_SANITIZED ?= $(BUILD)/sanitized
@@ -9,41 +9,59 @@ JOBS ?= $(shell nproc)
 PYTHON := /usr/bin/python3
 CMAKE_FLAGS = -DPYTHON_EXECUTABLE=$(PYTHON) -DPython3_EXECUTABLE=$(PYTHON) -DBATTERY_SOF_WERROR=ON
 
-.PHONY: build demo docs test test-core tidy sanitized sanitize fuzz tsan soak stress bench reproduce study calibrate proof proof-quick deps clean
+CONFIGURE = bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS)
+COMPILE = bash scripts/with_ros cmake --build "$(BUILD)" -j$(JOBS)
+CTEST = cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash "$(CURDIR)/scripts/with_ros" ctest -j$(JOBS) --no-tests=error
 
-deps:
-	@bash scripts/install_dependencies
+.PHONY: build demo docs test test-slow test-all tests test-core tidy sanitized sanitize fuzz tsan soak stress bench reproduce study calibrate proof proof-quick clean
 
-$(BUILD)/Makefile: CMakeLists.txt test/CMakeLists.txt package.xml | deps
-	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS)
+# The packages of a target: scripts/install_dependencies has the lists.
+deps-%:
+	@bash scripts/install_dependencies $*
 
-build: deps $(BUILD)/Makefile
-	@bash scripts/with_ros cmake --build "$(BUILD)" -j$(JOBS)
-
-demo: build
+# demo configures without tests and Python, build with Python, test with both. What a folder has been configured for stays, so that
+# targets may be made in any order.
+demo: deps-demo
+	@[ -f "$(BUILD)/Makefile" ] || $(CONFIGURE) -DCATKIN_ENABLE_TESTING=OFF -DBATTERY_SOF_PYTHON=OFF
+	@$(COMPILE) --target sof battery_sof_node battery_sof_generate_messages_cpp battery_sof_generate_messages_py
 	@bash scripts/demo "$(BUILD)"
 
-test: build
-	@bash scripts/with_ros cmake --build "$(BUILD)" --target tests -j$(JOBS)
-	@cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash ../scripts/with_ros ctest -j$(JOBS) --no-tests=error
+build: deps-build
+	@[ -f "$(BUILD)/.with_python" ] || { $(CONFIGURE) -DCATKIN_ENABLE_TESTING=OFF -DBATTERY_SOF_PYTHON=ON && touch "$(BUILD)/.with_python"; }
+	@$(COMPILE)
+
+tests: deps-test
+	@[ -f "$(BUILD)/.with_tests" ] || { $(CONFIGURE) -DCATKIN_ENABLE_TESTING=ON -DBATTERY_SOF_PYTHON=ON && touch "$(BUILD)/.with_python" "$(BUILD)/.with_tests"; }
+	@$(COMPILE) --target all tests
+
+# All but what is labelled slow (test/catkin_only.cmake), which is test-slow; both are test-all.
+test: tests
+	@$(CTEST) -LE slow
+
+test-slow: tests
+	@$(CTEST) -L slow
+
+test-all: tests
+	@$(CTEST)
 
 # The pages as a site: build/docs/index.html. A link that leads nowhere ends it.
-docs: deps
+docs: deps-docs
 	@$(PYTHON) scripts/make_docs "$(BUILD)/docs"
 
-# The build without ROS (docs/cpp-and-python.md), and what can differ in it: files and commands, the installed package, Python.
-test-core: deps
-	@cmake -S . -B "$(BUILD_CORE)" -DBATTERY_SOF_ROS=OFF $(CMAKE_FLAGS)
+# The build without ROS (docs/cpp-and-python.md), and what can differ in it: files and commands, the installed package, Python. Each file
+# is compiled by itself, as it stands.
+test-core: deps-test-core
+	@cmake -S . -B "$(BUILD_CORE)" -DBATTERY_SOF_ROS=OFF -DBATTERY_SOF_QUICK_BUILD=OFF $(CMAKE_FLAGS)
 	@cmake --build "$(BUILD_CORE)" --target core_checks -j$(JOBS)
 	@cd "$(BUILD_CORE)" && ctest -L core_checks --output-on-failure --no-tests=error
 
 # clang-tidy over all of src and include: an hour of one core. ctest -R tidy looks at what has changed.
-tidy: build
+tidy: deps-test build
 	@$(PYTHON) scripts/tidy "$(BUILD)" --jobs $(JOBS)
 
 # The core once more with AddressSanitizer, UndefinedBehaviorSanitizer and assertions (docs/reliability.md), by clang.
 sanitized:
-	@bash scripts/install_dependencies clang libclang-rt-dev
+	@bash scripts/install_dependencies test-core clang libclang-rt-dev
 	@cmake -S . -B "$(BUILD_SANITIZED)" -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo -DBATTERY_SOF_ROS=OFF -DBATTERY_SOF_PYTHON=OFF -DBATTERY_SOF_FUZZ=ON
 
 # The unit tests under the sanitizers: an hour on two cores.
@@ -57,47 +75,47 @@ fuzz: sanitized
 	@bash scripts/fuzz "$(BUILD_SANITIZED)" $(SECONDS)
 
 # The node's threads under ThreadSanitizer (docs/reliability.md): some minutes once it is built.
-tsan: deps
+tsan: deps-test
 	@bash scripts/with_ros cmake -S . -B "$(BUILD_TSAN)" $(CMAKE_FLAGS) -DBATTERY_SOF_PYTHON=OFF -DBATTERY_SOF_SANITIZE_THREADS=ON
 	@bash scripts/with_ros cmake --build "$(BUILD_TSAN)" --target battery_sof_node sof simulate_city_drive node_options_test -j$(JOBS)
 	@bash scripts/tsan "$(BUILD_TSAN)"
 
 # The node through HOURS of driving, fifty times as fast: memory, files, threads (docs/reliability.md). A day takes half an hour.
 HOURS ?= 24
-soak: build
+soak: deps-study build
 	@bash scripts/with_ros bash -c '. "$$0/devel/setup.sh" && exec $(PYTHON) scripts/stress soak "$$0" --hours $(HOURS)' "$(BUILD)"
 
 # The node killed a hundred times, with more clients and samples than a car has, and on disks that are full or gone (root: mounts a tmpfs).
-stress: build
+stress: deps-study build
 	@for kind in kill overload disk; do \
 	  bash scripts/with_ros bash -c '. "$$0/devel/setup.sh" && exec $(PYTHON) scripts/stress "$$1" "$$0"' "$(BUILD)" $$kind || exit 1; done
 
-bench: deps
+bench: deps-bench
 	@bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS) -DBATTERY_SOF_BENCH=ON
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target bench_all query_bench sof battery_sof_node -j$(JOBS)
 	@$(PYTHON) scripts/bench "$(BUILD)"
 	@$(PYTHON) scripts/bench_composed "$(BUILD)"
 	@bash scripts/with_ros bash -c '. "$$0/devel/setup.sh" && exec $(PYTHON) scripts/bench_queries "$$0" 60' "$(BUILD)"
 
-reproduce: build
+reproduce: deps-study build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_experiment -j$(JOBS)
 	@$(PYTHON) scripts/reproduce "$(BUILD)"
 
 # DATA: folder with startstop_car/, for the real recordings.
-study: build
+study: deps-study build
 	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_quality_experiment session_experiment -j$(JOBS)
 	@$(PYTHON) scripts/study "$(BUILD)" $(if $(DATA),--data "$(DATA)")
 
 # Effects, nulls, decoys and unknowns counted: some 40 minutes on two cores, goes on where it was cut off.
-calibrate: build
+calibrate: deps-study build
 	@$(PYTHON) scripts/calibrate_diagnosis "$(BUILD)" --first-seed 1001 --set null=200 structural_null=60 effect=10 decoy=3 unknown=4
 
 # The sealed benchmark: the committed seal drawn again and its digest compared, then run and scored into docs/proof; goes on where it was cut off.
-proof: build
+proof: deps-study build
 	@$(PYTHON) scripts/proof sealed --build "$(BUILD)" --docs docs/proof --frozen docs/proof/frozen --out "$(BUILD)/proof/sealed"
 
 # A tenth of it (own fixed seal) with bounds.
-proof-quick: build
+proof-quick: deps-study build
 	@$(PYTHON) scripts/proof quick --build "$(BUILD)" --seal test/proof/quick --out "$(BUILD)/proof/quick"
 
 clean:

@@ -4,9 +4,10 @@
 find_package(rostest REQUIRED)
 find_program(BATTERY_SOF_ROSTEST rostest)
 
-# All *_test.cpp below the given folders, in one program.
+# All *_test.cpp below the given folders, in one program. Tests that match SLOW (as --gtest_filter has it) are a row of their own,
+# ${name}_slow, which `make test` leaves to `make test-slow`.
 function(battery_sof_gtest name)
-  cmake_parse_arguments(ARG "" "" "FOLDERS;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "SLOW" "FOLDERS;LINK" ${ARGN})
   battery_sof_test_sources(sources ${ARG_FOLDERS})
   if(NOT sources)
     return()
@@ -20,9 +21,21 @@ function(battery_sof_gtest name)
   battery_sof_compile_quickly(${name})
   add_dependencies(tests ${name})
   get_target_property(folder ${name} RUNTIME_OUTPUT_DIRECTORY)
-  set(results "gtest-${name}.xml")
-  catkin_run_tests_target("gtest" ${name} ${results} DEPENDENCIES ${name}
-    COMMAND "\"${folder}/${name}\" --gtest_output=\"xml:${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME}/${results}\"")
+  set(rows ${name})
+  set(${name}_filter "*")
+  if(ARG_SLOW)
+    set(rows ${name} ${name}_slow)
+    set(${name}_filter "-${ARG_SLOW}")
+    set(${name}_slow_filter "${ARG_SLOW}")
+  endif()
+  foreach(row ${rows})
+    set(results "gtest-${row}.xml")
+    catkin_run_tests_target("gtest" ${row} ${results} DEPENDENCIES ${name}
+      COMMAND "\"${folder}/${name}\" \"--gtest_filter=${${row}_filter}\" --gtest_output=\"xml:${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME}/${results}\"")
+  endforeach()
+  if(ARG_SLOW)
+    set_tests_properties(_ctest_${PROJECT_NAME}_gtest_${name}_slow PROPERTIES LABELS slow)
+  endif()
 endfunction()
 
 # devel/env.sh: the environment catkin caches for tests is that of the first configuration, when nothing was built yet.

@@ -5,8 +5,9 @@ if(BATTERY_SOF_GMOCK_DIR)
   set(matchers GTest::gmock)
 endif()
 
+# SLOW makes no difference here: all tests are one row.
 function(battery_sof_gtest name)
-  cmake_parse_arguments(ARG "" "" "FOLDERS;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "SLOW" "FOLDERS;LINK" ${ARGN})
   battery_sof_test_sources(sources ${ARG_FOLDERS})
   foreach(source ${sources})
     file(STRINGS ${source} needs_matchers REGEX "<gmock/" LIMIT_COUNT 1)

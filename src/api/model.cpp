@@ -1,5 +1,6 @@
 #include "battery_sof/model.hpp"
 
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "diagnosis/diagnose.hpp"

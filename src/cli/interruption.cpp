@@ -3,10 +3,10 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdio>
 #include <ostream>
 
+#include "progress.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -14,10 +14,6 @@ namespace battery_sof {
 namespace {
 
 constexpr long kLook = 20L * 1000 * 1000;  // [ns], how often it checks whether the work is over
-
-double steadySeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 sigset_t interrupts() {
   sigset_t set;

@@ -16,10 +16,6 @@ constexpr double kMinShare = 0.02;          // below it the pace is not known
 constexpr char kEmptied[] = "\r\033[K";     // the line under the cursor
 constexpr std::chrono::seconds kPeriod{1};  // of the line below the stage
 
-double steadySeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 /// A thread that leaves all signals to the others.
 template <typename Work>
 std::thread unsignalled(Work work) {
@@ -37,6 +33,10 @@ std::string pace(double elapsed, double in_stage, std::optional<double> share) {
   const std::string passed = format("%.0f s", elapsed);
   if (!share || *share < kMinShare || *share > 1.0) return passed;
   return passed + format(", about %.0f s left", in_stage * (1.0 - *share) / *share);
+}
+
+double steadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 Progress::Progress(std::ostream& err)

@@ -14,6 +14,9 @@ namespace battery_sof {
 /// @param in_stage [s].
 std::string pace(double elapsed, double in_stage, std::optional<double> share);
 
+/// @return time of the clock that is never set [s].
+double steadySeconds();
+
 /**
  * @brief Says on err what is being done, from two seconds of work on and only when standard error
  * is a terminal: the stage, and below it, again every second, the time it has taken and will still

@@ -1,6 +1,7 @@
 #include "report/answers.hpp"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "util/text.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <regex>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "model/mechanism.hpp"
@@ -133,8 +133,19 @@ std::string codes(const std::vector<std::string>& names) {
 
 /// Sections of docs/physics.md as links of a page in the same folder.
 std::string linked(const std::string& source) {
-  static const std::regex section(R"(docs/(physics\.md#([a-z0-9_]+)))");
-  return std::regex_replace(source, section, "[$2]($1)");
+  static const std::string docs = "docs/", page = "physics.md#";
+  std::string text;
+  std::size_t done = 0;
+  for (std::size_t found; (found = source.find(docs + page, done)) != std::string::npos;) {
+    const std::size_t name = found + docs.size() + page.size();
+    const std::size_t end = std::min(
+        source.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_", name), source.size());
+    text += source.substr(done, found - done);
+    const std::string section = source.substr(name, end - name);
+    text += section.empty() ? docs + page : "[" + section + "](" + page + section + ")";
+    done = end;
+  }
+  return text + source.substr(done);
 }
 
 std::string parameterRow(const ParameterInfo& info) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "battery_sof/version.hpp"
 #include "util/printable.hpp"

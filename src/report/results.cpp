@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdarg>
+#include <nlohmann/json.hpp>
 
 #include "battery_sof/version.hpp"
 #include "prediction/query.hpp"

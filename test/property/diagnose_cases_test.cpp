@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "diagnosis/diagnose.hpp"
-#include "simulator/catalogue_draft.hpp"
-#include "simulator/law_scenario.hpp"
+#include "simulator/generator/catalogue_draft.hpp"
+#include "simulator/generator/law_scenario.hpp"
 #include "simulator/scenario_file.hpp"
 #include "simulator/simulation.hpp"
 

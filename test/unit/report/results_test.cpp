@@ -1,6 +1,7 @@
 #include "report/results.hpp"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "estimation/identification.hpp"
 #include "support/base_drive.hpp"

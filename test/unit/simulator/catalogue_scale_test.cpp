@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "simulator/label.hpp"
+#include "simulator/generator/label.hpp"
 
 namespace battery_sof_simulator {
 namespace {

@@ -1,4 +1,4 @@
-#include "simulator/draw_scenario_command.hpp"
+#include "simulator/generator/draw_scenario_command.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "simulator/law_injection.hpp"
+#include "simulator/generator/law_injection.hpp"
 
 namespace battery_sof_simulator {
 namespace {

@@ -1,4 +1,4 @@
-#include "simulator/draw_scenario_command.hpp"
+#include "simulator/generator/draw_scenario_command.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -10,7 +10,7 @@
 #include <set>
 #include <sstream>
 
-#include "simulator/catalogue_draft.hpp"
+#include "simulator/generator/catalogue_draft.hpp"
 
 namespace battery_sof_simulator {
 namespace {

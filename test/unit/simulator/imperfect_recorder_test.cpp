@@ -1,4 +1,4 @@
-#include "simulator/imperfect_recorder.hpp"
+#include "simulator/generator/imperfect_recorder.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "simulator/law_scenario.hpp"
+#include "simulator/generator/law_scenario.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
 
-#include "simulator/series.hpp"
+#include "simulator/generator/series.hpp"
 
 namespace battery_sof_simulator {
 namespace {

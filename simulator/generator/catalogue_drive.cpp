@@ -2,8 +2,8 @@
 #include <cmath>
 #include <map>
 
-#include "simulator/catalogue_draft.hpp"
-#include "simulator/phases.hpp"
+#include "simulator/generator/catalogue_draft.hpp"
+#include "simulator/generator/phases.hpp"
 #include "simulator/units.hpp"
 
 namespace battery_sof_simulator {

@@ -1,4 +1,4 @@
-#include "simulator/scenario_kind.hpp"
+#include "simulator/generator/scenario_kind.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "simulator/faults.hpp"
-#include "simulator/law.hpp"
+#include "simulator/generator/law.hpp"
 
 namespace battery_sof_simulator {
 namespace {

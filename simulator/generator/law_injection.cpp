@@ -1,4 +1,4 @@
-#include "simulator/law_injection.hpp"
+#include "simulator/generator/law_injection.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "simulator/law_scenario.hpp"
-#include "simulator/series.hpp"
+#include "simulator/generator/law_scenario.hpp"
+#include "simulator/generator/series.hpp"
 
 namespace battery_sof_simulator {
 namespace {

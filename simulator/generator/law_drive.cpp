@@ -1,4 +1,4 @@
-#include "simulator/law_scenario.hpp"
+#include "simulator/generator/law_scenario.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "simulator/phases.hpp"
+#include "simulator/generator/phases.hpp"
 #include "simulator/units.hpp"
 
 namespace battery_sof_simulator {

@@ -1,4 +1,4 @@
-#include "simulator/phases.hpp"
+#include "simulator/generator/phases.hpp"
 
 #include <algorithm>
 #include <cmath>

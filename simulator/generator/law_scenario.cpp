@@ -1,12 +1,12 @@
-#include "simulator/law_scenario.hpp"
+#include "simulator/generator/law_scenario.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "simulator/generator/series.hpp"
 #include "simulator/increasing_root.hpp"
-#include "simulator/series.hpp"
 
 namespace battery_sof_simulator {
 namespace {

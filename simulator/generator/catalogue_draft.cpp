@@ -1,4 +1,4 @@
-#include "simulator/catalogue_draft.hpp"
+#include "simulator/generator/catalogue_draft.hpp"
 
 #include <cmath>
 #include <stdexcept>

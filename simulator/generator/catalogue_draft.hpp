@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "simulator/scenario_kind.hpp"
+#include "simulator/generator/scenario_kind.hpp"
 #include "simulator/simulation.hpp"
 
 namespace battery_sof_simulator {

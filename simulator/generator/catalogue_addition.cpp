@@ -3,8 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "simulator/catalogue_draft.hpp"
 #include "simulator/fields.hpp"
+#include "simulator/generator/catalogue_draft.hpp"
 
 namespace battery_sof_simulator {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "simulator/law.hpp"
+#include "simulator/generator/law.hpp"
 #include "simulator/simulation.hpp"
 
 namespace battery_sof_simulator {

@@ -1,4 +1,4 @@
-#include "simulator/imperfect_recorder.hpp"
+#include "simulator/generator/imperfect_recorder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "simulator/bessel_filter.hpp"
+#include "simulator/generator/series.hpp"
 #include "simulator/low_pass.hpp"
-#include "simulator/series.hpp"
 #include "simulator/units.hpp"
 
 namespace battery_sof_simulator {

@@ -1,4 +1,4 @@
-#include "simulator/series.hpp"
+#include "simulator/generator/series.hpp"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,6 +1,6 @@
 #include "simulator/full_battery.hpp"
-#include "simulator/law.hpp"
-#include "simulator/series.hpp"
+#include "simulator/generator/law.hpp"
+#include "simulator/generator/series.hpp"
 #include "simulator/units.hpp"
 
 namespace battery_sof_simulator {

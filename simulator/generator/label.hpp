@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "simulator/catalogue_draft.hpp"
-#include "simulator/law_scenario.hpp"
+#include "simulator/generator/catalogue_draft.hpp"
+#include "simulator/generator/law_scenario.hpp"
 
 namespace battery_sof_simulator {
 

@@ -1,4 +1,4 @@
-#include "simulator/law_battery.hpp"
+#include "simulator/generator/law_battery.hpp"
 
 #include <cmath>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "simulator/law.hpp"
+#include "simulator/generator/law.hpp"
 #include "simulator/units.hpp"
 
 namespace battery_sof_simulator {

@@ -1,4 +1,4 @@
-#include "simulator/label.hpp"
+#include "simulator/generator/label.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "simulator/imperfect_recorder.hpp"
-#include "simulator/law_battery.hpp"
-#include "simulator/scenario_kind.hpp"
+#include "simulator/generator/imperfect_recorder.hpp"
+#include "simulator/generator/law_battery.hpp"
+#include "simulator/generator/scenario_kind.hpp"
 
 namespace battery_sof_simulator {
 

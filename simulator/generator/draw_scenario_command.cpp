@@ -1,10 +1,10 @@
-#include "simulator/draw_scenario_command.hpp"
+#include "simulator/generator/draw_scenario_command.hpp"
 
 #include <CLI/CLI.hpp>
 #include <ostream>
 
-#include "simulator/label.hpp"
-#include "simulator/law_injection.hpp"
+#include "simulator/generator/label.hpp"
+#include "simulator/generator/law_injection.hpp"
 #include "simulator/program_frame.hpp"
 #include "simulator/recording_output.hpp"
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "simulator/channel_noise.hpp"
-#include "simulator/law.hpp"
+#include "simulator/generator/law.hpp"
 #include "simulator/simulation.hpp"
 
 namespace battery_sof_simulator {
