@@ -306,7 +306,7 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
       errors.update(sample.step.duration, sample.voltage - followed.voltage);
   }
   takeState(model, follower, series.current[last]);
-  model.state.residual_state = errors.residual_state();
+  model.state.residual_state = errors.residualState();
 }
 
 }  // namespace battery_sof

@@ -56,7 +56,7 @@ ErrorForecast ResidualFilter::forecastThrough(double ahead) const {
   return noise_ ? ErrorForecast{drift_, all.variance + left_out * left_out} : all;
 }
 
-ResidualState ResidualFilter::residual_state() const {
+ResidualState ResidualFilter::residualState() const {
   return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()};
 }
 
@@ -122,7 +122,7 @@ void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
     else
       tracker.wait(duration);
   }
-  model.state.residual_state = tracker.residual_state();
+  model.state.residual_state = tracker.residualState();
 }
 
 }  // namespace battery_sof

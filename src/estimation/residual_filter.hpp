@@ -39,7 +39,7 @@ class ResidualFilter {
   /// For an event that is unlike the driving before it, as a crank is: d is kept, a is not carried
   /// into it and its square counts as variance (docs/decisions/0004-residual-carried-forward.md).
   ErrorForecast forecastThrough(double ahead) const;
-  ResidualState residual_state() const;
+  ResidualState residualState() const;
 
  private:
   std::optional<NoiseModel> noise_;

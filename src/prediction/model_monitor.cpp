@@ -54,7 +54,7 @@ void ModelMonitor::moveTo(const StreamSample& first, double moved, double max_ga
   if (!model_) return;
   fitted_until_ += moved;
   FittedModel there = *model_;
-  there.intervals.event_history = tracker_->event_history();
+  there.intervals.event_history = tracker_->eventHistory();
   there.intervals.event_history.moveBy(moved);
   setStateFromVoltage(there, first.time, first.current, first.voltage);
   const bool learns = tracker_->learns();
@@ -143,7 +143,7 @@ void ModelMonitor::compareWithBaseline(ChargeComparison& charge, BaselineSelecto
 
 std::optional<double> ModelMonitor::chargeVoltage() const {
   if (tracker_)
-    if (const auto known = usualVoltage(tracker_->event_history().charges)) return known;
+    if (const auto known = usualVoltage(tracker_->eventHistory().charges)) return known;
   if (charge_voltages_.empty()) return std::nullopt;
   return medianOf({charge_voltages_.begin(), charge_voltages_.end()});
 }

@@ -198,7 +198,7 @@ FittedModel StateTracker::modelAt(const SimulationPoint& point) const {
   FittedModel now = model_;
   ResidualFilter errors = point.errors;
   if (point.state.time > point.error_time) errors.wait(point.state.time - point.error_time);
-  now.state.residual_state = errors.residual_state();
+  now.state.residual_state = errors.residualState();
   takeState(now, point.follower, point.state.current);
   return now;
 }

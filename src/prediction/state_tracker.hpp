@@ -75,7 +75,7 @@ class StateTracker {
   void updateFrom(const Event& event) {
     model_.intervals.event_history.add(event);
   }
-  const EventHistory& event_history() const { return model_.intervals.event_history; }
+  const EventHistory& eventHistory() const { return model_.intervals.event_history; }
 
   /// The running simulation, for a query to go on from.
   const Simulation& simulation() const { return here().follower.simulation(); }
