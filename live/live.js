@@ -33,7 +33,7 @@
 
   // ---------------------------------------------------------------------------------------------- what comes in
   function empty(name) {
-    return { name: name, bins: [], expected: [], cranks: [], charges: [], status: null, diagnosis: null };
+    return { name: name, bins: [], expected: [], answers: [], cranks: [], charges: [], status: null, diagnosis: null };
   }
 
   // Rows that are later than those there are; the beginning may come twice.
@@ -55,6 +55,7 @@
     const battery = batteries[news.battery];
     append(battery.bins, news.bins || [], (row) => row[0]);
     append(battery.expected, news.expected || [], (row) => row[0]);
+    append(battery.answers, news.answers || [], (row) => row[0]);
     append(battery.cranks, news.cranks || [], (event) => event.time);
     append(battery.charges, news.charges || [], (event) => event.time);
     if (news.status) battery.status = news.status;
@@ -118,10 +119,10 @@
 
   function showState(status) {
     text('state', status ? status.state : 'no data');
-    el('state').className = 'badge ' + (status ? { ready: 'ready', 'model too old': 'stale' }[status.state] || '' : '');
+    el('state').className = 'badge ' + (status ? status.state === 'ready' ? 'ready' : '' : '');
     text('reason', status && status.state !== 'ready' ? status.reason : '');
     if (!status) return el('figures').replaceChildren();
-    const rows = [['Model age', duration(status.model_age)], ['Window quality', fixed(status.window_quality, 2)],
+    const rows = [['Answers rest on', { population: 'lead-acid batteries in general', previous_trip: 'the previous trip', this_trip: 'this trip' }[status.answer_basis] || '–'], ['Model age', duration(status.model_age)], ['Window quality', fixed(status.window_quality, 2)],
       ['Voltage explained', isNumber(status.backtest_q_dyn_percent) ? status.backtest_q_dyn_percent.toFixed(1) + ' %' : '–'],
       ['Cranks answered by', status.past_cranks.answered_by], ['Charges answered by', status.past_charges.answered_by],
       ['Further physics', status.effects.join(', ') || 'none'], ['Driven by', status.voltage_controlled ? 'voltage' : 'current'],
@@ -208,6 +209,7 @@
     graphs.voltage = makeGraph('voltage', ['measured', 'expected', 'crank expected'], ['measured', 'expected', 'crank'],
       { series: { expected: { strokeWidth: 0, drawPoints: true, pointSize: 2 }, 'crank expected': { strokeWidth: 0, connectSeparatedPoints: false, drawPoints: true, pointSize: 5, drawPointCallback: whisker } } });
     graphs.current = makeGraph('current', ['measured'], ['measured'], {});
+    graphs.answer = makeGraph('answer', ['lowest voltage of the next crank'], ['expected'], {});
   }
 
   function showPlots(battery) {
@@ -224,8 +226,13 @@
     const window_ = span ? [newest - span, newest] : null;
     graphs.voltage.updateOptions({ file: rows, dateWindow: window_ });
     graphs.current.updateOptions({ file: bins.map((b) => [b[0], range(b[3], b[4])]), dateWindow: window_ });
+    const answers = battery.answers.filter((row) => row[0] >= from);
+    if (!answers.length) answers.push([0, null, null, null]);
+    graphs.answer.updateOptions({ file: answers.map((row) => [row[0], row.slice(1)]), dateWindow: window_ });
     const last = battery.bins[battery.bins.length - 1], expected = battery.expected[battery.expected.length - 1];
     el('voltage').setAttribute('aria-label', 'Voltage over time; last measured ' + fixed(last && last[1], 2) + ' V, last expected ' + fixed(expected && expected[1], 2) + ' V');
+    const answer = answers[answers.length - 1];
+    el('answer').setAttribute('aria-label', 'Answer to the next crank over time; now ' + fixed(answer[2], 2) + ' V, 90 % between ' + fixed(answer[1], 2) + ' and ' + fixed(answer[3], 2) + ' V');
     el('current').setAttribute('aria-label', 'Current over time; last measured ' + fixed(last && last[3], 1) + ' A');
   }
 

@@ -47,9 +47,12 @@ class LivePage(LiveServer):
         wait_until(lambda: self.run_js('document.querySelectorAll("#cranks tbody tr th").length') >= 3, 90, 'three past cranks')
         self.assertRegex(self.text('answers'), r'lowest voltage\d+\.\d\d V holds')
         self.assertEqual(self.run_js('document.querySelectorAll("#answers svg[role=img][aria-label]").length'), 3)
-        self.assertRegex(self.text('figures'), r'Model age\d')
+        self.assertRegex(self.text('figures'), r'Answers rest onthis tripModel age\d')
         self.assertRegex(self.text('cranks'), r'\d+ % inside, mean error 0\.\d')
         self.assertGreater(self.run_js('window.livePage.batteries[0].expected.length'), 20)
+        answers = self.run_js('window.livePage.batteries[0].answers')
+        self.assertEqual(answers, sorted(answers))
+        self.assertLess(answers[-1][3] - answers[-1][1], 0.5 * (answers[0][3] - answers[0][1]))
         painted = self.run_js('Object.values(window.livePage.graphs).map((graph) => { const c = graph.hidden_; return c.getContext("2d")'
                               '.getImageData(0, 0, c.width, c.height).data.filter((value, k) => k % 4 === 3 && value > 0).length; })')
         for pixels in painted:

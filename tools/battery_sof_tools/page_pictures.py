@@ -1,18 +1,21 @@
 """Pictures of pages, by headless Chromium.
 
     page_pictures PAGE.html FOLDER          a diagnosis page, for docs/reading-a-diagnosis.md
-    page_pictures --live DRIVE.bag PICTURE  the live page down to its answers, while the bag is played (with the devel space sourced)
+    page_pictures --live DRIVE.bag PICTURE  the live page down to its answers, while the bag is played (with the devel space sourced);
+                                            PICTURE.gif shows ten seconds of it
 """
 
 import base64
 import os
 import sys
 import tempfile
+import time
 import urllib.request
 
 from .stress.ros import Processes, free_port, wait_until
 
 WIDTH = 1100
+FRAMES = 10
 LIVE_RATE, LIVE_CHARGES = 20, 8  # times real time; past charges that are waited for
 # file: selector whose lowest end is the picture's, and whether it begins at the top of the page
 PICTURES = {"diagnosis_page.png": ("#drive .dygraph-rangesel-fgcanvas", True), "diagnosis_regimes.png": ("#where", False), "diagnosis_weighed.png": ("#evidence", False),
@@ -56,10 +59,26 @@ def live(bag, picture):
             wait_until(lambda: is_served(address), 60, "the live page")
             driver.get(address)
             wait_until(lambda: driver.execute_script("return document.querySelectorAll('#charges tr').length") > LIVE_CHARGES, 120, "charges on the live page")
-            shoot(driver, 0, driver.execute_script("return document.querySelector('#answers').getBoundingClientRect().bottom + scrollY"), picture)
+            bottom = driver.execute_script("return document.querySelector('#answers').getBoundingClientRect().bottom + scrollY")
+            if picture.endswith(".gif"):
+                moving(driver, bottom, folder, picture)
+            else:
+                shoot(driver, 0, bottom, picture)
         finally:
             driver.quit()
     return 0
+
+
+def moving(driver, bottom, folder, picture):
+    """Ten pictures, one a second."""
+    from PIL import Image
+    frames = []
+    for n in range(FRAMES):
+        path = os.path.join(folder, f"{n}.png")
+        shoot(driver, 0, bottom, path)
+        frames.append(Image.open(path).convert("P", palette=Image.ADAPTIVE, colors=48))
+        time.sleep(1.0)
+    frames[0].save(picture, save_all=True, append_images=frames[1:], duration=1000, loop=0, optimize=True)
 
 
 def is_served(address):
