@@ -452,11 +452,11 @@ void describeOrigin(File& file, Model& model) {
                format("is %g, expected ", blocks) + kAllowedSeriesBlocks);
 }
 
-/// All of a file but its schema.
+/// All of a file but its schema. What cannot be used is refused by its equations first.
 template <typename File, typename Model>
 void describeModel(File& file, Model& model) {
   auto& fit = model.fit;
-  describeOrigin(file, model);
+  if constexpr (!File::kReads) describeOrigin(file, model);
   if constexpr (File::kReads)
     if (file.has("discrepancy"))
       file.map("discrepancy", [&](auto& part) { readDiscrepancy(part, fit); });
@@ -480,6 +480,7 @@ void describeModel(File& file, Model& model) {
   if constexpr (!File::kReads)
     if (fit.discrepancy)
       file.map("discrepancy", [&](auto& part) { describeDiscrepancy(part, *fit.discrepancy); });
+  if constexpr (File::kReads) describeOrigin(file, model);
 }
 
 FittedModel modelOf(const FieldReader& file) {
