@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "diagnosis/diagnosis.hpp"
-#include "estimation/fitted_model.hpp"
 
 namespace battery_sof::python {
 
@@ -17,12 +15,6 @@ struct HeldRecording {
   Recording recording;
   Series fitted;     ///< the series at the rate models are fitted at
   std::string hash;  ///< of the file, "sha256:..."; empty without one
-};
-
-/// A finished diagnosis with the stretch it is of.
-struct HeldDiagnosis {
-  Recording stretch;
-  Diagnosis diagnosis;
 };
 
 using Numbers = pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>;

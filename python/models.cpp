@@ -1,20 +1,19 @@
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "battery_sof/model.hpp"
 #include "bindings.hpp"
-#include "diagnosis/diagnose.hpp"
+#include "diagnosis/diagnosis.hpp"
 #include "estimation/recording_fit.hpp"
+#include "prediction/charge_acceptance.hpp"
+#include "prediction/query.hpp"
 #include "prediction/range_prediction.hpp"
-#include "recording/series_blocks.hpp"
-#include "report/answers.hpp"
-#include "report/diagnosis_page.hpp"
-#include "report/diagnosis_results.hpp"
-#include "report/model_yaml.hpp"
+#include "prediction/stop_time.hpp"
 #include "report/results.hpp"
 #include "util/atomic_file.hpp"
 #include "util/printable.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof::python {
 
@@ -24,28 +23,10 @@ namespace {
 
 using Seconds = std::optional<double>;
 
-void requireUsableModel(const Fit& fit) {
-  if (!isUsable(fit)) throw std::invalid_argument("no model: " + fit.message);
-}
-
-void nameOrigin(FittedModel& model, const HeldRecording& held, double series_blocks) {
-  model.provenance.recording = held.recording.name;
-  model.provenance.recording_hash = held.hash;
-  model.fit.series_blocks = series_blocks;
-}
-
-/// The recording with the voltage of one block of the row.
-Series seriesOfOne(const HeldRecording& held, double series_blocks) {
-  if (!areSeriesBlocks(series_blocks))
-    throw std::invalid_argument(format("series_blocks is %g, expected ", series_blocks) +
-                                kAllowedSeriesBlocks);
-  return perBlock(held.fitted, series_blocks);
-}
-
-FitStart startOf(const std::string& name) {
-  if (name == "robust") return FitStart::kRobust;
-  if (name == "paper") return FitStart::kPaper;
-  throw std::invalid_argument("start is \"" + name + "\", expected robust or paper");
+bool isPaperStart(const std::string& name) {
+  if (name != "robust" && name != "paper")
+    throw std::invalid_argument("start is \"" + name + "\", expected robust or paper");
+  return name == "paper";
 }
 
 PredictionMode modeOf(const std::optional<std::string>& name) {
@@ -55,25 +36,12 @@ PredictionMode modeOf(const std::optional<std::string>& name) {
   throw std::invalid_argument("mode is \"" + *name + "\", expected mixed, current or None");
 }
 
-FittedModel identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
-                         const std::optional<std::vector<std::string>>& effects, bool whiten,
-                         const std::string& start, double series_blocks, int threads) {
+Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
+                   const std::optional<std::vector<std::string>>& effects, bool whiten,
+                   const std::string& start, double series_blocks, int threads) {
   const py::gil_scoped_release released;
-  const Series series = seriesOfOne(held, series_blocks);
-  FitRequest request{from, to, chooses_window, {}};
-  request.options.chooses_effects = !effects.has_value();
-  if (effects) request.options.effects = *effects;
-  request.options.whiten = whiten;
-  request.options.start = startOf(start);
-  request.options.threads = threads;
-  const FitPlan plan = planFit(series, request);
-  const auto begin = std::chrono::steady_clock::now();
-  FittedModel model = fitPlanned(series, plan);
-  model.provenance.fit_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  if (isUsable(model.fit)) carryToEnd(model, series, request);
-  nameOrigin(model, held, series_blocks);
-  return model;
+  return identify(held.recording, {from, to, chooses_window, effects, whiten, isPaperStart(start),
+                                   series_blocks, threads, held.hash});
 }
 
 /// JSON as text; what is not UTF-8 in it (names of files) is replaced, as the command does.
@@ -99,19 +67,19 @@ py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
   return arrays;
 }
 
-std::pair<py::dict, std::string> predictHeld(const FittedModel& model, const HeldRecording& held,
+std::pair<py::dict, std::string> predictHeld(const Model& model, const HeldRecording& held,
                                              Seconds from, Seconds to,
                                              const std::optional<std::string>& mode) {
   RangePrediction prediction;
   Series part;
   {
     const py::gil_scoped_release released;
-    requireUsableModel(model.fit);
+    if (!model.usable()) throw std::invalid_argument("no model: " + model.message());
     const IndexRange range = samplesBetween(held.fitted, from, to);
-    prediction = predictRange(model, held.fitted, range, modeOf(mode));
+    prediction = predictRange(model.fitted(), held.fitted, range, modeOf(mode));
     part = slice(held.fitted, range);
   }
-  return {arraysOf(part, prediction.course), textOf(predictionJson(prediction.report))};
+  return {arraysOf(part, prediction.course), textOf(resultJson(prediction.report))};
 }
 
 double checkedCapacity(double capacity_ah) {
@@ -121,108 +89,86 @@ double checkedCapacity(double capacity_ah) {
 }
 
 /// An answer as JSON. @throws std::invalid_argument for a query that is none.
-template <typename Answer, typename ToJson>
-std::string jsonOf(const Answer& answer, const ToJson& json) {
+template <typename Answer>
+std::string jsonOf(const Answer& answer) {
   if (answer.code == AnswerCode::kInvalidQuery) throw std::invalid_argument(answer.message);
-  return textOf(json(answer));
+  return textOf(resultJson(answer));
 }
 
-std::string askCrank(const FittedModel& model, double i_load, double t_stop, double i_cranking,
+std::string askCrank(const Model& model, double i_load, double t_stop, double i_cranking,
                      double t_cranking, std::optional<double> u_required, double capacity_ah) {
   const py::gil_scoped_release released;
   const CrankingQuery query =
       asked(CrankingQuery{i_load, t_stop, i_cranking, t_cranking, u_required});
-  return jsonOf(predictCranking(model, query, checkedCapacity(capacity_ah)), crankingJson);
+  return jsonOf(predictCranking(model, query, checkedCapacity(capacity_ah)));
 }
 
-std::string askStopTime(const FittedModel& model, double i_load, double i_cranking,
-                        double t_cranking, double u_required, double capacity_ah) {
+std::string askStopTime(const Model& model, double i_load, double i_cranking, double t_cranking,
+                        double u_required, double capacity_ah) {
   const py::gil_scoped_release released;
   const StopTimeQuery query = asked(StopTimeQuery{i_load, i_cranking, t_cranking, u_required});
-  return jsonOf(predictStopTime(model, query, checkedCapacity(capacity_ah)), stopTimeJson);
+  return jsonOf(predictStopTime(model, query, checkedCapacity(capacity_ah)));
 }
 
-std::string askCharge(const FittedModel& model, double u_boost, double t_sof2, double i_limit,
+std::string askCharge(const Model& model, double u_boost, double t_sof2, double i_limit,
                       double capacity_ah) {
   const py::gil_scoped_release released;
   const ChargeAcceptanceQuery query = asked(ChargeAcceptanceQuery{u_boost, t_sof2, i_limit});
-  return jsonOf(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)),
-                chargeAcceptanceJson);
+  return jsonOf(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)));
 }
 
-HeldDiagnosis diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to,
-                           double holdout_share, const std::vector<std::string>& hypotheses,
-                           const std::vector<std::string>& given, double series_blocks,
-                           int threads) {
+DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to,
+                             double holdout_share, const std::vector<std::string>& hypotheses,
+                             const std::vector<std::string>& given, double series_blocks,
+                             int threads) {
   const py::gil_scoped_release released;
-  HeldDiagnosis result{held.recording, {}};
-  result.stretch.series =
-      slice(seriesOfOne(held, series_blocks), samplesBetween(held.fitted, from, to));
-  DiagnoseOptions options;
-  options.holdout_share = holdout_share;
-  options.hypotheses = hypotheses;
-  options.given = given;
-  options.threads = threads;
-  result.diagnosis = diagnose(result.stretch, options);
-  nameOrigin(result.diagnosis.base, held, series_blocks);
-  nameOrigin(result.diagnosis.extended, held, series_blocks);
-  if (series_blocks != 1.0)
-    result.diagnosis.instrument.insert(result.diagnosis.instrument.begin(),
-                                       seriesBlocksSentence(series_blocks));
-  return result;
+  return diagnose(held.recording, {from, to, holdout_share, hypotheses, given, series_blocks,
+                                   threads, nullptr, held.hash});
 }
 
-Numbers covarianceOf(const FittedModel& model) {
-  Numbers rows({model.fit.covariance.rows(), model.fit.covariance.cols()});
-  for (Eigen::Index j = 0; j < model.fit.covariance.rows(); ++j)
-    for (Eigen::Index k = 0; k < model.fit.covariance.cols(); ++k)
-      rows.mutable_at(j, k) = model.fit.covariance(j, k);
+Numbers covarianceOf(const Model& model) {
+  const Eigen::MatrixXd& covariance = model.fitted().fit.covariance;
+  Numbers rows({covariance.rows(), covariance.cols()});
+  for (Eigen::Index j = 0; j < covariance.rows(); ++j)
+    for (Eigen::Index k = 0; k < covariance.cols(); ++k) rows.mutable_at(j, k) = covariance(j, k);
   return rows;
 }
 
 void defineModel(py::module_& module) {
-  py::class_<FittedModel>(module, "Model")
-      .def_static("read",
-                  [](const std::string& path) {
-                    const py::gil_scoped_release released;
-                    return readModelFile(path);
-                  })
-      .def_property_readonly("usable", [](const FittedModel& model) { return isUsable(model.fit); })
+  const py::call_guard<py::gil_scoped_release> released;
+  py::class_<Model>(module, "Model")
+      .def_static(
+          "read", [](const std::string& path) { return Model::read(path); }, released)
+      .def_property_readonly("usable", &Model::usable)
       .def_property_readonly("covariance", &covarianceOf)
       .def_property_readonly(
           "recording_hash",
-          [](const FittedModel& model) { return model.provenance.recording_hash; })
-      .def("json", [](const FittedModel& model) { return textOf(identifyJson(model)); })
-      .def("rested",
-           [](const FittedModel& model) {
-             requireUsableModel(model.fit);
-             return rested(model);
-           })
-      .def("write", [](const FittedModel& model, const std::string& path) {
-        const py::gil_scoped_release released;
-        requireUsableModel(model.fit);
-        writeModelFile(path, model);
-      });
+          [](const Model& model) { return model.fitted().provenance.recording_hash; })
+      .def("json", &Model::json)
+      .def("rested", &Model::rested)
+      .def(
+          "write", [](const Model& model, const std::string& path) { model.write(path); },
+          released);
 }
 
 void defineDiagnosis(py::module_& module) {
-  py::class_<HeldDiagnosis>(module, "Diagnosis")
-      .def("json", [](const HeldDiagnosis& held) { return textOf(diagnosisJson(held.diagnosis)); })
-      .def("text",
-           [](const HeldDiagnosis& held) {
-             return printable(diagnosisText(held.diagnosis), LineBreaks::kKept);
-           })
-      .def("base", [](const HeldDiagnosis& held) { return held.diagnosis.base; })
-      .def("extended", [](const HeldDiagnosis& held) { return held.diagnosis.extended; })
-      .def("time_s", [](const HeldDiagnosis& held) { return numpyOf(held.stretch.series.time); })
+  using Report = DiagnosisReport;
+  py::class_<Report>(module, "Diagnosis")
+      .def("json", &Report::json)
+      .def("text", [](const Report& report) { return printable(report.text(), LineBreaks::kKept); })
+      .def("base", &Report::base)
+      .def("extended", &Report::extended)
+      .def("time_s", [](const Report& report) { return numpyOf(report.recording().series.time); })
       .def("base_voltage",
-           [](const HeldDiagnosis& held) { return numpyOf(held.diagnosis.base_voltage); })
+           [](const Report& report) { return numpyOf(report.diagnosis().base_voltage); })
       .def("extended_voltage",
-           [](const HeldDiagnosis& held) { return numpyOf(held.diagnosis.extended_voltage); })
-      .def("write_page", [](const HeldDiagnosis& held, const std::string& path) {
-        const py::gil_scoped_release released;
-        writeFileAtomically(path, diagnosisPage(held.stretch, held.diagnosis));
-      });
+           [](const Report& report) { return numpyOf(report.diagnosis().extended_voltage); })
+      .def(
+          "write_page",
+          [](const Report& report, const std::string& path) {
+            writeFileAtomically(path, report.page());
+          },
+          py::call_guard<py::gil_scoped_release>());
 }
 
 }  // namespace

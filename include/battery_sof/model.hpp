@@ -26,6 +26,8 @@ struct IdentifyRequest {
   bool paper_start = false;    ///< search from the paper's starting point alone
   double series_blocks = 1.0;  ///< of 12 V in series that the recording is of
   int threads = 1;             ///< 0: as many as the machine has; changes no result
+  /// of the recording's file, for the model file: "sha256:..."; empty: unknown
+  std::string recording_hash = {};
 };
 
 /**
@@ -92,6 +94,7 @@ struct DiagnosisRequest {
   /// 0: as many as the machine has; changes no result
   int threads = 1;
   std::function<void(const std::string& stage)> progress = nullptr;  ///< called with what begins
+  std::string recording_hash = {};                                   ///< as IdentifyRequest's
 };
 
 struct Diagnosis;

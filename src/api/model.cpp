@@ -1,5 +1,6 @@
 #include "battery_sof/model.hpp"
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -11,7 +12,6 @@
 #include "recording/resample.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/diagnosis_page.hpp"
-#include "report/diagnosis_results.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
 
@@ -31,9 +31,17 @@ Series fittedSeries(const Recording& recording, double series_blocks) {
   return perBlock(atDesignRate(recording.series), series_blocks);
 }
 
-void nameOrigin(FittedModel& model, const Recording& recording, double series_blocks) {
+template <typename Request>
+void nameOrigin(FittedModel& model, const Recording& recording, const Request& request) {
   model.provenance.recording = recording.name;
-  model.fit.series_blocks = series_blocks;
+  model.provenance.recording_hash = request.recording_hash;
+  model.fit.series_blocks = request.series_blocks;
+}
+
+/// JSON as text; what is not UTF-8 in it (names of files) is replaced.
+template <typename Result>
+std::string jsonText(const Result& result) {
+  return resultJson(result).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -60,9 +68,9 @@ Model Model::rested() const {
   return Model(battery_sof::rested(*fitted_));
 }
 
-std::string Model::json() const { return identifyJson(*fitted_).dump(); }
+std::string Model::json() const { return jsonText(*fitted_); }
 
-std::string Model::text() const { return identifyText(*fitted_); }
+std::string Model::text() const { return resultText(*fitted_); }
 
 Model identify(const Recording& recording, const IdentifyRequest& request) {
   const Series series = fittedSeries(recording, request.series_blocks);
@@ -72,9 +80,13 @@ Model identify(const Recording& recording, const IdentifyRequest& request) {
   fit.options.whiten = request.whiten;
   fit.options.start = request.paper_start ? FitStart::kPaper : FitStart::kRobust;
   fit.options.threads = request.threads;
-  FittedModel model = fitPlanned(series, planFit(series, fit));
+  const FitPlan plan = planFit(series, fit);
+  const auto begin = std::chrono::steady_clock::now();
+  FittedModel model = fitPlanned(series, plan);
+  model.provenance.fit_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   if (isUsable(model.fit)) carryToEnd(model, series, fit);
-  nameOrigin(model, recording, request.series_blocks);
+  nameOrigin(model, recording, request);
   return Model(std::move(model));
 }
 
@@ -105,9 +117,9 @@ std::string DiagnosisReport::verdict() const { return toString(diagnosis_->verdi
 
 std::string DiagnosisReport::summary() const { return diagnosis_->summary; }
 
-std::string DiagnosisReport::json() const { return diagnosisJson(*diagnosis_).dump(); }
+std::string DiagnosisReport::json() const { return jsonText(*diagnosis_); }
 
-std::string DiagnosisReport::text() const { return diagnosisText(*diagnosis_); }
+std::string DiagnosisReport::text() const { return resultText(*diagnosis_); }
 
 std::string DiagnosisReport::page() const { return diagnosisPage(*recording_, *diagnosis_); }
 
@@ -126,8 +138,8 @@ DiagnosisReport diagnose(const Recording& recording, const DiagnosisRequest& req
   options.threads = request.threads;
   options.progress = request.progress;
   Diagnosis diagnosis = diagnose(stretch, options);
-  nameOrigin(diagnosis.base, recording, request.series_blocks);
-  nameOrigin(diagnosis.extended, recording, request.series_blocks);
+  nameOrigin(diagnosis.base, recording, request);
+  nameOrigin(diagnosis.extended, recording, request);
   if (request.series_blocks != 1.0)
     diagnosis.instrument.insert(diagnosis.instrument.begin(),
                                 seriesBlocksSentence(request.series_blocks));

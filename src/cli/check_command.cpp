@@ -35,8 +35,7 @@ void addCheckCommand(CLI::App& app, CommandLine& line) {
   addRecordingOptions(*command, arguments->recording);
   addSeriesBlocksOption(*command, arguments->recording);
   addJsonOption(*command, arguments->json);
-  command->callback(
-      [&line, arguments] { line.run = [&line, arguments] { return runCheck(line, *arguments); }; });
+  whenChosen(*command, line, arguments, runCheck);
 }
 
 }  // namespace battery_sof

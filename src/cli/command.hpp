@@ -35,6 +35,15 @@ struct CommandLine {
   std::function<int()> run;
 };
 
+/// Runs a function with a subcommand's arguments where that is the one that was given.
+template <typename Arguments>
+void whenChosen(CLI::App& command, CommandLine& line, std::shared_ptr<Arguments> arguments,
+                int (*run)(const CommandLine&, const Arguments&)) {
+  command.callback([&line, arguments = std::move(arguments), run] {
+    line.run = [&line, arguments, run] { return run(line, *arguments); };
+  });
+}
+
 /// Type names, shown by --help, of options that name files: runSof() refuses a file that is both
 /// read and written.
 inline constexpr char kReadFile[] = "INPUT";

@@ -51,9 +51,7 @@ void addConvertCommand(CLI::App& app, CommandLine& line) {
       ->type_name(kWrittenFile);
   addRecordingOptions(*command, arguments->recording, false);
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runConvert(line, *arguments); };
-  });
+  whenChosen(*command, line, arguments, runConvert);
 }
 
 }  // namespace battery_sof

@@ -7,8 +7,8 @@
 #include "interruption.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/diagnosis_page.hpp"
-#include "report/diagnosis_results.hpp"
 #include "report/model_yaml.hpp"
+#include "report/results.hpp"
 #include "util/atomic_file.hpp"
 
 namespace battery_sof {
@@ -84,7 +84,7 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   progress.stage("writing");
   writeFiles(arguments, recording, diagnosis);
   progress.end();
-  emit(line, diagnosisText(diagnosis), diagnosisJson(diagnosis), arguments.json);
+  emit(line, resultText(diagnosis), resultJson(diagnosis), arguments.json);
   if (diagnosis.verdict != Verdict::kInsufficientData) return kExitDone;
   complain(line.err, "no diagnosis: " + diagnosis.summary);
   return kExitNegative;
@@ -152,9 +152,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
       ->capture_default_str();
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runDiagnose(line, *arguments); };
-  });
+  whenChosen(*command, line, arguments, runDiagnose);
 }
 
 }  // namespace battery_sof

@@ -29,9 +29,7 @@ void addEffectsCommand(CLI::App& app, CommandLine& line) {
   command->add_option("ID", arguments->id, "an effect; without it a table of all");
   command->add_flag("--markdown", arguments->markdown, "print as docs/effects.md holds it");
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runEffects(line, *arguments); };
-  });
+  whenChosen(*command, line, arguments, runEffects);
 }
 
 }  // namespace battery_sof

@@ -92,12 +92,12 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   model.fit.series_blocks = arguments.recording.series_blocks;
   progress.end();
   if (!isUsable(model.fit)) {
-    emit(line, identifyText(model), identifyJson(model), arguments.json);
+    emit(line, resultText(model), resultJson(model), arguments.json);
     complain(line.err, "no model: " + model.fit.message);
     return kExitNegative;
   }
   writeModelFile(arguments.out, model);
-  emit(line, identifyText(model), identifyJson(model), arguments.json);
+  emit(line, resultText(model), resultJson(model), arguments.json);
   return kExitDone;
 }
 
@@ -142,9 +142,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
       ->capture_default_str();
   addPriorsOptions(*command, arguments->priors);
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runIdentify(line, *arguments); };
-  });
+  whenChosen(*command, line, arguments, runIdentify);
 }
 
 }  // namespace battery_sof

@@ -57,7 +57,7 @@ int runPredict(const CommandLine& line, const PredictArguments& arguments) {
   if (!arguments.csv.empty())
     writeFileAtomically(arguments.csv, predictionCsv(series, range, predicted.course));
   progress.end();
-  emit(line, predictionText(predicted.report), predictionJson(predicted.report), arguments.json);
+  emit(line, resultText(predicted.report), resultJson(predicted.report), arguments.json);
   return kExitDone;
 }
 
@@ -83,9 +83,7 @@ void addPredictCommand(CLI::App& app, CommandLine& line) {
       ->check(CLI::IsMember({"mixed", "current"}));
   addRenamedOption(*command, "--drive", "--mode");
   addJsonOption(*command, arguments->json);
-  command->callback([&line, arguments] {
-    line.run = [&line, arguments] { return runPredict(line, *arguments); };
-  });
+  whenChosen(*command, line, arguments, runPredict);
 }
 
 }  // namespace battery_sof

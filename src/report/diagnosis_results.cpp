@@ -1,10 +1,9 @@
-#include "report/diagnosis_results.hpp"
-
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "battery_sof/version.hpp"
+#include "descriptions.hpp"
+#include "report/results.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
@@ -12,182 +11,9 @@
 namespace battery_sof {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr std::size_t kSegmentsTold = 8;        // of the text's list; JSON has all
 constexpr std::size_t kReportedCandidates = 6;  // of the text's list
 constexpr double kNotableZ = 4.0;               // of an absorption: 1 in 16,000 by chance alone
-
-// ---------------------------------------------------------------------------------------------
-// JSON
-
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
-
-/// One array entry for each item.
-template <typename Item, typename Entry>
-Json listOf(const std::vector<Item>& items, Entry&& entry) {
-  Json list = Json::array();
-  for (const Item& item : items) list.push_back(entry(item));
-  return list;
-}
-
-Json parameterJson(const DiagnosedParameter& parameter) {
-  return {{"name", parameter.name},           {"value", number(parameter.value)},
-          {"std", number(parameter.std)},     {"unit", parameter.unit},
-          {"lower", number(parameter.lower)}, {"upper", number(parameter.upper)},
-          {"at_bound", parameter.at_bound}};
-}
-
-Json effectJson(const NamedEffect& effect) {
-  return {{"id", effect.id},
-          {"title", titleOf(effect.id)},
-          {"mechanism", effect.mechanism},
-          {"probability", number(effect.probability)},
-          {"confidence", number(effect.confidence)},
-          {"absorbed_into", effect.biased_parameters},
-          {"parameters", listOf(effect.parameters, parameterJson)},
-          {"evidence", number(effect.evidence)},
-          {"voltage_rms_v", number(effect.voltage_rms)},
-          {"indistinguishable_from", effect.indistinguishable_from}};
-}
-
-Json candidateJson(const Candidate& candidate) {
-  return {{"id", candidate.id},
-          {"title", titleOf(candidate.id)},
-          {"mechanism", candidate.mechanism},
-          {"probability", number(candidate.confidence)},
-          {"holdout_gain_percent", number(candidate.holdout_gain_percent)},
-          {"evidence", number(candidate.evidence)},
-          {"confidence", number(candidate.confidence)},
-          {"rejected_because", candidate.rejected_because}};
-}
-
-Json segmentJson(const MismatchSegment& segment) {
-  return {{"from_s", number(segment.from)},
-          {"to_s", number(segment.to)},
-          {"regime", segment.regime},
-          {"mean_error_v", number(segment.mean_error)},
-          {"peak_error_v", number(segment.peak_error)},
-          {"p_value", number(segment.p_value)}};
-}
-
-Json regimeJson(const RegimeFinding& finding) {
-  return {{"regime", finding.regime},
-          {"statistic", finding.statistic},
-          {"unit", finding.statistic == "slope" ? "V/s" : "V"},
-          {"episodes", finding.episodes},
-          {"value", number(finding.value)},
-          {"lower", number(finding.lower)},
-          {"upper", number(finding.upper)},
-          {"p_value", number(finding.p_value)},
-          {"alarm", finding.is_significant}};
-}
-
-Json parameterBiasJson(const ParameterBias& parameter_bias) {
-  return {{"parameter", parameter_bias.parameter},
-          {"regime", parameter_bias.regime},
-          {"z", number(parameter_bias.z)},
-          {"change", number(parameter_bias.change)}};
-}
-
-Json comparedJson(const RegimeComparison& regime) {
-  return {{"regime", regime.regime},
-          {"samples", regime.samples},
-          {"base_rmse_v", number(regime.base_rmse)},
-          {"extended_rmse_v", number(regime.extended_rmse)},
-          {"change_v", number(regime.change)},
-          {"change_lower_v", number(regime.change_lower)},
-          {"change_upper_v", number(regime.change_upper)}};
-}
-
-Json metricsJson(const ErrorMetrics& metrics) {
-  return {{"q_dyn_percent", number(metrics.q_dyn_percent)},
-          {"rmse_v", number(metrics.rmse)},
-          {"max_abs_v", number(metrics.max_abs)},
-          {"crank_mae_v", number(metrics.crank_mae)},
-          {"cranks", metrics.cranks},
-          {"charge_bias_v", number(metrics.charge_bias)},
-          {"charge_current_error_a", number(metrics.charge_current_error)},
-          {"share_percent", number(metrics.share_percent)},
-          {"current_share_percent", number(metrics.current_share_percent)},
-          {"voltage_share_percent", number(metrics.voltage_share_percent)}};
-}
-
-Json windowJson(const FitWindow& window) {
-  return {{"from_s", number(window.from)}, {"to_s", number(window.to)}};
-}
-
-Json fitJson(const Comparison& fit) {
-  return {{"train", windowJson(fit.train)},
-          {"holdout", windowJson(fit.holdout)},
-          {"base",
-           {{"train", metricsJson(fit.base_train)}, {"holdout", metricsJson(fit.base_holdout)}}},
-          {"extended",
-           {{"train", metricsJson(fit.extended_train)},
-            {"holdout", metricsJson(fit.extended_holdout)}}},
-          {"regimes", listOf(fit.regimes, comparedJson)}};
-}
-
-Json answerJson(const DiscrepancyAnswer& answer) {
-  return {{"time_s", number(answer.time)},
-          {"charging_v", number(answer.charging)},
-          {"discharging_v", number(answer.discharging)},
-          {"charging_std_v", number(answer.charging_std)},
-          {"discharging_std_v", number(answer.discharging_std)}};
-}
-
-Json atCurrentJson(const DiscrepancyAtCurrent& at) {
-  return {{"current_a", number(at.current)},
-          {"early_v", number(at.early)},
-          {"late_v", number(at.late)},
-          {"early_std_v", number(at.early_std)},
-          {"late_std_v", number(at.late_std)}};
-}
-
-Json weightJson(const MechanismWeight& weight) {
-  return {{"mechanism", mechanismId(weight.mechanism)},
-          {"gain", number(weight.gain)},
-          {"rms_v", number(weight.rms)}};
-}
-
-Json discrepancyJson(const std::optional<DiscrepancyFinding>& discrepancy) {
-  if (!discrepancy) return nullptr;
-  return {{"used", discrepancy->is_used},
-          {"rms_v", number(discrepancy->rms)},
-          {"left_out_base_rmse_v", number(discrepancy->left_out.base)},
-          {"left_out_rmse_v", number(discrepancy->left_out.discrepancy)},
-          {"mechanisms", listOf(discrepancy->mechanisms, weightJson)},
-          {"terms", discrepancy->terms},
-          {"answers_to_a", number(discrepancy->answer_current)},
-          {"answers", listOf(discrepancy->answers, answerJson)},
-          {"curve", listOf(discrepancy->curve, atCurrentJson)},
-          {"description", discrepancy->description}};
-}
-
-Json relevanceJson(const UnexplainedPart& left) {
-  return {{"crank_v", number(left.crank)},
-          {"charge_share", number(left.charge_share)},
-          {"rmse_v", number(left.rmse)},
-          {"noise_v", number(left.noise)},
-          {"limits",
-           {{"crank_v", number(left.limits.crank)},
-            {"charge_share", number(left.limits.charge_share)},
-            {"rmse_v", number(left.limits.rmse)}}}};
-}
-
-Json detectionLimitJson(const DetectionLimit& detection_limits) {
-  return {{"id", detection_limits.id},
-          {"parameter", detection_limits.parameter},
-          {"unit", detection_limits.unit},
-          {"strength", number(detection_limits.strength)},
-          {"typical", number(detection_limits.typical)},
-          {"visible", detection_limits.visible}};
-}
-
-// ---------------------------------------------------------------------------------------------
-// text
 
 constexpr char kIndent[] = "             ";
 
@@ -366,71 +192,190 @@ std::string restText(const Diagnosis& d) {
   return text.empty() ? text : "\n" + text;
 }
 
-Json operatingModeJson(const ControlModeOverview& source) {
-  return {{"seen", source.seen},
-          {"summary", source.summary},
-          {"reasons", listOf(source.totals,
-                             [](const ControlModeTotals& totals) -> Json {
-                               return {{"mode", toString(totals.mode)},
-                                       {"reason", totals.reason},
-                                       {"stretches", totals.stretches},
-                                       {"samples", totals.samples}};
-                             })},
-          {"voltage", listOf(source.voltage_controlled, [](const ControlledTime& time) -> Json {
-             return {{"from_s", number(time.from)}, {"to_s", number(time.to)}};
-           })}};
+}  // namespace
+
+// ---------------------------------------------------------------------------------------------
+// JSON: what messages do not have (descriptions.hpp has the rest). Schema battery_sof/diagnosis/2.
+
+template <typename Visit>
+void describe(Visit& visit, const RegimeFinding& finding) {
+  visit("regime", finding.regime);
+  visit("statistic", finding.statistic);
+  visit("unit", finding.statistic == "slope" ? "V/s" : "V");
+  visit("episodes", finding.episodes);
+  visit("value", finding.value);
+  visit("lower", finding.lower);
+  visit("upper", finding.upper);
+  visit("p_value", finding.p_value);
+  visit("alarm", finding.is_significant);
 }
 
-}  // namespace
+template <typename Visit>
+void describe(Visit& visit, const ParameterBias& bias) {
+  visit("parameter", bias.parameter);
+  visit("regime", bias.regime);
+  visit("z", bias.z);
+  visit("change", bias.change);
+}
+
+template <typename Visit>
+void describe(Visit& visit, const RegimeComparison& regime) {
+  visit("regime", regime.regime);
+  visit("samples", regime.samples);
+  visit("base_rmse", regime.base_rmse, "v");
+  visit("extended_rmse", regime.extended_rmse, "v");
+  visit("change", regime.change, "v");
+  visit("change_lower", regime.change_lower, "v");
+  visit("change_upper", regime.change_upper, "v");
+}
+
+template <typename Visit>
+void describe(Visit& visit, const Comparison& fit) {
+  const auto parts = [](const ErrorMetrics& train, const ErrorMetrics& holdout) {
+    return [&](auto& side) {
+      side("train", train);
+      side("holdout", holdout);
+    };
+  };
+  visit("train", fit.train);
+  visit("holdout", fit.holdout);
+  visit("base", parts(fit.base_train, fit.base_holdout));
+  visit("extended", parts(fit.extended_train, fit.extended_holdout));
+  visit("regimes", fit.regimes);
+}
+
+template <typename Visit>
+void describe(Visit& visit, const DiscrepancyAnswer& answer) {
+  visit("time", answer.time, "s");
+  visit("charging", answer.charging, "v");
+  visit("discharging", answer.discharging, "v");
+  visit("charging_std", answer.charging_std, "v");
+  visit("discharging_std", answer.discharging_std, "v");
+}
+
+template <typename Visit>
+void describe(Visit& visit, const DiscrepancyAtCurrent& at) {
+  visit("current", at.current, "a");
+  visit("early", at.early, "v");
+  visit("late", at.late, "v");
+  visit("early_std", at.early_std, "v");
+  visit("late_std", at.late_std, "v");
+}
+
+template <typename Visit>
+void describe(Visit& visit, const MechanismWeight& weight) {
+  visit("mechanism", mechanismId(weight.mechanism));
+  visit("gain", weight.gain);
+  visit("rms", weight.rms, "v");
+}
+
+template <typename Visit>
+void describe(Visit& visit, const DiscrepancyFinding& discrepancy) {
+  visit("used", discrepancy.is_used);
+  visit("rms", discrepancy.rms, "v");
+  visit("left_out_base_rmse", discrepancy.left_out.base, "v");
+  visit("left_out_rmse", discrepancy.left_out.discrepancy, "v");
+  visit("mechanisms", discrepancy.mechanisms);
+  visit("terms", discrepancy.terms);
+  visit("answers_to", discrepancy.answer_current, "a");
+  visit("answers", discrepancy.answers);
+  visit("curve", discrepancy.curve);
+  visit("description", discrepancy.description);
+}
+
+template <typename Visit>
+void describe(Visit& visit, const Relevance& limits) {
+  visit("crank", limits.crank, "v");
+  visit("charge_share", limits.charge_share);
+  visit("rmse", limits.rmse, "v");
+}
+
+template <typename Visit>
+void describe(Visit& visit, const UnexplainedPart& left) {
+  visit("crank", left.crank, "v");
+  visit("charge_share", left.charge_share);
+  visit("rmse", left.rmse, "v");
+  visit("noise", left.noise, "v");
+  visit("limits", left.limits);
+}
+
+template <typename Visit>
+void describe(Visit& visit, const DetectionLimit& limit) {
+  visit("id", limit.id);
+  visit("parameter", limit.parameter);
+  visit("unit", limit.unit);
+  visit("strength", limit.strength);
+  visit("typical", limit.typical);
+  visit("visible", limit.visible);
+}
+
+template <typename Visit>
+void describe(Visit& visit, const ControlModeTotals& totals) {
+  visit("mode", toString(totals.mode));
+  visit("reason", totals.reason);
+  visit("stretches", totals.stretches);
+  visit("samples", totals.samples);
+}
+
+template <typename Visit>
+void describe(Visit& visit, const ControlledTime& time) {
+  visit("from", time.from, "s");
+  visit("to", time.to, "s");
+}
+
+template <typename Visit>
+void describe(Visit& visit, const ControlModeOverview& source) {
+  visit("seen", source.seen);
+  visit("summary", source.summary);
+  visit("reasons", source.totals);
+  visit("voltage", source.voltage_controlled);
+}
 
 namespace {
 
+std::optional<double> probabilityOf(const Diagnosis& d) {
+  return d.mechanism && d.probability > 0.0 ? std::optional<double>(d.probability) : std::nullopt;
+}
+
 /// Those whose probabilities add up to 0.9, likeliest first: at present the one of the verdict.
-Json mechanismsJson(const Diagnosis& d) {
-  Json mechanisms = Json::array();
+nlohmann::json mechanismsJson(const Diagnosis& d) {
+  nlohmann::json mechanisms = nlohmann::json::array();
   if (d.mechanism)
     mechanisms.push_back(
-        {{"id", mechanismId(*d.mechanism)},
-         {"probability", d.probability > 0.0 ? number(d.probability) : Json(nullptr)}});
+        {{"id", mechanismId(*d.mechanism)}, {"probability", jsonOf(probabilityOf(d))}});
   return mechanisms;
 }
 
 }  // namespace
 
-nlohmann::json diagnosisJson(const Diagnosis& d) {
-  return {
-      {"schema", "battery_sof/diagnosis/2"},
-      {"program", "battery_sof " + version()},
-      {"recording", printable(d.base.provenance.recording)},
-      {"verdict", toString(d.verdict)},
-      {"summary", d.summary},
-      {"effects", listOf(d.effects, effectJson)},
-      {"candidates", listOf(d.candidates, candidateJson)},
-      {"mismatch", listOf(d.mismatch, segmentJson)},
-      {"fit", fitJson(d.fit)},
-      {"charger_share", number(d.charger_share)},
-      {"operating_mode", operatingModeJson(d.source)},
-      {"baseline", d.fit.baseline_ridge ? metricsJson(*d.fit.baseline_ridge) : Json(nullptr)},
-      {"baseline_line", d.fit.baseline_line ? metricsJson(*d.fit.baseline_line) : Json(nullptr)},
-      {"next_experiment", d.next_experiment},
-      {"regimes", listOf(d.regimes, regimeJson)},
-      {"parameter_bias", listOf(d.parameter_bias, parameterBiasJson)},
-      {"mechanism", d.mechanism ? Json(mechanismId(*d.mechanism)) : Json(nullptr)},
-      {"mechanisms", mechanismsJson(d)},
-      {"probability", d.mechanism && d.probability > 0.0 ? number(d.probability) : Json(nullptr)},
-      {"relevance", relevanceJson(d.unexplained)},
-      {"withheld_rmse_v", number(d.withheld_rmse)},
-      {"discrepancy", discrepancyJson(d.discrepancy)},
-      {"evidence",
-       {{"base", number(d.evidence_base)},
-        {"extended", number(d.evidence_extended)},
-        {"effective_sample_fraction", number(d.effective_sample_fraction)}}},
-      {"instrument", d.instrument},
-      {"detection_limits", listOf(d.detection_limits, detectionLimitJson)},
-      {"unobservable", d.outside}};
+nlohmann::json resultJson(const Diagnosis& d) {
+  JsonFields visit;
+  describe(visit, d);
+  visit("schema", "battery_sof/diagnosis/2");
+  visit("program", "battery_sof " + version());
+  visit("recording", printable(d.base.provenance.recording));
+  visit("fit", d.fit);
+  visit("charger_share", d.charger_share);
+  visit("operating_mode", d.source);
+  visit("baseline", d.fit.baseline_ridge);
+  visit("baseline_line", d.fit.baseline_line);
+  visit("regimes", d.regimes);
+  visit("parameter_bias", d.parameter_bias);
+  visit("mechanisms", mechanismsJson(d));
+  visit("probability", probabilityOf(d));
+  visit("relevance", d.unexplained);
+  visit("withheld_rmse", d.withheld_rmse, "v");
+  visit("discrepancy", d.discrepancy);
+  visit("evidence", [&](auto& evidence) {
+    evidence("base", d.evidence_base);
+    evidence("extended", d.evidence_extended);
+    evidence("effective_sample_fraction", d.effective_sample_fraction);
+  });
+  visit("detection_limits", d.detection_limits);
+  return visit.json;
 }
 
-std::string diagnosisText(const Diagnosis& d) {
+std::string resultText(const Diagnosis& d) {
   return verdictText(d) + mismatchText(d) + regimesText(d) + parameterBiasText(d) + effectsText(d) +
          rejectedText(d) + comparisonText(d) + detectionLimitsText(d) + restText(d);
 }

@@ -2,13 +2,17 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <string_view>
+#include <Eigen/Eigenvalues>
+#include <cmath>
 
-#include "model_parts.hpp"
+#include "battery_sof/version.hpp"
+#include "estimation/residual_filter.hpp"
+#include "prediction/query.hpp"
+#include "recording/control_mode_overview.hpp"
 #include "recording/series_blocks.hpp"
 #include "util/atomic_file.hpp"
 #include "util/regular_file.hpp"
-#include "util/text.hpp"
+#include "yaml_fields.hpp"
 
 namespace battery_sof {
 namespace {
@@ -18,103 +22,505 @@ constexpr std::size_t kLargestFile = 1 << 20;  // twenty times a model with ever
 constexpr Range kDurations{0.0, 1e10};         // [s]
 constexpr Range kCharges{0.0, 1e6};            // [Ah]
 constexpr Range kErrors{0.0, 1e4};             // [V], [A]
+constexpr double kMaxStd = 1e9;  // of a range, or in a state's unit: far above what an
+                                 // undetermined parameter shows
+constexpr double kMinEigenvalue = -1e-6;
+constexpr double kMinStep = 1e-3;     // [s], of a phase and a charge
+constexpr std::size_t kMaxLag = 100;  // [samples], ten seconds of the slowest fast recording
 
-FitStatus statusOf(const Reader& fit) {
-  const std::string text = fit.text("status");
-  for (FitStatus status : {FitStatus::kConverged, FitStatus::kIterationLimit, FitStatus::kStalled,
-                           FitStatus::kWindowTooShort, FitStatus::kNotExcited})
-    if (toString(status) == text) return status;
-  fit.fail("status", "is \"" + text +
-                         "\", expected converged, iteration_limit, stalled, "
-                         "window_too_short or not_excited");
+// ---------------------------------------------------------------------------------------------
+// The parts of a file, described for both directions (yaml_fields.hpp): Part is const when it is
+// written.
+
+/// Fits with a penalty go a little beyond the bounds, and bounds differ between versions: a decade,
+/// or as much again.
+Range rangeOf(const ParameterInfo& info) {
+  if (info.instant) return kTimes;
+  if (info.lower > 0.0) return {0.1 * info.lower, 10.0 * info.upper};
+  const double span = info.upper - info.lower;
+  return {info.lower - span, info.upper + span};
 }
 
-void readWindow(const Reader& root, Fit& fit) {
-  const Reader window = root.at("window");
-  fit.window = {window.number("from_s", kTimes), window.number("to_s", kTimes),
-                window.whole<std::size_t>("samples")};
-  if (fit.window.to < fit.window.from) window.fail("to_s", "is before from_s");
+template <typename File, typename Estimate>
+void describeEstimate(File& file, Estimate& estimate, const ParameterInfo& info) {
+  file.number("value", estimate.value, rangeOf(info));
+  file.number("std_error", estimate.std, {0.0, kMaxStd * (info.upper - info.lower)});
+  file.text("unit", estimate.unit);
+  if (File::kReads ? file.has("held") : estimate.held) file.flag("held", estimate.held);
+  file.flag("at_bound", estimate.at_bound);
+  file.flag("determined", estimate.determined);
+}
+
+template <typename File, typename Model>
+void describeParameters(File& file, Model& fit, const BatteryModel& composition) {
+  if constexpr (File::kReads)
+    for (const ParameterInfo& info : composition.parameters())
+      fit.estimates.emplace_back().name = info.name;
+  file.map("parameters", [&](auto& all) {
+    for (std::size_t j = 0; j < fit.estimates.size(); ++j)
+      all.map(
+          fit.estimates[j].name,
+          [&](auto& one) { describeEstimate(one, fit.estimates[j], composition.parameters()[j]); },
+          MapStyle::kFlow);
+    if constexpr (File::kReads) {
+      fit.parameters.r_discharge = fit.estimates[kRowRDischarge].value;
+      fit.parameters.r_charge = fit.estimates[kRowRCharge].value;
+      fit.parameters.c2 = fit.estimates[kRowC2].value;
+      fit.parameters.beta = fit.estimates[kRowBeta].value;
+      fit.parameters.u_dc = fit.estimates[kRowUDc].value;
+    }
+  });
+  file.map("fixed", [&](auto& fixed) {
+    fixed.number("i0_a", fit.parameters.i0, {1e-6, 1e6});
+    fixed.number("alpha", fit.parameters.alpha);
+  });
+}
+
+/// @param std standard errors of the states.
+template <typename File, typename Model, typename Std>
+void describeState(File& file, Model& model, Std& std, const BatteryModel& composition) {
+  auto& state = model.state;
+  file.number("time_s", state.time, kTimes);
+  file.number("u_c2_v", state.u_c2, kVoltages);
+  file.number("u_c2_std_v", std[0], {0.0, kMaxStd});
+  file.number("current_a", state.current, kCurrents);
+  const auto count = static_cast<std::size_t>(composition.stateCount()) - 1;
+  if constexpr (File::kReads) state.further.resize(count);
+  if (count > 0)
+    file.map("further", [&](auto& further) {
+      for (std::size_t j = 0; j < count; ++j)
+        further.map(
+            composition.states()[j + 1].name,
+            [&](auto& one) {
+              one.number("value", state.further[j], kNumbers);
+              one.number("std_error", std[static_cast<Eigen::Index>(j) + 1], {0.0, kMaxStd});
+              if constexpr (!File::kReads) one.text("unit", composition.states()[j + 1].unit);
+            },
+            MapStyle::kFlow);
+    });
+  if (File::kReads ? file.has("memory") : state.memory.begun) {
+    std::vector<double> numbers = state.memory.numbers();
+    file.numbers("memory", numbers, InputMemory::kNumbers);
+    if constexpr (File::kReads) state.memory = InputMemory::fromNumbers(numbers);
+  }
+  if (model.fit.discrepancy)
+    file.numbers("regressor_memory", state.regressor_memory, model.fit.discrepancy->memorySize());
+}
+
+template <typename File, typename Calibration>
+void describeCalibration(File& file, const char* key, Calibration& calibration) {
+  file.map(
+      key,
+      [&](auto& one) {
+        one.number("factor", calibration.factor);
+        one.count("events", calibration.events);
+        one.count("inside", calibration.inside);
+        one.require(calibration.factor > 0.0 && calibration.factor <= 1e6 &&
+                        calibration.events >= calibration.inside,
+                    "factor", "must be above 0, with events >= inside >= 0");
+      },
+      MapStyle::kFlow);
+}
+
+template <typename File, typename Residual>
+void describeResidual(File& now, Residual& d) {
+  now.number("drift_v", d.drift, kVoltages);
+  now.number("colored_v", d.colored, kVoltages);
+  now.row("covariance_v2", d.p_dd, d.p_da, d.p_aa);
+  constexpr double kMaxVariance = 1e4;  // [V^2]
+  now.require(d.p_dd >= 0.0 && d.p_dd <= kMaxVariance && d.p_aa >= 0.0 && d.p_aa <= kMaxVariance &&
+                  d.p_da * d.p_da <= d.p_dd * d.p_aa * (1.0 + kSame) + 1e-24,
+              "covariance_v2",
+              format("is [%g, %g, %g], expected variance of the drift, covariance, variance of the "
+                     "colored part",
+                     d.p_dd, d.p_da, d.p_aa));
+}
+
+/// What the model misses, and how wide its intervals must be.
+template <typename File, typename Model>
+void describeErrors(File& file, Model& model) {
+  constexpr Range kStd{0.0, 10.0};  // [V] and [V/sqrt(s)], of a 12 V battery's error
+  if constexpr (File::kReads)
+    if (file.has("white_std_v")) model.fit.noise.emplace();
+  if (auto& noise = model.fit.noise) {
+    file.number("white_std_v", noise->white_std, {1e-9, kStd.most});
+    file.number("ar_std_v", noise->ar_std, kStd);
+    file.number("ar_time_s", noise->ar_time, {1e-6, 1e9});
+    file.number("walk_std_v_per_sqrt_s", noise->walk_std, kStd);
+    file.map("now", [&](auto& now) { describeResidual(now, model.state.residual_state); });
+  }
+  describeCalibration(file, "crank_intervals", model.intervals.crank_calibration);
+  describeCalibration(file, "charge_intervals", model.intervals.charge_calibration);
+}
+
+template <typename File, typename Model>
+void describeWindow(File& file, Model& fit) {
+  file.number("from_s", fit.window.from, kTimes);
+  file.number("to_s", fit.window.to, kTimes);
+  file.count("samples", fit.window.samples);
+  file.require(fit.window.to >= fit.window.from, "to_s", "is before from_s");
   auto& excited = fit.excited;
-  excited.min_current = window.number("min_current_a", kCurrents);
-  excited.max_current = window.number("max_current_a", kCurrents);
-  excited.min_voltage = window.number("min_voltage_v", kVoltages);
-  excited.max_voltage = window.number("max_voltage_v", kVoltages);
-  excited.discharge_time = window.number("discharge_time_s", kDurations);
-  excited.charge_time = window.number("charge_time_s", kDurations);
-  if (window.has("longest_discharge_s"))
-    excited.longest_discharge = window.number("longest_discharge_s", kDurations);
-  if (window.has("longest_charge_s"))
-    excited.longest_charge = window.number("longest_charge_s", kDurations);
-  if (window.has("charge_swing_ah"))
-    excited.charge_swing = window.number("charge_swing_ah", kCharges);
-  if (window.has("temperature_c"))
-    excited.temperature = window.number("temperature_c", {-kKelvin, 1000.0}) + kKelvin;
+  file.number("min_current_a", excited.min_current, kCurrents);
+  file.number("max_current_a", excited.max_current, kCurrents);
+  file.number("min_voltage_v", excited.min_voltage, kVoltages);
+  file.number("max_voltage_v", excited.max_voltage, kVoltages);
+  file.number("discharge_time_s", excited.discharge_time, kDurations);
+  file.number("charge_time_s", excited.charge_time, kDurations);
+  file.number("longest_discharge_s", excited.longest_discharge, kDurations);
+  file.number("longest_charge_s", excited.longest_charge, kDurations);
+  file.number("charge_swing_ah", excited.charge_swing, kCharges);
+  std::optional<double> celsius;
+  if (excited.temperature) celsius = *excited.temperature - kKelvin;
+  file.number("temperature_c", celsius, {-kKelvin, 1000.0});
+  if constexpr (File::kReads)
+    if (celsius) excited.temperature = *celsius + kKelvin;
 }
 
-void readFit(const Reader& root, FittedModel& model) {
-  const Reader fit = root.at("fit");
-  model.fit.status = statusOf(fit);
-  model.fit.message = fit.text("message");
-  model.fit.start = fit.text("start");
-  model.fit.iterations = fit.whole<int>("iterations");
-  model.fit.scores.q_dyn_percent = fit.number("q_dyn_percent");
-  model.fit.scores.rmse = fit.number("rmse_v", kErrors);
-  if (fit.has("current_rmse_a"))
-    model.fit.scores.current_rmse = fit.number("current_rmse_a", kErrors);
-  if (fit.has("left_out_share_percent"))
-    model.fit.scores.left_out_share_percent = fit.number("left_out_share_percent");
-  model.fit.scores.crank_error_std = fit.number("crank_error_v", kErrors);
-  model.fit.scores.cranks = fit.whole<int>("cranks");
-  model.fit.scores.residual_correlation_time =
-      fit.number("residual_correlation_time_s", kDurations);
-  model.fit.window_quality = fit.number("window_quality", {0.0, 1.0});
-  model.provenance.fit_ms = fit.number("fit_ms", {0.0, 1e12});
+template <typename File, typename Model>
+void describeFit(File& file, Model& model) {
+  constexpr FitStatus kAll[] = {FitStatus::kConverged, FitStatus::kIterationLimit,
+                                FitStatus::kStalled, FitStatus::kWindowTooShort,
+                                FitStatus::kNotExcited};
+  auto& scores = model.fit.scores;
+  file.oneOf("status", model.fit.status, kAll, [](FitStatus one) { return toString(one); });
+  file.text("message", model.fit.message);
+  file.text("start", model.fit.start);
+  file.count("iterations", model.fit.iterations);
+  file.number("q_dyn_percent", scores.q_dyn_percent);
+  file.number("rmse_v", scores.rmse, kErrors);
+  file.number("current_rmse_a", scores.current_rmse, kErrors);
+  file.number("left_out_share_percent", scores.left_out_share_percent);
+  file.number("crank_error_v", scores.crank_error_std, kErrors);
+  file.count("cranks", scores.cranks);
+  file.number("residual_correlation_time_s", scores.residual_correlation_time, kDurations);
+  file.number("window_quality", model.fit.window_quality, {0.0, 1.0});
+  file.number("fit_ms", model.provenance.fit_ms, {0.0, 1e12});
 }
 
-YAML::Node documentOf(const std::string& text, const std::string& source) {
-  try {
-    return YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    throw ModelFileError(source + ": not YAML at line " + std::to_string(error.mark.line + 1) +
-                         ", column " + std::to_string(error.mark.column + 1));
+template <typename File, typename Errors>
+void requireRising(File& file, const char* key, const Errors& errors) {
+  file.require(errors.lower_error <= errors.upper_error, key,
+               "has a lower error above the upper one");
+}
+
+template <typename File, typename Baseline>
+void describeBaseline(File& file, Baseline& baseline) {
+  const auto line = [](auto& to, const char* key, auto& l) {
+    to.row(key, l.intercept, l.slope, l.std, l.lower_error, l.upper_error, l.centre, l.spread,
+           l.samples);
+    requireRising(to, key, l);
+    to.require(l.std >= 0.0 && l.spread >= 0.0, key, "has a deviation or spread below 0");
+  };
+  const auto history = [](auto& to, const char* key, auto& h) {
+    to.row(key, h.median, h.last, h.lower_error, h.upper_error, h.events);
+    requireRising(to, key, h);
+  };
+  file.part("current_from_voltage", baseline.current_from_voltage, line);
+  file.part("voltage_from_current", baseline.voltage_from_current, line);
+  file.part("phase", baseline.phase, [](auto& to, const char* key, auto& p) {
+    to.map(key, [&](auto& phase) {
+      phase.numbers("current_a", p.current, 0, kCurrents);
+      phase.number("step_s", p.step, kTimes);
+      phase.row("errors", p.std, p.lower_error, p.upper_error, p.charges);
+      requireRising(phase, "errors", p);
+      phase.require(!p.current.empty() && p.step >= kMinStep, "current_a",
+                    "must not be empty, step_s above 0");
+    });
+  });
+  file.part("cranks", baseline.cranks, [](auto& to, const char* key, auto& c) {
+    to.row(key, c.last.current, c.last.minimum, c.median.current, c.median.minimum, c.intercept,
+           c.slope, c.lower_error, c.upper_error, c.events);
+    requireRising(to, key, c);
+  });
+  file.part("charge_10s", baseline.charge_10s, history);
+  file.part("charge_60s", baseline.charge_60s, history);
+}
+
+template <typename File, typename Model>
+void describeSource(File& file, Model& fit) {
+  constexpr ControlMode kModes[] = {ControlMode::kVoltage, ControlMode::kCurrent};
+  auto& rule = *fit.source;
+  file.number("min_current_a", rule.min_current, kCurrents);
+  file.oneOf("charge_begins", rule.charge_begins, kModes,
+             [](ControlMode one) { return toString(one); });
+  file.number("current_noise_a", rule.current_noise, kCurrents);
+  file.number("voltage_noise_v", rule.voltage_noise, kVoltages);
+  file.number("resistance_ohm", rule.resistance, {-1e3, 1e3});
+  file.number("max_gap_s", rule.max_gap, kTimes);
+  if constexpr (File::kReads) {
+    rule.present = true;
+    try {
+      ControlModeDetector sound(rule);
+    } catch (const std::invalid_argument& error) {
+      file.require(false, "min_current_a",
+                   std::string("and its neighbours cannot be used: ") + error.what());
+    }
+  }
+  file.count("voltage_lag_samples", fit.voltage_lag, kMaxLag);
+}
+
+template <typename File, typename History>
+void describeEvents(File& file, History& history) {
+  file.rows("cranks", history.cranks, {kTimes, kCurrents, kVoltages, kVoltages},
+            [](auto& c, auto&& take) { take(c.time, c.current, c.minimum, c.modelled); });
+  file.rows("charges", history.charges,
+            {kTimes, {kMinStep, kTimes.most}, kVoltages, kVoltages, kCurrents, kCurrents},
+            [](auto& c, auto&& take) {
+              take(c.time, c.duration, c.voltage, c.first_voltage, c.measured, c.modelled);
+            });
+  if constexpr (File::kReads) {
+    EventHistory newest;
+    for (const PastCrank& crank : history.cranks) newest.add(crank);
+    for (const PastCharge& charge : history.charges) newest.add(charge);
+    history = newest;
   }
 }
 
-double blocksOf(const Reader& root) {
-  if (!root.has("series_blocks")) return 1.0;
-  const double series_blocks = root.number("series_blocks");
-  if (!areSeriesBlocks(series_blocks))
-    root.fail("series_blocks", format("is %g, expected ", series_blocks) + kAllowedSeriesBlocks);
-  return series_blocks;
+/// @param columns how many it is a regression on.
+template <typename File, typename Ridge>
+void describeRidge(File& file, Ridge& fit, Eigen::Index columns) {
+  file.numbers("centre", fit.centre);
+  file.numbers("scale", fit.scale);
+  file.numbers("weight", fit.weight);
+  file.numbers("lower", fit.lower);
+  file.numbers("upper", fit.upper);
+  file.number("constant", fit.constant, kNumbers);
+  file.number("penalty", fit.penalty);
+  file.number("gain", fit.gain);
+  const Eigen::Index size = fit.weight.size(), bounds = fit.lower.size();
+  file.require(fit.centre.size() == size && fit.scale.size() == size &&
+                   fit.upper.size() == bounds && (bounds == 0 || bounds == size) &&
+                   (fit.scale.array() > 0.0).all(),
+               "weight", "and its neighbours must be as many finite numbers, scales above 0");
+  file.require((fit.lower.array() <= fit.upper.array()).all(), "lower", "must not be above upper");
+  file.require(size == columns, "weight",
+               "has " + std::to_string(size) + " numbers, expected " + std::to_string(columns));
 }
 
-FittedModel modelOf(const Reader& root) {
-  const std::string schema = root.text("schema");
+template <typename File, typename Regression>
+void describeRegression(File& file, Regression& regression) {
+  if (File::kReads ? file.has("current") : !regression.current.empty()) {
+    file.map("current", [&](auto& one) {
+      describeRidge(one, regression.current, InputMemory::kCurrentColumns);
+    });
+    file.row("current_range_a", regression.min_current, regression.max_current);
+    file.require(regression.min_current <= regression.max_current, "current_range_a", "must rise");
+  }
+  if (File::kReads ? file.has("voltage") : !regression.voltage.empty())
+    file.map("voltage", [&](auto& one) {
+      describeRidge(one, regression.voltage, InputMemory::kVoltageColumns);
+    });
+}
+
+template <typename File, typename Discrepancy>
+void describeDiscrepancy(File& file, Discrepancy& d) {
+  auto& c = d.context;
+  file.row("context", c.interval, c.span, c.beta, c.high, c.high_width);
+  file.require(c.interval >= 0.0 && c.span > 0.0 && c.beta > 0.0 && c.high_width > 0.0, "context",
+               "must be interval (0 or more), span, beta (above 0), high and its width (above 0)");
+  file.numbers("circuit", d.base_change, static_cast<std::size_t>(kBaseDirections));
+  file.map("factor_std", [&](auto& stds) {
+    if constexpr (File::kReads)
+      for (const Mechanism mechanism : kAllMechanisms)
+        if (stds.has(mechanismId(mechanism))) d.parts.push_back({mechanism, 0.0});
+    for (auto& part : d.parts) stds.number(mechanismId(part.mechanism), part.std, {-1e6, 1e6});
+  });
+  if constexpr (!File::kReads)
+    file.texts("numbers",
+               {"time", "scale", "charge", "lower", "upper", "centre", "spread", "weight_v"}, "");
+  const auto resize = [&](std::size_t size) {
+    if constexpr (File::kReads) {
+      d.regressors.resize(size);
+      for (Eigen::VectorXd* each : {&d.lower, &d.upper, &d.centre, &d.scale, &d.weight})
+        each->setZero(static_cast<Eigen::Index>(size));
+    }
+  };
+  file.list("regressors", d.regressors.size(), resize, [&](auto& one, std::size_t k) {
+    auto& regressor = d.regressors[k];
+    const auto j = static_cast<Eigen::Index>(k);
+    one.oneOf("kind", regressor.kind, allRegressorKinds(), kindId);
+    one.oneOf("mechanism", regressor.mechanism, kAllMechanisms, mechanismId);
+    one.row("numbers", regressor.time, regressor.scale, regressor.charge, d.lower[j], d.upper[j],
+            d.centre[j], d.scale[j], d.weight[j]);
+  });
+}
+
+// ---------------------------------------------------------------------------------------------
+// What is not as simple as a field.
+
+/// Rounded to twelve digits, so that writing, reading and writing again gives the same text.
+Eigen::MatrixXd correlationOf(const Eigen::MatrixXd& covariance) {
+  Eigen::MatrixXd correlation = covariance;
+  for (Eigen::Index j = 0; j < covariance.rows(); ++j)
+    for (Eigen::Index k = 0; k < covariance.cols(); ++k) {
+      const double scale = std::sqrt(covariance(j, j) * covariance(k, k));
+      correlation(j, k) = j == k        ? 1.0
+                          : scale > 0.0 ? std::round(1e12 * covariance(j, k) / scale) / 1e12
+                                        : 0.0;
+    }
+  return correlation;
+}
+
+void requireCorrelation(const FieldReader& root, const Eigen::MatrixXd& correlation) {
+  root.require(((correlation.diagonal().array() - 1.0).abs() <= kSame).all(), "correlation",
+               "must have ones on its diagonal");
+  root.require(((correlation - correlation.transpose()).array().abs() <= kSame).all(),
+               "correlation", "must be symmetric");
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
+  const double least = eigen.eigenvalues().minCoeff();
+  root.require(least >= kMinEigenvalue, "correlation",
+               format("has the eigenvalue %g, expected none below 0", least));
+}
+
+/// Does what throws std::invalid_argument; that is the file's fault.
+template <typename Work>
+void orFail(const FieldReader& file, const char* key, const std::string& what, Work&& work) {
+  std::string why;
+  try {
+    work();
+  } catch (const std::invalid_argument& error) {
+    why = error.what();
+  }
+  file.require(why.empty(), key, what + why);
+}
+
+void readDiscrepancy(const FieldReader& file, Fit& fit) {
+  auto discrepancy = std::make_shared<DiscrepancyModel>();
+  describeDiscrepancy(file, *discrepancy);
+  orFail(file, "regressors", "cannot be used: ", [&] { discrepancyInfo(*discrepancy); });
+  fit.discrepancy = discrepancy;
+}
+
+/// Runs the model for a second of discharge and of charge: voltage and interval must be numbers.
+void requireRuns(const FieldReader& root, const FittedModel& model) {
+  constexpr double kDuration = 1.0, kCurrent = 20.0;  // [s], [A]
+  bool finite = true;
+  orFail(root, "parameters", "and state cannot be run: ", [&] {
+    for (const double current : {-kCurrent, kCurrent}) {
+      Simulation simulation = uncertainSimulationOf(model);
+      hold(simulation, current, kDuration);
+      const Interval u = voltageAnswer(simulation, ResidualFilter(model).forecast(kDuration),
+                                       model.fit.scores.rmse, model.intervals.crank_calibration);
+      finite = finite && std::isfinite(u.value) && std::isfinite(u.lower) && std::isfinite(u.upper);
+    }
+  });
+  root.require(finite, "parameters", "and state make no finite voltage");
+}
+
+/// Effects, parameters, state and covariance, which belong together.
+template <typename File, typename Model>
+void describeEquations(File& file, Model& model) {
+  auto& fit = model.fit;
+  auto ids = fit.effects;
+  file.texts("effects", ids, "a list of ids");
+  if constexpr (File::kReads)
+    orFail(file, "effects",
+           "cannot be used: ", [&] { fit.effects = BatteryModel(ids, fit.discrepancy).effects(); });
+  const BatteryModel composition = compositionOf(fit);
+  const Eigen::Index parameters = composition.parameterCount(), states = composition.stateCount();
+  describeParameters(file, fit, composition);
+  Eigen::VectorXd std = Eigen::VectorXd::Zero(parameters + states);
+  Eigen::MatrixXd correlation(parameters + states, parameters + states);
+  if constexpr (File::kReads) {
+    file.map("parameters",
+             [&](auto& all) { orFail(all, "", "", [&] { requireValid(fit.parameters); }); });
+    for (Eigen::Index j = 0; j < parameters; ++j)
+      std[j] = fit.estimates[static_cast<std::size_t>(j)].std.value_or(0.0);
+  } else {
+    correlation = correlationOf(fit.covariance);
+    std = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  }
+  file.matrix("correlation", correlation);
+  auto state_std = std.tail(states);
+  file.map("state", [&](auto& state) { describeState(state, model, state_std, composition); });
+  if constexpr (File::kReads) {
+    requireCorrelation(file, correlation);
+    fit.covariance = std.asDiagonal() * correlation * std.asDiagonal();
+  }
+}
+
+template <typename File, typename Model>
+void describeOrigin(File& file, Model& model) {
+  file.map("recording", [&](auto& recording) {
+    recording.text("name", model.provenance.recording);
+    recording.text("hash", model.provenance.recording_hash);
+  });
+  auto& blocks = model.fit.series_blocks;
+  if (File::kReads ? !file.has("series_blocks") : blocks == 1.0) return;
+  file.number("series_blocks", blocks);
+  file.require(areSeriesBlocks(blocks), "series_blocks",
+               format("is %g, expected ", blocks) + kAllowedSeriesBlocks);
+}
+
+/// All of a file but its schema. What cannot be used is refused by its equations first.
+template <typename File, typename Model>
+void describeModel(File& file, Model& model) {
+  auto& fit = model.fit;
+  if constexpr (!File::kReads) describeOrigin(file, model);
+  if constexpr (File::kReads)
+    if (file.has("discrepancy"))
+      file.map("discrepancy", [&](auto& part) { readDiscrepancy(part, fit); });
+  describeEquations(file, model);
+  if (file.has("errors")) file.map("errors", [&](auto& part) { describeErrors(part, model); });
+  file.map("window", [&](auto& part) { describeWindow(part, fit); });
+  file.map("fit", [&](auto& part) { describeFit(part, model); });
+  if (file.has("baseline"))
+    file.map("baseline", [&](auto& part) { describeBaseline(part, fit.baseline); });
+  if constexpr (File::kReads)
+    if (file.has("source")) fit.source.emplace();
+  if (fit.source) file.map("source", [&](auto& part) { describeSource(part, fit); });
+  if (file.has("event_history"))
+    file.map("event_history",
+             [&](auto& part) { describeEvents(part, model.intervals.event_history); });
+  if (File::kReads
+          ? file.has("residual_regression")
+          : !fit.residual_regression.current.empty() || !fit.residual_regression.voltage.empty())
+    file.map("residual_regression",
+             [&](auto& part) { describeRegression(part, fit.residual_regression); });
+  if constexpr (!File::kReads)
+    if (fit.discrepancy)
+      file.map("discrepancy", [&](auto& part) { describeDiscrepancy(part, *fit.discrepancy); });
+  if constexpr (File::kReads) describeOrigin(file, model);
+}
+
+FittedModel modelOf(const FieldReader& file) {
+  const std::string schema = file.text("schema");
   if (schema == "battery_sof/model/1")
-    root.fail("schema",
+    file.fail("schema",
               "is of battery_sof 0.2, whose names are others; write the model again: sof identify "
               "REC --out MODEL.yaml");
   if (schema != kModelSchema)
-    root.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
+    file.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
   FittedModel model;
-  readEquations(root, model);
-  readWindow(root, model.fit);
-  readFit(root, model);
-  readLessons(root, model);
-  requireRuns(root, model);
-  model.fit.series_blocks = blocksOf(root);
-  model.provenance.recording = root.at("recording").text("name");
-  model.provenance.recording_hash = root.at("recording").text("hash");
+  describeModel(file, model);
+  requireRuns(file, model);
   return model;
 }
 
 }  // namespace
 
+std::string modelYaml(const FittedModel& model) {
+  YAML::Node root;
+  root["schema"] = kModelSchema;
+  root["program"] = "battery_sof " + version();
+  FieldWriter file(root);
+  describeModel(file, model);
+  YAML::Emitter out;
+  out.SetDoublePrecision(17);
+  out << YAML::Comment(
+             "battery_sof model. Current is positive into the battery. correlation: rows and "
+             "columns\n"
+             "the parameters, then u_c2 and the further states. State: where a query's event "
+             "begins.")
+      << YAML::Newline << root;
+  return std::string(out.c_str()) + "\n";
+}
+
 FittedModel parseModelYaml(const std::string& text, const std::string& source) {
   const YAML::Node document = documentOf(text, source);
   if (!document.IsMap()) throw ModelFileError(source + ": not a model: expected a YAML map");
   try {
-    return modelOf(Reader(document, source, ""));
+    return modelOf(FieldReader(document, source));
   } catch (const YAML::Exception& error) {
     throw ModelFileError(source + ": line " + std::to_string(error.mark.line + 1) +
                          " cannot be understood");
@@ -126,13 +532,7 @@ void writeModelFile(const std::filesystem::path& path, const FittedModel& model)
 }
 
 FittedModel readModelFile(const std::filesystem::path& path) {
-  std::string text;
-  try {
-    text = readRegularFile(path, kLargestFile);
-  } catch (const std::runtime_error& error) {
-    throw ModelFileError(error.what());
-  }
-  return parseModelYaml(text, path.string());
+  return parseModelYaml(textOfFile(path, kLargestFile), path.string());
 }
 
 }  // namespace battery_sof

@@ -4,7 +4,7 @@
 
 #include "html.hpp"
 #include "page_sections.hpp"
-#include "report/diagnosis_results.hpp"
+#include "report/results.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
 

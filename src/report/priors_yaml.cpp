@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "util/regular_file.hpp"
-#include "yaml_reader.hpp"
+#include "yaml_fields.hpp"
 
 namespace battery_sof {
 namespace {
@@ -12,24 +11,29 @@ namespace {
 constexpr std::size_t kLargestPriors = 16 << 20;  // [bytes], thousands of types
 constexpr Range kStds{1e-9, 1e9};
 
-KnownParameter parameterOf(const std::string& name, const Reader& reader) {
-  KnownParameter known{name, reader.number("value", kNumbers), reader.number("std", kStds),
-                       reader.get<bool>("logarithmic", "true or false")};
-  if (known.logarithmic && known.value <= 0.0)
-    reader.fail("value", "is not positive, and is the mean of logarithms");
+KnownParameter parameterOf(const std::string& name, const FieldReader& file) {
+  KnownParameter known{name, 0.0, 0.0, false};
+  file.number("value", known.value, kNumbers);
+  file.number("std", known.std, kStds);
+  file.flag("logarithmic", known.logarithmic);
+  file.require(!known.logarithmic || known.value > 0.0, "value",
+               "is not positive, and is the mean of logarithms");
   return known;
 }
 
-KnownPopulation populationOf(const Reader& reader) {
+KnownPopulation populationOf(const FieldReader& file) {
   KnownPopulation population;
-  population.effects = reader.get<std::vector<std::string>>("effects", "a list of ids");
+  file.texts("effects", population.effects, "a list of ids");
   std::sort(population.effects.begin(), population.effects.end());
-  const Reader parameters = reader.at("parameters");
-  if (!parameters.node().IsMap()) reader.fail("parameters", "is no map of names");
-  for (const auto& entry : parameters.node()) {
-    const std::string name = entry.first.as<std::string>();
-    population.parameters.push_back(parameterOf(name, parameters.at(name)));
-  }
+  file.map("parameters", [&](const FieldReader& parameters) {
+    if (!parameters.node().IsMap()) file.fail("parameters", "is no map of names");
+    for (const auto& entry : parameters.node()) {
+      const std::string name = entry.first.as<std::string>();
+      parameters.map(name, [&](const FieldReader& one) {
+        population.parameters.push_back(parameterOf(name, one));
+      });
+    }
+  });
   return population;
 }
 
@@ -37,22 +41,17 @@ KnownPopulation populationOf(const Reader& reader) {
 
 std::vector<KnownPopulation> parsePriorsYaml(const std::string& text, const std::string& source,
                                              const std::string& vehicle_type) {
-  YAML::Node node;
-  try {
-    node = YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    throw ModelFileError(source + ": no YAML: " + error.msg);
-  }
-  const Reader file(node, source, "");
+  const FieldReader file(documentOf(text, source), source);
   if (const std::string schema = file.text("schema"); schema != kPriorsSchema)
     file.fail("schema", "is \"" + schema + "\", expected " + kPriorsSchema);
   std::map<std::vector<std::string>, KnownPopulation> of_all, of_type;
-  for (const Reader& entry : file.listAt("priors")) {
+  const auto none = [](std::size_t) {};
+  file.list("priors", 0, none, [&](const FieldReader& entry, std::size_t) {
     const std::string type = entry.text("vehicle_type");
-    if (!type.empty() && type != vehicle_type) continue;
+    if (!type.empty() && type != vehicle_type) return;
     KnownPopulation population = populationOf(entry);
     (type.empty() ? of_all : of_type)[population.effects] = population;
-  }
+  });
   of_type.merge(of_all);
   std::vector<KnownPopulation> populations;
   for (auto& [effects, population] : of_type) populations.push_back(std::move(population));
@@ -61,13 +60,7 @@ std::vector<KnownPopulation> parsePriorsYaml(const std::string& text, const std:
 
 std::vector<KnownPopulation> readPriorsFile(const std::filesystem::path& path,
                                             const std::string& vehicle_type) {
-  std::string text;
-  try {
-    text = readRegularFile(path, kLargestPriors);
-  } catch (const std::runtime_error& error) {
-    throw ModelFileError(error.what());
-  }
-  return parsePriorsYaml(text, path.string(), vehicle_type);
+  return parsePriorsYaml(textOfFile(path, kLargestPriors), path.string(), vehicle_type);
 }
 
 }  // namespace battery_sof

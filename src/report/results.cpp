@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdarg>
-#include <nlohmann/json.hpp>
 
 #include "battery_sof/version.hpp"
-#include "prediction/query.hpp"
+#include "descriptions.hpp"
 #include "recording/series_blocks.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"
@@ -22,59 +21,34 @@ __attribute__((format(printf, 2, 3))) void appendLine(std::string& text, const c
   va_end(arguments);
 }
 
-template <typename T>
-nlohmann::json orNull(const std::optional<T>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
-}
-
-nlohmann::json windowJson(const FitWindow& window) {
-  return {{"from_s", window.from}, {"to_s", window.to}};
-}
-
 const char* remarkOn(const ParameterEstimate& estimate) {
   if (estimate.held) return "held";
   if (estimate.at_bound) return "at a bound";
   return estimate.determined ? "" : "not determined by this window";
 }
 
-std::string toString(const std::optional<Interval>& interval) {
-  if (!interval) return "-";
-  return format("%.3f V, 90 %% between %.3f and %.3f V", interval->value, interval->lower,
-                interval->upper);
-}
-
 }  // namespace
 
-nlohmann::json identifyJson(const FittedModel& model) {
-  nlohmann::json parameters = nlohmann::json::array();
-  for (const auto& estimate : model.fit.estimates)
-    parameters.push_back({{"name", estimate.name},
-                          {"value", estimate.value},
-                          {"std_error", orNull(estimate.std)},
-                          {"unit", estimate.unit},
-                          {"held", estimate.held},
-                          {"at_bound", estimate.at_bound},
-                          {"determined", estimate.determined}});
-  return {{"schema", "battery_sof/model/1"},
-          {"program", "battery_sof " + version()},
-          {"recording", printable(model.provenance.recording)},
-          {"series_blocks", model.fit.series_blocks},
-          {"window", windowJson(model.fit.window)},
-          {"samples", model.fit.window.samples},
-          {"effects", model.fit.effects},
-          {"status", toString(model.fit.status)},
-          {"message", model.fit.message},
-          {"start", model.fit.start},
-          {"iterations", model.fit.iterations},
-          {"parameters", parameters},
-          {"state", {{"time_s", model.state.time}, {"u_c2_v", model.state.u_c2}}},
-          {"q_dyn_percent", model.fit.scores.q_dyn_percent},
-          {"rmse_v", model.fit.scores.rmse},
-          {"window_quality", model.fit.window_quality},
-          {"fit_ms", model.provenance.fit_ms}};
+nlohmann::json resultJson(const FittedModel& model) {
+  JsonFields visit;
+  describe(visit, model);
+  visit("schema", "battery_sof/model/1");
+  visit("program", "battery_sof " + version());
+  visit("recording", printable(model.provenance.recording));
+  visit("series_blocks", model.fit.series_blocks);
+  visit("window", model.fit.window);
+  visit("samples", model.fit.window.samples);
+  visit("start", model.fit.start);
+  visit("iterations", model.fit.iterations);
+  visit("parameters", model.fit.estimates);
+  visit("state", [&](auto& state) {
+    state("time", model.state.time, "s");
+    state("u_c2", model.state.u_c2, "v");
+  });
+  return visit.json;
 }
 
-std::string identifyText(const FittedModel& model) {
+std::string resultText(const FittedModel& model) {
   std::string text;
   appendLine(text, "window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A",
              model.fit.window.from, model.fit.window.to, model.fit.window.samples,
@@ -105,36 +79,43 @@ std::string identifyText(const FittedModel& model) {
 
 namespace {
 
-nlohmann::json cranksJson(const std::vector<CrankScore>& scores) {
-  nlohmann::json cranks = nlohmann::json::array();
-  for (const auto& crank : scores)
-    cranks.push_back({{"time_s", crank.time},
-                      {"current_a", crank.current},
-                      {"measured_min_v", crank.measured_minimum},
-                      {"predicted_min_v", crank.predicted_minimum.value},
-                      {"lower_v", crank.predicted_minimum.lower},
-                      {"upper_v", crank.predicted_minimum.upper}});
-  return cranks;
+template <typename Visit>
+void describeInterval(Visit& visit, const char* name, const Interval& interval, const char* unit) {
+  visit(name, interval.value, unit);
+  visit("lower", interval.lower, unit);
+  visit("upper", interval.upper, unit);
 }
 
-nlohmann::json chargesJson(const std::vector<ChargeScore>& scores, double duration) {
-  nlohmann::json charges = nlohmann::json::array();
-  for (const auto& charge : scores)
-    if (charge.duration == duration)
-      charges.push_back({{"time_s", charge.time},
-                         {"duration_s", charge.duration},
-                         {"measured_a", charge.measured},
-                         {"predicted_a", charge.predicted.value},
-                         {"lower_a", charge.predicted.lower},
-                         {"upper_a", charge.predicted.upper}});
+}  // namespace
+
+template <typename Visit>
+void describe(Visit& visit, const CrankScore& crank) {
+  visit("time", crank.time, "s");
+  visit("current", crank.current, "a");
+  visit("measured_min", crank.measured_minimum, "v");
+  describeInterval(visit, "predicted_min", crank.predicted_minimum, "v");
+}
+
+template <typename Visit>
+void describe(Visit& visit, const ChargeScore& charge) {
+  visit("time", charge.time, "s");
+  visit("duration", charge.duration, "s");
+  visit("measured", charge.measured, "a");
+  describeInterval(visit, "predicted", charge.predicted, "a");
+}
+
+namespace {
+
+std::vector<ChargeScore> chargesOver(double duration, std::vector<ChargeScore> charges) {
+  const auto is_other = [&](const ChargeScore& charge) { return charge.duration != duration; };
+  charges.erase(std::remove_if(charges.begin(), charges.end(), is_other), charges.end());
   return charges;
 }
 
 std::optional<double> medianChargeError(const std::vector<ChargeScore>& charges, double duration) {
   std::vector<double> errors;
-  for (const auto& charge : charges)
-    if (charge.duration == duration)
-      errors.push_back(std::abs(charge.measured - charge.predicted.value));
+  for (const ChargeScore& charge : chargesOver(duration, charges))
+    errors.push_back(std::abs(charge.measured - charge.predicted.value));
   if (errors.empty()) return std::nullopt;
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
   std::nth_element(errors.begin(), middle, errors.end());
@@ -142,15 +123,17 @@ std::optional<double> medianChargeError(const std::vector<ChargeScore>& charges,
 }
 
 nlohmann::json bothWaysJson(const BothWaysScores& scores) {
+  JsonFields visit;
   const MixedScores& mixed = scores.mixed;
-  return {{"share_percent", orNull(mixed.share_percent)},
-          {"current_share_percent", orNull(mixed.current_share_percent)},
-          {"voltage_share_percent", orNull(mixed.voltage_share_percent)},
-          {"current_rmse_a", orNull(mixed.current_rmse)},
-          {"charges", chargesJson(mixed.charges, 10.0)},
-          {"charges_60s", chargesJson(mixed.charges, 60.0)},
-          {"cranks", cranksJson(scores.cranks)},
-          {"crank_mae_v", orNull(scores.crank_mean_abs_error)}};
+  visit("share_percent", mixed.share_percent);
+  visit("current_share_percent", mixed.current_share_percent);
+  visit("voltage_share_percent", mixed.voltage_share_percent);
+  visit("current_rmse", mixed.current_rmse, "a");
+  visit("charges", chargesOver(10.0, mixed.charges));
+  visit("charges_60s", chargesOver(60.0, mixed.charges));
+  visit("cranks", scores.cranks);
+  visit("crank_mae", scores.crank_mean_abs_error, "v");
+  return visit.json;
 }
 
 std::string percentOf(const std::optional<double>& share) {
@@ -177,27 +160,28 @@ void appendBothWays(std::string& text, const char* name, const BothWaysScores& s
 
 }  // namespace
 
-nlohmann::json predictionJson(const PredictionReport& report) {
+nlohmann::json resultJson(const PredictionReport& report) {
   const PredictionScores& scores = report.from_current;
+  const auto& line = report.baseline_from_current;
   nlohmann::json baseline = bothWaysJson(report.baseline);
-  baseline["q_dyn_percent"] =
-      report.baseline_from_current ? orNull(report.baseline_from_current->q_dyn_percent) : nullptr;
-  baseline["rmse_v"] =
-      report.baseline_from_current ? nlohmann::json(report.baseline_from_current->rmse) : nullptr;
-  return {{"schema", "battery_sof/prediction/1"},
-          {"window", windowJson(scores.window)},
-          {"samples", scores.window.samples},
-          {"q_dyn_percent", orNull(scores.q_dyn_percent)},
-          {"rmse_v", scores.rmse},
-          {"max_abs_v", scores.max_abs},
-          {"coverage_90", scores.coverage_90},
-          {"crank_mae_v", orNull(scores.crank_mean_abs_error)},
-          {"cranks", cranksJson(scores.cranks)},
-          {"mixed", report.both_ways ? bothWaysJson(*report.both_ways) : nlohmann::json(nullptr)},
-          {"baseline", baseline}};
+  baseline["q_dyn_percent"] = jsonOf(line ? line->q_dyn_percent : std::nullopt);
+  baseline["rmse_v"] = jsonOf(line ? std::optional<double>(line->rmse) : std::nullopt);
+  JsonFields visit;
+  visit("schema", "battery_sof/prediction/1");
+  visit("window", scores.window);
+  visit("samples", scores.window.samples);
+  visit("q_dyn_percent", scores.q_dyn_percent);
+  visit("rmse", scores.rmse, "v");
+  visit("max_abs", scores.max_abs, "v");
+  visit("coverage_90", scores.coverage_90);
+  visit("crank_mae", scores.crank_mean_abs_error, "v");
+  visit("cranks", scores.cranks);
+  visit("mixed", report.both_ways ? bothWaysJson(*report.both_ways) : nullptr);
+  visit("baseline", baseline);
+  return visit.json;
 }
 
-std::string predictionText(const PredictionReport& report) {
+std::string resultText(const PredictionReport& report) {
   const PredictionScores& scores = report.from_current;
   std::string text;
   appendLine(text, "window    %.2f to %.2f s, %zu samples", scores.window.from, scores.window.to,
@@ -238,36 +222,6 @@ std::string predictionText(const PredictionReport& report) {
     appendLine(text, "%12.2f %9.1f %10.3f %10.3f %10.3f to %.3f", c.time, c.current,
                c.measured_minimum, c.predicted_minimum.value, c.predicted_minimum.lower,
                c.predicted_minimum.upper);
-  return text;
-}
-
-nlohmann::json crankingJson(const CrankingAnswer& answer) {
-  nlohmann::json json;
-  json["u_min"] = answer.u_min ? nlohmann::json(answer.u_min->value) : nlohmann::json(nullptr);
-  json["lower"] = answer.u_min ? nlohmann::json(answer.u_min->lower) : nlohmann::json(nullptr);
-  json["upper"] = answer.u_min ? nlohmann::json(answer.u_min->upper) : nlohmann::json(nullptr);
-  json["capable"] = orNull(answer.capable);
-  json["valid"] = answer.valid;
-  json["code"] = static_cast<int>(answer.code);
-  json["message"] = answer.message;
-  return json;
-}
-
-std::string crankingText(const CrankingQuery& query, const CrankingAnswer& answer) {
-  std::string text;
-  if (query.load.empty())
-    appendLine(text, "stop      %.1f s at %.1f A", query.t_stop, query.i_load);
-  else
-    appendLine(text, "stop      %.1f s of the given profile", query.load.duration());
-  if (query.crank.empty())
-    appendLine(text, "crank     %.2f s at %.1f A", query.t_cranking, query.i_cranking);
-  else
-    appendLine(text, "crank     %.2f s of the given profile", query.crank.duration());
-  appendLine(text, "lowest    %s", toString(answer.u_min).c_str());
-  if (answer.capable)
-    appendLine(text, "verdict   %s %.2f V", *answer.capable ? "holds" : "may not hold",
-               query.u_required.value_or(0.0));
-  appendLine(text, "%s: %s", toString(answer.code).c_str(), answer.message.c_str());
   return text;
 }
 

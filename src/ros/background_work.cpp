@@ -1,9 +1,13 @@
 #include "ros/background_work.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <stdexcept>
 
 #include "diagnosis/diagnose.hpp"
+#include "model/discrepancy_model.hpp"
+#include "model/effect.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -18,6 +22,17 @@ class StopWatch {
  private:
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
 };
+
+bool isInstrument(const std::string& id) {
+  return id != kDiscrepancyEffect && effectInfo(id).tier() == 'I';
+}
+
+/// Instruments marked.
+std::string marked(std::vector<std::string> ids) {
+  for (std::string& id : ids)
+    if (isInstrument(id)) id += " (instrument)";
+  return join(ids);
+}
 
 }  // namespace
 
@@ -36,12 +51,12 @@ IdentificationResult timedIdentification(const IdentificationJob& job) {
   return result;
 }
 
-DiagnosisReport timedDiagnosis(const Recording& recording,
-                               const std::vector<KnownPopulation>& priors,
-                               const std::function<std::string()>& why_end,
-                               const std::function<void(const std::string& stage)>& begins) {
+FinishedDiagnosis timedDiagnosis(const Recording& recording,
+                                 const std::vector<KnownPopulation>& priors,
+                                 const std::function<std::string()>& why_end,
+                                 const std::function<void(const std::string& stage)>& begins) {
   const StopWatch watch;
-  DiagnosisReport report;
+  FinishedDiagnosis report;
   report.from = recording.series.time.front();
   report.to = recording.series.time.back();
   report.samples = recording.series.size();
@@ -59,6 +74,26 @@ DiagnosisReport timedDiagnosis(const Recording& recording,
   }
   report.duration_ms = watch.milliseconds();
   return report;
+}
+
+Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
+  const bool names =
+      diagnosis.verdict == Verdict::kEffect || diagnosis.verdict == Verdict::kSeveral;
+  const std::vector<std::string>& effects = diagnosis.extended.fit.effects;
+  if (!allowed) return {{}, "not asked for: parameter use_diagnosis is false"};
+  if (!names && !diagnosis.extended.fit.discrepancy)
+    return {{}, "nothing to adopt: the verdict is " + toString(diagnosis.verdict)};
+  if (diagnosis.withheld_rmse)
+    return {{},
+            "nothing to adopt: what was found predicts the part that was held out worse than the "
+            "base model"};
+  if (std::all_of(effects.begin(), effects.end(), isInstrument))
+    return {
+        {},
+        "nothing to adopt: instruments are to be repaired, not modelled (" + marked(effects) + ")"};
+  return {effects,
+          "runs with the base model and answers while its error is smaller: " + marked(effects),
+          diagnosis.extended.fit.discrepancy};
 }
 
 }  // namespace battery_sof

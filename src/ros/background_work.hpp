@@ -1,8 +1,10 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "battery_sof/series.hpp"
 #include "diagnosis/diagnosis.hpp"
@@ -16,7 +18,7 @@ namespace battery_sof {
 IdentificationResult timedIdentification(const IdentificationJob& job);
 
 /// What a diagnosis came to.
-struct DiagnosisReport {
+struct FinishedDiagnosis {
   std::optional<Diagnosis> diagnosis;  ///< none when it broke off
   std::string fault;                   ///< why, one sentence
   double from = 0.0, to = 0.0;         ///< [s], of the recording
@@ -26,9 +28,28 @@ struct DiagnosisReport {
 
 /// diagnose() on one thread. @param priors see DiagnoseOptions. @param why_end asked often: what is
 /// not empty breaks it off. @param begins reported of each stage.
-DiagnosisReport timedDiagnosis(const Recording& recording,
-                               const std::vector<KnownPopulation>& priors,
-                               const std::function<std::string()>& why_end,
-                               const std::function<void(const std::string& stage)>& begins);
+FinishedDiagnosis timedDiagnosis(const Recording& recording,
+                                 const std::vector<KnownPopulation>& priors,
+                                 const std::function<std::string()>& why_end,
+                                 const std::function<void(const std::string& stage)>& begins);
+
+/// What a session is to try of a diagnosis, and why.
+struct Adoption {
+  std::vector<std::string> effects;  ///< the extended composition; empty: nothing
+  std::string sentence;
+  /// of "discrepancy" among the effects
+  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;
+};
+
+/**
+ * @brief Whether a diagnosis' extended composition is evaluated in parallel to the base model.
+ *
+ * It does when the verdict is named or several and the composition holds structure or physics
+ * (tiers S and P), and whenever it holds a discrepancy. Instrument effects (tier I)
+ * come along with those, and the sentence names them all; alone they do not: a faulty instrument
+ * needs repair, and a question's currents are true ones, not what that instrument would have read.
+ * @param allowed parameter use_diagnosis.
+ */
+Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed);
 
 }  // namespace battery_sof

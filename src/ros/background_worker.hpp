@@ -1,5 +1,9 @@
 #pragma once
 
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -11,7 +15,9 @@ namespace battery_sof {
 
 /// Lets other threads go first: on Linux a nice value is a thread's own; threads it starts inherit
 /// it.
-void giveWay(int nice);
+inline void giveWay(int nice) {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
+}
 
 /// One thread that does jobs, one at a time, so that nothing else waits for them. The work is
 /// called on the worker's thread and throws nothing.

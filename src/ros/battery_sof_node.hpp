@@ -1,5 +1,6 @@
 #pragma once
 
+#include <actionlib/server/action_server.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/BatteryState.h>
@@ -13,18 +14,35 @@
 #include "prediction/online_session.hpp"
 #include "ros/background_worker.hpp"
 #include "ros/diagnosis_runner.hpp"
-#include "ros/goal_server.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/node_diagnostics.hpp"
 #include "ros/node_options.hpp"
 #include "ros/response_times.hpp"
-#include "ros/standing_query.hpp"
 #include "ros/state_file.hpp"
 
 namespace battery_sof {
 
 /// Calls a function once, on the thread of a queue.
 void callFrom(ros::CallbackQueue& queue, std::function<void()> work);
+
+/**
+ * @brief actionlib's server, which no stamp can end.
+ *
+ * It keeps an ended goal in its status list for a timeout after the ROS time of its end, or after
+ * the stamp of a cancel request for a goal that it does not know; the sum of a late stamp and the
+ * timeout is beyond ros::Time and throws. Here the timeout is 0: the list holds an ended goal once.
+ */
+template <typename Action>
+class GoalServer : public actionlib::ActionServer<Action> {
+ public:
+  using actionlib::ActionServer<Action>::ActionServer;
+
+  /// Takes goals from now on.
+  void begin() {
+    this->start();
+    this->status_list_timeout_ = ros::Duration(0.0);
+  }
+};
 
 /**
  * @brief The ROS face of an OnlineSession: topics, services, actions, state file, diagnostics and

@@ -4,6 +4,7 @@
 
 #include "ros/background_work.hpp"
 #include "ros/battery_sof_node.hpp"
+#include "ros/message_fields.hpp"
 
 namespace battery_sof {
 namespace {
@@ -47,11 +48,11 @@ WorkWatch BatterySofNode::patience() {
 /// Answers a question; one that fails is answered too, without numbers.
 template <typename Answer, typename Response, typename Ask>
 bool BatterySofNode::answer(const char* what, Response& response, Ask ask) {
-  if (guarded(what, [&] { response = responseOf(ask()); })) return true;
+  if (guarded(what, [&] { response = messageAs<Response>(Answer(ask())); })) return true;
   Answer none;
   none.code = AnswerCode::kNoModel;
   none.message = std::string(what) + " failed; /diagnostics says why";
-  response = responseOf(none);
+  response = messageAs<Response>(none);
   return true;
 }
 

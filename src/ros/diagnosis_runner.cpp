@@ -59,7 +59,7 @@ void DiagnosisRunner::run(Job job) {
   } catch (const std::exception& error) {
     outcome.fault = std::string("the diagnosis failed: ") + error.what();
     ROS_ERROR("%s", outcome.fault.c_str());
-    DiagnosisReport report;
+    FinishedDiagnosis report;
     report.fault = outcome.fault;
     note(report, {});
   }
@@ -87,7 +87,7 @@ DiagnosisOutcome DiagnosisRunner::diagnosed(Job& job) {
     stage = next;
     if (job.goal.isValid()) job.goal.publishFeedback(feedbackOf<DiagnoseFeedback>(stage));
   };
-  DiagnosisReport report = timedDiagnosis(job.recording, options_.priors, why_end, begins);
+  FinishedDiagnosis report = timedDiagnosis(job.recording, options_.priors, why_end, begins);
   if (report.diagnosis && options_.series_blocks != 1.0)
     report.diagnosis->instrument.push_back(seriesBlocksSentence(options_.series_blocks));
   const Adoption adoption =
@@ -117,7 +117,7 @@ Adoption DiagnosisRunner::adopt(const Diagnosis& diagnosis, double from_driving)
   return adoption;
 }
 
-void DiagnosisRunner::note(const DiagnosisReport& report, const Adoption& adoption) {
+void DiagnosisRunner::note(const FinishedDiagnosis& report, const Adoption& adoption) {
   const std::lock_guard<std::mutex> lock(mutex_);
   line_.runs = false;
   line_.fault = report.fault;

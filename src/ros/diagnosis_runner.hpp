@@ -74,7 +74,7 @@ class DiagnosisRunner {
   void run(Job job);
   DiagnosisOutcome diagnosed(Job& job);
   Adoption adopt(const Diagnosis& diagnosis, double from_driving);
-  void note(const DiagnosisReport& report, const Adoption& adoption);
+  void note(const FinishedDiagnosis& report, const Adoption& adoption);
 
   Options options_;
   Adopt adopt_;

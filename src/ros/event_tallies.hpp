@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <optional>
 
@@ -13,9 +14,19 @@ struct EventTally {
   std::size_t inside = 0;      ///< inside their 90 % interval
   double sum_abs_error = 0.0;  ///< [V] or [A]
 
-  void add(double measured, const Interval& expected);
-  std::optional<double> coverageOf() const;    ///< none before the first
-  std::optional<double> meanAbsError() const;  ///< the same
+  void add(double measured, const Interval& expected) {
+    ++count;
+    sum_abs_error += std::abs(measured - expected.value);
+    if (expected.lower <= measured && measured <= expected.upper) ++inside;
+  }
+  /// None before the first.
+  std::optional<double> coverageOf() const { return perEvent(static_cast<double>(inside)); }
+  std::optional<double> meanAbsError() const { return perEvent(sum_abs_error); }
+
+ private:
+  std::optional<double> perEvent(double sum) const {
+    return count == 0 ? std::nullopt : std::optional<double>(sum / static_cast<double>(count));
+  }
 };
 
 /// The cranks and charges of the running back-test.
@@ -29,7 +40,25 @@ struct EventTallies {
   std::optional<ChargeComparison> last_charge;
   IntervalCalibration crank_calibration, charge_calibration;
 
-  void add(const SessionEvents& events);
+  void add(const SessionEvents& events) {
+    for (const CrankComparison& crank : events.cranks) {
+      cranks.add(crank.measured_minimum, crank.expected_minimum);
+      if (crank.baseline_minimum)
+        baseline_cranks.add(crank.measured_minimum, *crank.baseline_minimum);
+      answered_cranks.add(crank.measured_minimum, crank.baseline_answered ? *crank.baseline_minimum
+                                                                          : crank.expected_minimum);
+      last_crank = crank;
+    }
+    for (const ChargeComparison& charge : events.charges) {
+      charges.add(charge.measured_current, charge.expected_current);
+      if (charge.baseline_current)
+        baseline_charges.add(charge.measured_current, *charge.baseline_current);
+      answered_charges.add(charge.measured_current, charge.baseline_answered
+                                                        ? *charge.baseline_current
+                                                        : charge.expected_current);
+      last_charge = charge;
+    }
+  }
 };
 
 }  // namespace battery_sof

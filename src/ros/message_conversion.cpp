@@ -1,57 +1,16 @@
 #include "ros/message_conversion.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "bag/battery_state_message.hpp"
-#include "message_parts.hpp"
 #include "report/model_yaml.hpp"
+#include "ros/message_fields.hpp"
 
 namespace battery_sof {
-namespace {
 
-void append(PredictMap::Response& response, const CrankingAnswer& answer) {
-  const Interval u_min = answer.u_min.value_or(kNoInterval);
-  response.u_min.push_back(u_min.value);
-  response.u_min_lower.push_back(u_min.lower);
-  response.u_min_upper.push_back(u_min.upper);
-  response.capable.push_back(answer.capable.value_or(false));
-  response.u_min_code.push_back(codeOf(answer.code));
-}
-
-void append(PredictMap::Response& response, const ChargeAcceptanceAnswer& answer) {
-  const Interval i_boost = answer.i_boost.value_or(kNoInterval);
-  response.i_boost.push_back(i_boost.value);
-  response.i_boost_lower.push_back(i_boost.lower);
-  response.i_boost_upper.push_back(i_boost.upper);
-  response.i_boost_code.push_back(codeOf(answer.code));
-}
-
-CrankingMap crankingMapOf(const ModelSnapshot& model, const PredictMap::Request& request,
-                          const WorkWatch& watch) {
-  const CrankingQuery query =
-      asked(CrankingQuery{0.0, 0.0, request.i_cranking, request.t_cranking, request.u_required});
-  return model.mapCranking(query, request.i_load, request.t_stop, watch);
-}
-
-ChargeAcceptanceMap chargeMapOf(const ModelSnapshot& model, const PredictMap::Request& request,
-                                const WorkWatch& watch) {
-  ChargeAcceptanceQuery query;
-  query.i_limit = request.i_limit;
-  return model.mapChargeAcceptance(asked(query), request.u_boost, request.t_sof2, watch);
-}
-
-void fillEstimates(IdentifiedModel& message, const Fit& fit) {
-  for (const ParameterEstimate& estimate : fit.estimates) {
-    message.names.push_back(estimate.name);
-    message.units.push_back(estimate.unit);
-    message.values.push_back(estimate.value);
-    message.std.push_back(orNan(estimate.std));
-    message.at_bound.push_back(estimate.at_bound);
-    message.determined.push_back(estimate.determined);
-  }
-}
-
-}  // namespace
+// ---------------------------------------------------------------------------------------------
+// questions
 
 CrankingQuery queryOf(const PredictCranking::Request& request) {
   CrankingQuery query{request.i_load, request.t_stop, request.i_cranking, request.t_cranking,
@@ -70,62 +29,104 @@ ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request) {
   return asked(ChargeAcceptanceQuery{request.u_boost, request.t_sof2, request.i_limit});
 }
 
-PredictCranking::Response responseOf(const CrankingAnswer& answer) {
-  return messageAs<PredictCranking::Response>(answer);
-}
-PredictStopTime::Response responseOf(const StopTimeAnswer& answer) {
-  return messageAs<PredictStopTime::Response>(answer);
-}
-PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer) {
-  return messageAs<PredictChargeAcceptance::Response>(answer);
-}
-
 PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request,
                             const WorkWatch& watch) {
-  std::optional<CrankingMap> cranking;
-  std::optional<ChargeAcceptanceMap> charge;
-  if (!request.i_load.empty() || !request.t_stop.empty())
-    cranking = crankingMapOf(model, request, watch);
-  if (!request.u_boost.empty() || !request.t_sof2.empty())
-    charge = chargeMapOf(model, request, watch);
-  PredictMap::Response response;
-  if (cranking)
-    for (const CrankingAnswer& answer : cranking->answers) append(response, answer);
-  if (charge)
-    for (const ChargeAcceptanceAnswer& answer : charge->answers) append(response, answer);
-  const MapVerdict verdict = verdictOf(cranking, charge);
-  response.valid = verdict.code == AnswerCode::kOk;
-  response.code = codeOf(verdict.code);
-  response.message = verdict.message;
+  MapResult result;
+  if (!request.i_load.empty() || !request.t_stop.empty()) {
+    const CrankingQuery query =
+        asked(CrankingQuery{0.0, 0.0, request.i_cranking, request.t_cranking, request.u_required});
+    result.cranking = model.mapCranking(query, request.i_load, request.t_stop, watch);
+  }
+  if (!request.u_boost.empty() || !request.t_sof2.empty()) {
+    ChargeAcceptanceQuery query;
+    query.i_limit = request.i_limit;
+    result.charge = model.mapChargeAcceptance(asked(query), request.u_boost, request.t_sof2, watch);
+  }
+  return messageAs<PredictMap::Response>(result);
+}
+
+template <typename Visit>
+void describe(Visit& visit, const StandingQueries& standing) {
+  visit(FIELD(i_load), standing.cranking.i_load);
+  visit(FIELD(t_stop), standing.cranking.t_stop);
+  visit(FIELD(i_cranking), standing.cranking.i_cranking);
+  visit(FIELD(t_cranking), standing.cranking.t_cranking);
+  visit(FIELD(u_required), standing.cranking.u_required);
+  visit(FIELD(u_boost), standing.charge.u_boost);
+  visit(FIELD(t_sof2), standing.charge.t_sof2);
+  visit(FIELD(i_limit), standing.charge.i_limit);
+}
+
+namespace {
+
+/// Where zero has a meaning.
+double eitherOf(double asked, double present) { return std::isnan(asked) ? present : asked; }
+
+std::string inOneLine(std::string text) {
+  for (std::size_t n = text.find('\n'); n != std::string::npos; n = text.find('\n', n))
+    text.replace(n, 1, "; ");
+  return text;
+}
+
+}  // namespace
+
+StandingQueries changedBy(const SetStandingQuery::Request& request,
+                          const StandingQueries& present) {
+  XmlRpc::XmlRpcValue parameters;
+  XmlRpc::XmlRpcValue& query = parameters["standing_query"];
+  query["i_load_a"] = eitherOf(request.i_load, present.cranking.i_load);
+  query["t_stop_s"] = eitherOf(request.t_stop, present.cranking.t_stop);
+  query["i_cranking_a"] = askedFor(request.i_cranking).value_or(present.cranking.i_cranking);
+  query["t_cranking_s"] = askedFor(request.t_cranking).value_or(present.cranking.t_cranking);
+  query["u_required_v"] =
+      askedFor(request.u_required).value_or(present.cranking.u_required.value_or(0.0));
+  query["u_boost_v"] =
+      askedFor(request.u_boost).value_or(present.u_boost_is_given ? present.charge.u_boost : 0.0);
+  query["t_sof2_s"] = askedFor(request.t_sof2).value_or(present.charge.t_sof2);
+  query["i_limit_a"] = askedFor(request.i_limit).value_or(present.charge.i_limit);
+  StandingQueries changed = parseNodeOptions(parameters).standing;
+  // that of the row
+  if (!changed.u_boost_is_given) changed.charge.u_boost = present.charge.u_boost;
+  return changed;
+}
+
+SetStandingQuery::Response responseOf(StandingQueries standing,
+                                      const std::optional<double>& lately) {
+  standing.charge = standing.chargeAt(lately);
+  auto response = messageAs<SetStandingQuery::Response>(standing);
+  response.success = true;
+  response.code = SetStandingQuery::Response::OK;
+  response.message = "asked with every status from the next one on";
   return response;
 }
 
-SimulateProfile::Response responseOf(const ProfileAnswer& answer) {
-  SimulateProfile::Response response;
-  response.voltage = answer.predicted.voltage;
-  response.lower = answer.predicted.lower;
-  response.upper = answer.predicted.upper;
-  response.valid = answer.valid;
-  response.code = static_cast<std::uint8_t>(answer.code);
-  response.message = answer.message;
+SetStandingQuery::Response refusalOf(const NodeOptionsError& error, const StandingQueries& present,
+                                     const std::optional<double>& lately) {
+  SetStandingQuery::Response response = responseOf(present, lately);
+  response.success = false;
+  response.code = SetStandingQuery::Response::INVALID_QUERY;
+  response.message = inOneLine(error.what());
   return response;
 }
+
+// ---------------------------------------------------------------------------------------------
+// models
 
 IdentifiedModel messageOf(const FittedModel& model) {
-  IdentifiedModel message;
+  auto message = messageAs<IdentifiedModel>(model);
   message.header.stamp = rosTime(model.state.time);
-  fillEstimates(message, model.fit);
+  for (const ParameterEstimate& estimate : model.fit.estimates) {
+    message.names.push_back(estimate.name);
+    message.units.push_back(estimate.unit);
+    message.values.push_back(estimate.value);
+    message.std.push_back(orNan(estimate.std));
+    message.at_bound.push_back(estimate.at_bound);
+    message.determined.push_back(estimate.determined);
+  }
   message.u_c2 = model.state.u_c2;
   message.window_from = model.fit.window.from;
   message.window_to = model.fit.window.to;
   message.window_samples = static_cast<std::uint32_t>(model.fit.window.samples);
-  message.status = toString(model.fit.status);
-  message.message = model.fit.message;
-  message.q_dyn_percent = model.fit.scores.q_dyn_percent;
-  message.rmse = model.fit.scores.rmse;
-  message.window_quality = model.fit.window_quality;
-  message.fit_ms = model.provenance.fit_ms;
-  message.effects = model.fit.effects;
   message.model_yaml = modelYaml(model);
   return message;
 }
@@ -137,6 +138,151 @@ IdentifyResult resultOf(const IdentificationOutcome& outcome) {
   result.message = outcome.message;
   if (outcome.model) result.model = messageOf(*outcome.model);
   return result;
+}
+
+// ---------------------------------------------------------------------------------------------
+// diagnoses
+
+DiagnosisMessage messageOf(const FinishedDiagnosis& report, const Adoption& adoption) {
+  const Diagnosis& diagnosis = *report.diagnosis;
+  auto message = messageAs<DiagnosisMessage>(diagnosis);
+  message.header.stamp = rosTime(report.to);
+  message.from = report.from;
+  message.samples = static_cast<std::uint32_t>(report.samples);
+  message.duration_ms = report.duration_ms;
+  message.probability = diagnosis.probability;
+  message.unexplained_rmse = diagnosis.unexplained.rmse;
+  Comparison fit = diagnosis.fit;
+  if (fit.train.samples == 0) {  // nothing was compared: no numbers
+    for (ErrorMetrics* metrics :
+         {&fit.base_train, &fit.base_holdout, &fit.extended_train, &fit.extended_holdout})
+      *metrics = {kNan, kNan, kNan, {}, {}, {}};
+    fit.train.from = fit.train.to = fit.holdout.from = fit.holdout.to = kNan;
+  }
+  message.train_from = fit.train.from;
+  message.train_to = fit.train.to;
+  message.holdout_from = fit.holdout.from;
+  message.holdout_to = fit.holdout.to;
+  put(message.base_train, fit.base_train);
+  put(message.base_holdout, fit.base_holdout);
+  put(message.extended_train, fit.extended_train);
+  put(message.extended_holdout, fit.extended_holdout);
+  message.adopted = !adoption.effects.empty();
+  message.adoption = adoption.sentence;
+  return message;
+}
+
+DiagnoseResult resultOf(const DiagnosisOutcome& outcome) {
+  DiagnoseResult result;
+  result.success = outcome.message.has_value();
+  result.code = result.success ? DiagnoseResult::OK : DiagnoseResult::FAILED;
+  result.message = result.success ? outcome.message->summary : outcome.fault;
+  if (result.success) result.diagnosis = *outcome.message;
+  return result;
+}
+
+// ---------------------------------------------------------------------------------------------
+// status
+
+namespace {
+
+std::uint8_t stateCode(SessionState state) {
+  switch (state) {
+    case SessionState::kNoSample: return SofStatus::NO_DATA;
+    case SessionState::kCollecting: return SofStatus::COLLECTING;
+    case SessionState::kIdentifying: return SofStatus::IDENTIFYING;
+    case SessionState::kReady: return SofStatus::READY;
+  }
+  return SofStatus::NO_DATA;
+}
+
+/// What the record of one kind of event says of all of them.
+EventRecord recordOf(const EventTally& model, const EventTally& baseline,
+                     const EventTally& answered, const IntervalCalibration& scale,
+                     const BaselineScore& selector) {
+  EventRecord record;
+  record.count = static_cast<std::uint32_t>(model.count);
+  record.coverage = orNan(model.coverageOf());
+  record.mean_abs_error = orNan(model.meanAbsError());
+  record.baseline_mean_abs_error = orNan(baseline.meanAbsError());
+  record.answered_mean_abs_error = orNan(answered.meanAbsError());
+  record.answered_by = selector.baseline_selected ? "baseline" : "model";
+  record.interval_factor = scale.factor;
+  return record;
+}
+
+/// The last event's part of a record.
+void fillLast(EventRecord& record, double time, double given, double measured,
+              const Interval& expected) {
+  record.time = time;
+  record.stimulus = given;
+  record.measured = measured;
+  record.expected = expected.value;
+  record.lower = expected.lower;
+  record.upper = expected.upper;
+}
+
+EventRecord cranksOf(const EventTallies& events, const BaselineScore& selector) {
+  EventRecord record = recordOf(events.cranks, events.baseline_cranks, events.answered_cranks,
+                                events.crank_calibration, selector);
+  record.duration = kNan;
+  fillLast(record, kNan, kNan, kNan, Interval{kNan, kNan, kNan});
+  if (const auto& last = events.last_crank)
+    fillLast(record, last->time, last->current, last->measured_minimum, last->expected_minimum);
+  return record;
+}
+
+EventRecord chargesOf(const EventTallies& events, const BaselineScore& selector) {
+  EventRecord record = recordOf(events.charges, events.baseline_charges, events.answered_charges,
+                                events.charge_calibration, selector);
+  const auto& last = events.last_charge;
+  record.duration = last ? last->duration : kNan;
+  fillLast(record, kNan, kNan, kNan, Interval{kNan, kNan, kNan});
+  if (last)
+    fillLast(record, last->time, last->mean_voltage, last->measured_current,
+             last->expected_current);
+  return record;
+}
+
+}  // namespace
+
+StandingAnswers answersTo(const StandingQueries& standing, const ModelSnapshot& model) {
+  StandingAnswers answers;
+  answers.cranking = model.predictCranking(standing.cranking);
+  answers.stop_time = model.predictStopTime(standing.stopTime());
+  answers.charge = model.predictChargeAcceptance(standing.charge);
+  return answers;
+}
+
+SofStatus messageOf(const StatusContents& contents) {
+  const SessionStatus& session = contents.session;
+  auto message = messageAs<SofStatus>(contents.standing);
+  message.state = stateCode(session.state);
+  message.reason = session.reason;
+  if (session.state == SessionState::kReady) message.answer_basis = toString(session.basis);
+  message.model_age = orNan(session.model_age);
+  message.window_quality = orNan(session.window_quality);
+  message.backtest_q_dyn_percent = orNan(session.backtest.q_dyn_percent);
+  message.backtest_duration = session.backtest.duration;
+  message.effects = session.effects;
+  message.extension = session.extension;
+  message.contest_duration = session.selector ? session.selector->duration : kNan;
+  message.base_rmse = session.selector ? session.selector->base_rmse : kNan;
+  message.extended_rmse = session.selector ? session.selector->extended_rmse : kNan;
+  put(message.crank, contents.answers.cranking);
+  put(message.stop_time, contents.answers.stop_time);
+  put(message.charge, contents.answers.charge);
+  message.past_cranks = cranksOf(contents.events, session.crank_selector);
+  message.past_charges = chargesOf(contents.events, session.charge_selector);
+  message.charger_present = session.charger_present;
+  message.charger_share = orNan(session.charger_share);
+  message.voltage_controlled = session.voltage_controlled;
+  message.expected_time = session.expected ? session.expected->time : kNan;
+  message.expected_voltage = session.expected ? orNan(session.expected->voltage) : kNan;
+  message.expected_current = session.expected ? orNan(session.expected->current) : kNan;
+  message.accepted = contents.counts.accepted;
+  message.rejected = contents.counts.rejectedTotal();
+  return message;
 }
 
 }  // namespace battery_sof

@@ -1,12 +1,10 @@
 #pragma once
 
-#include <limits>
 #include <optional>
 #include <string>
 
 #include "estimation/fitted_model.hpp"
 #include "prediction/online_session.hpp"
-#include "ros/adoption.hpp"
 #include "ros/background_work.hpp"
 #include "ros/event_tallies.hpp"
 #include "ros/messages.hpp"
@@ -20,18 +18,27 @@ CrankingQuery queryOf(const PredictCranking::Request& request);
 StopTimeQuery queryOf(const PredictStopTime::Request& request);
 ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request);
 
-// The responses; absent numbers are NaN.
-PredictCranking::Response responseOf(const CrankingAnswer& answer);
-PredictStopTime::Response responseOf(const StopTimeAnswer& answer);
-PredictChargeAcceptance::Response responseOf(const ChargeAcceptanceAnswer& answer);
-
 /// @return both maps of a request, those with lists, asked of a model. @param watch see
 /// mapCranking().
 PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request,
                             const WorkWatch& watch = nullptr);
 
-/// @return the response; absent arrays are empty.
-SimulateProfile::Response responseOf(const ProfileAnswer& answer);
+/**
+ * @brief The standing questions with what a request changes. NaN keeps what there is, and so does 0
+ * where zero has no meaning (askedFor()): of all but i_load and t_stop.
+ * @throws NodeOptionsError for values outside the ranges of the parameters standing_query/..., one
+ * line each.
+ */
+StandingQueries changedBy(const SetStandingQuery::Request& request, const StandingQueries& present);
+
+/// A response of OK with the standing questions. u_required is NaN when it is not asked. @param
+/// lately see StandingQueries::chargeAt().
+SetStandingQuery::Response responseOf(StandingQueries standing,
+                                      const std::optional<double>& lately = std::nullopt);
+
+/// A response of INVALID_QUERY with the questions that stay.
+SetStandingQuery::Response refusalOf(const NodeOptionsError& error, const StandingQueries& present,
+                                     const std::optional<double>& lately = std::nullopt);
 
 /// @return the message with header.stamp where the model's state stands; absent numbers are NaN.
 IdentifiedModel messageOf(const FittedModel& model);
@@ -41,7 +48,7 @@ IdentifyResult resultOf(const IdentificationOutcome& outcome);
 
 /// @return the message of a finished diagnosis with header.stamp at the recording's end; absent
 /// numbers are NaN.
-DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adoption);
+DiagnosisMessage messageOf(const FinishedDiagnosis& report, const Adoption& adoption);
 
 /// What came of a diagnosis.
 struct DiagnosisOutcome {

@@ -16,4 +16,5 @@
 #include <battery_sof/PredictCranking.h>
 #include <battery_sof/PredictMap.h>
 #include <battery_sof/PredictStopTime.h>
+#include <battery_sof/SetStandingQuery.h>
 #include <battery_sof/SimulateProfile.h>

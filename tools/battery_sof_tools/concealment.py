@@ -1,10 +1,7 @@
-"""Conceals an effect of known strength in a recording that was measured.
+"""An effect of known strength put into a recording that was measured.
 
-    conceal REC --add acid_transport --strength 0.005 --tau 120 --out OUT.csv --label OUT.json
-
-Written are t_s, current_A (positive while charging) and voltage_V; the label reports what was added:
 current_offset [A]; discharge_missed, charge_missed: share of one direction that the current sensor misses [1]; time_skew: voltage late by [s];
-contact_resistance: step at --instant [ohm]; voltage_drift [V/h]; acid_transport: R LP_tau[i] [ohm]; ocv_soc: slope over charge [V/Ah];
+contact_resistance: step at an instant [ohm]; voltage_drift [V/h]; acid_transport: R LP_tau[i] [ohm]; ocv_soc: slope over charge [V/Ah];
 high_rate_depletion: 0.15 V ln(1 - LP_tau[(-i)+] / i_L), strength 1/i_L [1/A]; memory_resistance: i LP_tau|i| [ohm/A], in no catalogue;
 series_resistance [ohm], voltage_step (from the first sample on) [V], white_noise [V]: what the base circuit takes up, nothing to find.
 
@@ -12,24 +9,10 @@ With numpy alone; shares no code with the product. Nothing is integrated across 
 decays with the time that passed, a charge stays. A step back of the clock counts as no time.
 """
 
-import argparse
-import json
 import math
-import sys
 
 import numpy as np
 
-from . import recordings
-from .files import write_text
-
-UNITS = {"current_offset": "A", "discharge_missed": "1", "charge_missed": "1", "time_skew": "s", "contact_resistance": "ohm", "voltage_drift": "V/h",
-         "acid_transport": "ohm", "ocv_soc": "V/Ah", "high_rate_depletion": "1/A", "memory_resistance": "ohm/A",
-         "series_resistance": "ohm", "voltage_step": "V", "white_noise": "V"}
-NEUTRAL = ("series_resistance", "voltage_step", "white_noise")  # the base circuit's parameters or its noise take them up whole
-# What a diagnosis should call it; None: it is in no catalogue, or nothing.
-NAMED = {name: name for name in UNITS}
-NAMED.update(discharge_missed="current_gain", charge_missed="current_gain", memory_resistance=None, **dict.fromkeys(NEUTRAL))
-CURRENT_SIDE = ("current_offset", "discharge_missed", "charge_missed", "time_skew")
 DEPLETION_VOLTAGE = 0.15  # [V], kappa
 DEEPEST = 0.95  # [1], share of the acid that may be used up
 
@@ -111,45 +94,3 @@ def changed(name, t, i, u, strength, tau, instant):
     if name == "time_skew":
         return i, shifted(t, u, strength)
     return i, u + added_voltage(name, t, i, strength, tau, instant)
-
-
-def unexplained(name, t, i, added):
-    """RMS of what [1, i-, i+, LP_3s[i], LP_30s[i], t] leave of an added voltage [V]; a drift is not held against the drift itself."""
-    columns = [np.ones_like(t), np.minimum(i, 0.0), np.maximum(i, 0.0), low_pass(t, i, 3.0), low_pass(t, i, 30.0)]
-    if name != "voltage_drift":
-        columns.append((t - t.mean()) / 3600.0)
-    basis = np.stack(columns, axis=1)
-    rest = added - basis @ np.linalg.lstsq(basis, added, rcond=None)[0]
-    return float(np.sqrt(np.mean(rest**2)))
-
-
-def options():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("recording")
-    parser.add_argument("--add", required=True, choices=sorted(UNITS))
-    parser.add_argument("--strength", type=float, required=True)
-    parser.add_argument("--tau", type=float, default=120.0, help="[s], of the memory")
-    parser.add_argument("--instant", type=float, help="[s] from the first sample, of the step; by default when 0.35 of all charge has passed")
-    recordings.add_column_arguments(parser, recordings.CAR)
-    parser.add_argument("--from", dest="start", type=float, default=-math.inf, help="[s]")
-    parser.add_argument("--to", dest="end", type=float, default=math.inf, help="[s]")
-    parser.add_argument("--out", required=True)
-    parser.add_argument("--label", required=True)
-    return parser.parse_args()
-
-
-def main():
-    args = options()
-    t, i, u = recordings.read(args.recording, *recordings.columns_of(args), args.start, args.end)
-    if len(t) < 3:
-        print("conceal: fewer than three rows of {} hold time, current and voltage".format(args.recording), file=sys.stderr)
-        return 1
-    instant = instant_of_throughput(t, i, 0.35) if args.instant is None else t[0] + args.instant
-    current, voltage = changed(args.add, t, i, u, args.strength, args.tau, instant)
-    recordings.write(args.out, t, current, voltage, recordings.CAR)
-    label = {"added": args.add, "named": NAMED[args.add], "strength": args.strength, "unit": UNITS[args.add],
-             "tau_s": args.tau, "instant_s": instant, "added_rms_v": float((voltage - u).std())}
-    if args.add not in CURRENT_SIDE:
-        label["unexplained_rms_v"] = unexplained(args.add, t, i, voltage - u)
-    write_text(args.label, json.dumps(label, indent=1))
-    return 0

@@ -9,7 +9,7 @@
 
 #include "diagnosis/verdict.hpp"
 #include "model/mechanism.hpp"
-#include "report/diagnosis_results.hpp"
+#include "report/results.hpp"
 #include "support/base_drive.hpp"
 #include "util/pi.hpp"
 
@@ -92,13 +92,13 @@ TEST(Diagnose, OneThreadAndTwoGiveTheSameAnswerByteForByte) {
   one.threads = 1;
   two.threads = 2;
   const Recording recording = withSlope(0.1, 2.0);
-  EXPECT_EQ(diagnosisJson(diagnose(recording, one)).dump(),
-            diagnosisJson(diagnose(recording, two)).dump());
+  EXPECT_EQ(resultJson(diagnose(recording, one)).dump(),
+            resultJson(diagnose(recording, two)).dump());
 }
 
 /// What a diagnosis says before it opens the part that was held out.
 nlohmann::json beforeTheHoldOut(const Recording& recording) {
-  nlohmann::json said = diagnosisJson(diagnose(recording));
+  nlohmann::json said = resultJson(diagnose(recording));
   // What the last step compares on the hold-out: the fits, what needs no physics, operating mode
   // there.
   for (const char* opened :

@@ -11,7 +11,7 @@
 #include "battery_sof/csv.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "recording/series_blocks.hpp"
-#include "report/diagnosis_results.hpp"
+#include "report/results.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {
@@ -53,7 +53,7 @@ const std::vector<std::string> kHypotheses = {"ocv_soc", "acid_transport", "time
 
 std::string saidOf(const Recording& recording,
                    const DiagnoseOptions& options = weighing(kHypotheses)) {
-  return diagnosisJson(diagnose(recording, options)).dump(1);
+  return resultJson(diagnose(recording, options)).dump(1);
 }
 
 class Invariance : public ::testing::Test {
@@ -69,7 +69,7 @@ class Invariance : public ::testing::Test {
 
   static const Recording& drive() { return *inputs_; }
   static const Diagnosis& diagnosis() { return *diagnosis_; }
-  static std::string said() { return diagnosisJson(diagnosis()).dump(1); }
+  static std::string said() { return resultJson(diagnosis()).dump(1); }
 
  private:
   static Recording* inputs_;
@@ -116,7 +116,7 @@ TEST_F(Invariance, AnotherBeginningOfTheClockChangesNothingButTimes) {
   EXPECT_EQ(diagnosis().mechanism, shifted.mechanism);
   EXPECT_EQ(diagnosis().probability, shifted.probability);
   EXPECT_EQ(diagnosis().fit.holdout.from + kShift, shifted.fit.holdout.from);
-  const nlohmann::json one = diagnosisJson(diagnosis()), other = diagnosisJson(shifted);
+  const nlohmann::json one = resultJson(diagnosis()), other = resultJson(shifted);
   for (const char* part : {"effects", "candidates", "parameter_bias", "evidence"})
     EXPECT_EQ(one[part].dump(1), other[part].dump(1)) << part;
 }

@@ -1,4 +1,5 @@
-#include "report/answers.hpp"
+#include "report/descriptions.hpp"
+#include "report/results.hpp"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +26,7 @@ StopTimeAnswer answered(StopTimeOutcome outcome, const Interval& t_stop) {
 }
 
 TEST(StopTimeJson, HoldsTheServicesFields) {
-  const auto json = stopTimeJson(answered(StopTimeOutcome::kFinite, {30.0, 20.0, kEver}));
+  const auto json = resultJson(answered(StopTimeOutcome::kFinite, {30.0, 20.0, kEver}));
   EXPECT_EQ(json["t_stop"], 30.0);
   EXPECT_EQ(json["lower"], 20.0);
   EXPECT_TRUE(json["upper"].is_null());
@@ -37,7 +38,7 @@ TEST(StopTimeJson, HoldsTheServicesFields) {
 }
 
 TEST(StopTimeJson, InfiniteIsNullWithTheOutcomeAlwaysAndTheDocumentParses) {
-  const auto json = stopTimeJson(answered(StopTimeOutcome::kAlways, {kEver, 50.0, kEver}));
+  const auto json = resultJson(answered(StopTimeOutcome::kAlways, {kEver, 50.0, kEver}));
   EXPECT_TRUE(json["t_stop"].is_null());
   EXPECT_EQ(json["outcome"], "always");
   EXPECT_EQ(nlohmann::json::parse(json.dump()), json);
@@ -46,7 +47,7 @@ TEST(StopTimeJson, InfiniteIsNullWithTheOutcomeAlwaysAndTheDocumentParses) {
 TEST(StopTimeJson, WithoutAnAnswerEverythingButTheVerdictIsNull) {
   StopTimeAnswer none;
   none.code = AnswerCode::kNoModel;
-  const auto json = stopTimeJson(none);
+  const auto json = resultJson(none);
   for (const char* field : {"t_stop", "lower", "upper", "outcome", "monotone"})
     EXPECT_TRUE(json[field].is_null()) << field;
   EXPECT_EQ(json["code"], 2);
@@ -55,10 +56,10 @@ TEST(StopTimeJson, WithoutAnAnswerEverythingButTheVerdictIsNull) {
 TEST(ChargeAcceptanceJson, HoldsTheServicesFieldsAndNullForAbsentNumbers) {
   ChargeAcceptanceAnswer answer;
   answer.i_boost = Interval{50.0, 40.0, 60.0};
-  EXPECT_EQ(chargeAcceptanceJson(answer)["i_boost"], 50.0);
-  EXPECT_EQ(chargeAcceptanceJson(answer)["upper"], 60.0);
-  EXPECT_TRUE(chargeAcceptanceJson({})["i_boost"].is_null());
-  EXPECT_EQ(chargeAcceptanceJson({})["valid"], false);
+  EXPECT_EQ(resultJson(answer)["i_boost"], 50.0);
+  EXPECT_EQ(resultJson(answer)["upper"], 60.0);
+  EXPECT_TRUE(resultJson(ChargeAcceptanceAnswer{})["i_boost"].is_null());
+  EXPECT_EQ(resultJson(ChargeAcceptanceAnswer{})["valid"], false);
 }
 
 MapResult bothMaps() {
@@ -71,7 +72,7 @@ MapResult bothMaps() {
 }
 
 TEST(MapJson, HoldsListsAndAnswersRowByRow) {
-  const auto json = mapJson(bothMaps());
+  const auto json = resultJson(bothMaps());
   EXPECT_EQ(json["schema"], "battery_sof/map/1");
   EXPECT_EQ(json["t_stop"], (std::vector<double>{0.0, 3600.0}));
   for (const char* field : {"u_min", "u_min_lower", "u_min_upper", "u_min_code", "capable"})
@@ -86,13 +87,13 @@ TEST(MapJson, HoldsListsAndAnswersRowByRow) {
 TEST(MapJson, LeavesOutTheMapThatWasNotAsked) {
   MapResult result = bothMaps();
   result.cranking.reset();
-  const auto json = mapJson(result);
+  const auto json = resultJson(result);
   EXPECT_FALSE(json.contains("u_min") || json.contains("i_load"));
   EXPECT_EQ(json["code"], 0);
 }
 
 TEST(MapText, HasALineForEveryRowAndMarksWhatIsNotValid) {
-  const std::string text = mapText(bothMaps());
+  const std::string text = resultText(bothMaps());
   for (const char* piece : {"\n-10 ", "\n-30 ", "\n13 ", "3600", "]*"})
     EXPECT_TRUE(holds(text, piece)) << text;
 }
@@ -101,12 +102,12 @@ TEST(StopTimeText, SaysWhatWasAskedAndFound) {
   StopTimeQuery query;
   query.u_required = 7.2;
   const std::string text =
-      stopTimeText(query, answered(StopTimeOutcome::kFinite, {30.0, 20.0, kEver}));
+      resultText(query, answered(StopTimeOutcome::kFinite, {30.0, 20.0, kEver}));
   EXPECT_TRUE(holds(text, "7.20 V") &&
               holds(text, "30.0 s, 90 % between 20.0 s and no end: finite"))
       << text;
   const std::string least =
-      stopTimeText(query, answered(StopTimeOutcome::kAtLeast, {72.0, 60.0, 7200.0}));
+      resultText(query, answered(StopTimeOutcome::kAtLeast, {72.0, 60.0, 7200.0}));
   EXPECT_TRUE(holds(least, "at least 72.0 s, 90 % between 60.0 s and 7200.0 s: at_least")) << least;
 }
 

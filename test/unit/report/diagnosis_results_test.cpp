@@ -1,4 +1,4 @@
-#include "report/diagnosis_results.hpp"
+#include "report/results.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ void expectKeys(const Json& json, const std::vector<const char*>& keys) {
 }
 
 TEST(DiagnosisJson, HoldsTheContractsFields) {
-  const Json json = diagnosisJson(test::madeNamed().diagnosis);
+  const Json json = resultJson(test::madeNamed().diagnosis);
   EXPECT_EQ(json["schema"], "battery_sof/diagnosis/2");
   EXPECT_EQ(json["verdict"], "effect");
   expectKeys(json, {"summary", "effects", "candidates", "mismatch", "fit", "next_experiment",
@@ -45,7 +45,7 @@ TEST(DiagnosisJson, HoldsTheContractsFields) {
 
 TEST(DiagnosisJson, TellsWhoImposesWhatBesideTheShare) {
   const test::MadeDiagnosis made = test::madeNamed();
-  const Json json = diagnosisJson(made.diagnosis);
+  const Json json = resultJson(made.diagnosis);
   EXPECT_EQ(json["charger_share"], made.diagnosis.source.share);
   EXPECT_EQ(json["operating_mode"]["seen"], true);
   EXPECT_EQ(json["operating_mode"]["voltage"].size(), 8u);
@@ -56,7 +56,7 @@ TEST(DiagnosisJson, TellsWhoImposesWhatBesideTheShare) {
 }
 
 TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
-  const Json relevance = diagnosisJson(test::madeNamed().diagnosis)["relevance"];
+  const Json relevance = resultJson(test::madeNamed().diagnosis)["relevance"];
   EXPECT_EQ(relevance,
             (Json{{"rmse_v", 0.0004},
                   {"crank_v", 0.002},
@@ -66,7 +66,7 @@ TEST(DiagnosisJson, HoldsWhatIsLeftBesideItsLimits) {
 }
 
 TEST(DiagnosisJson, HoldsWhatWasLearnt) {
-  const Json discrepancy = diagnosisJson(test::madeUnknown().diagnosis)["discrepancy"];
+  const Json discrepancy = resultJson(test::madeUnknown().diagnosis)["discrepancy"];
   EXPECT_EQ(discrepancy["used"], true);
   EXPECT_EQ(discrepancy["left_out_base_rmse_v"], 0.064);
   EXPECT_EQ(discrepancy["left_out_rmse_v"], 0.021);
@@ -90,12 +90,12 @@ TEST(DiagnosisJson, HoldsWhatWasLearnt) {
 TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
   test::MadeDiagnosis made = test::madeUnknown();
   made.diagnosis.mismatch[0].peak_error = std::numeric_limits<double>::infinity();
-  const Json json = diagnosisJson(made.diagnosis);
+  const Json json = resultJson(made.diagnosis);
   EXPECT_TRUE(json["fit"]["base"]["holdout"]["q_dyn_percent"].is_null());
   EXPECT_TRUE(json["fit"]["base"]["holdout"]["crank_mae_v"].is_null());
   EXPECT_TRUE(json["mismatch"][0]["peak_error_v"].is_null());
   EXPECT_TRUE(json["candidates"][0]["holdout_gain_percent"].is_null());
-  const Json nothing = diagnosisJson(test::madeNoMismatch().diagnosis);
+  const Json nothing = resultJson(test::madeNoMismatch().diagnosis);
   for (const char* key : {"discrepancy", "mechanism", "probability"})
     EXPECT_TRUE(nothing.at(key).is_null()) << key;
   EXPECT_EQ(Json::parse(json.dump()), json);
@@ -105,12 +105,12 @@ TEST(DiagnosisJson, OfAFamilyThatNoProbabilityIsSaidOfHasNull) {
   test::MadeDiagnosis made = test::madeUnknown();
   made.diagnosis.mechanism = Mechanism::kAcceptance;
   made.diagnosis.probability = 0.0;
-  EXPECT_EQ(diagnosisJson(made.diagnosis)["mechanism"], "acceptance");
-  EXPECT_TRUE(diagnosisJson(made.diagnosis)["probability"].is_null());
+  EXPECT_EQ(resultJson(made.diagnosis)["mechanism"], "acceptance");
+  EXPECT_TRUE(resultJson(made.diagnosis)["probability"].is_null());
 }
 
 TEST(DiagnosisJson, OfAnEmptyDiagnosisHasEveryField) {
-  const Json json = diagnosisJson({});
+  const Json json = resultJson(Diagnosis{});
   EXPECT_EQ(json["verdict"], "insufficient_data");
   EXPECT_TRUE(json["effects"].empty() && json["effects"].is_array());
   expectKeys(json, {"summary", "candidates", "mismatch", "fit", "next_experiment", "mechanism",
@@ -120,18 +120,18 @@ TEST(DiagnosisJson, OfAnEmptyDiagnosisHasEveryField) {
 TEST(DiagnosisJson, SurvivesFileNamesOfAnyBytes) {
   Diagnosis diagnosis;
   diagnosis.base.provenance.recording = "\xff\xfe drive.bag";
-  EXPECT_NO_THROW(diagnosisJson(diagnosis).dump());
+  EXPECT_NO_THROW(resultJson(diagnosis).dump());
 }
 
 TEST(DiagnosisText, StaysInsideAHundredColumns) {
   for (const auto& made : {test::madeNamed(), test::madeNoMismatch(), test::madeUnknown()}) {
-    std::istringstream lines(diagnosisText(made.diagnosis));
+    std::istringstream lines(resultText(made.diagnosis));
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   }
 }
 
 TEST(DiagnosisText, TellsWhatAMailNeeds) {
-  const std::string text = diagnosisText(test::madeNamed().diagnosis);
+  const std::string text = resultText(test::madeNamed().diagnosis);
   for (const char* piece :
        {"effect: The battery takes charge", "charge_acceptance", "hidden before in r_charge",
         "at a bound", "long charge", "95 %", "hold-out", "121.0", "6.4",
@@ -145,25 +145,25 @@ TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
   for (DetectionLimit& one : made.diagnosis.detection_limits)
     one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
   made.diagnosis.unexplained.noise = 0.031;
-  std::string text = diagnosisText(made.diagnosis);
+  std::string text = resultText(made.diagnosis);
   std::replace(text.begin(), text.end(), '\n', ' ');
   EXPECT_NE(text.find("limits       31.0 mV RMS are left"), std::string::npos) << text;
   EXPECT_EQ(text.find("could be here unseen"), std::string::npos) << text;
   made.diagnosis.unexplained.noise = 0.001;
   made.diagnosis.unexplained.rmse = 2.0 * made.diagnosis.unexplained.limits.rmse;
   EXPECT_NE(
-      diagnosisText(made.diagnosis).find("limits       regressors of the currents would explain"),
+      resultText(made.diagnosis).find("limits       regressors of the currents would explain"),
       std::string::npos);
   // as --verify-detection-limits finds it
   made.diagnosis.detection_limits.front().strength =
       20.0 * made.diagnosis.detection_limits.front().typical;
-  EXPECT_NE(diagnosisText(made.diagnosis)
+  EXPECT_NE(resultText(made.diagnosis)
                 .find("could be here unseen: " + made.diagnosis.detection_limits.front().id),
             std::string::npos);
 }
 
 TEST(DiagnosisText, TellsTheFamilyWhatWasLearntAndWhatIsTooSmallToMatter) {
-  const std::string text = diagnosisText(test::madeUnknown().diagnosis);
+  const std::string text = resultText(test::madeUnknown().diagnosis);
   for (const char* piece :
        {"mechanism    acceptance", "0.94", "discrepancy  The discrepancy, a function",
         "memory of charging over 10 s", "too small    0.4 mV RMS of structure is left"})
@@ -172,18 +172,18 @@ TEST(DiagnosisText, TellsTheFamilyWhatWasLearntAndWhatIsTooSmallToMatter) {
 
 TEST(DiagnosisText, SaysOfHowManyCranksTheirErrorIsTheMean) {
   Diagnosis diagnosis = test::madeNamed().diagnosis;
-  EXPECT_EQ(diagnosisText(diagnosis).find("  cranks:"), std::string::npos);
+  EXPECT_EQ(resultText(diagnosis).find("  cranks:"), std::string::npos);
   diagnosis.fit.base_holdout.cranks = 2;
   diagnosis.fit.base_train.cranks = 6;
-  EXPECT_NE(diagnosisText(diagnosis).find("  cranks: 2 on the hold-out, 6 in training\n"),
+  EXPECT_NE(resultText(diagnosis).find("  cranks: 2 on the hold-out, 6 in training\n"),
             std::string::npos);
-  EXPECT_EQ(diagnosisJson(diagnosis)["fit"]["base"]["holdout"]["cranks"], 2);
+  EXPECT_EQ(resultJson(diagnosis)["fit"]["base"]["holdout"]["cranks"], 2);
 }
 
 TEST(DiagnosisText, OfAnEmptyDiagnosisIsItsVerdict) {
   Diagnosis diagnosis;
   diagnosis.summary = "Too short.";
-  EXPECT_EQ(diagnosisText(diagnosis), "verdict      insufficient_data: Too short.\n");
+  EXPECT_EQ(resultText(diagnosis), "verdict      insufficient_data: Too short.\n");
 }
 
 }  // namespace

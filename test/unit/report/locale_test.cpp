@@ -45,7 +45,7 @@ class Locale : public ::testing::Test {
     query.t_stop = 60.25;
     query.i_cranking = -400.5;
     const CrankingAnswer answer = predictCranking(model_, query);
-    return crankingText(query, answer) + crankingJson(answer).dump() + identifyText(model_);
+    return resultText(query, answer) + resultJson(answer).dump() + resultText(model_);
   }
 
   /// @param surroundings is made and set back around what is to come out as without.

@@ -47,7 +47,7 @@ TEST(PriorsYaml, WhatIsWrongIsNamedWithItsPlace) {
   EXPECT_NE(refusal(head + "value: -1, std: 1, logarithmic: true}}}]")
                 .find("priors[0].parameters.beta.value is not positive"),
             std::string::npos);
-  EXPECT_NE(refusal("{").find("no YAML"), std::string::npos);
+  EXPECT_NE(refusal("{").find("not YAML at line 1"), std::string::npos);
 }
 
 }  // namespace

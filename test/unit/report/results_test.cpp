@@ -15,7 +15,7 @@ FittedModel fittedModel() {
 }
 
 TEST(IdentifyJson, HoldsTheContractsFields) {
-  const auto json = identifyJson(fittedModel());
+  const auto json = resultJson(fittedModel());
   EXPECT_EQ(json["schema"], "battery_sof/model/1");
   EXPECT_TRUE(json["window"]["from_s"].is_number());
   EXPECT_EQ(json["samples"], 24000);
@@ -33,14 +33,14 @@ TEST(IdentifyText, SaysWhichParametersAreNotDetermined) {
   FittedModel model = fittedModel();
   model.fit.estimates[1].determined = false;
   model.fit.estimates[1].std.reset();
-  EXPECT_NE(identifyText(model).find("not determined"), std::string::npos);
+  EXPECT_NE(resultText(model).find("not determined"), std::string::npos);
 }
 
 TEST(PredictionJson, HoldsTheContractsFieldsAndNullForWhatIsUndefined) {
   PredictionReport report;
   PredictionScores& scores = report.from_current;
   scores.cranks.push_back({12.0, -200.0, 10.1, {10.0, 9.8, 10.2}});
-  const auto json = predictionJson(report);
+  const auto json = resultJson(report);
   EXPECT_EQ(json["schema"], "battery_sof/prediction/1");
   EXPECT_TRUE(json["q_dyn_percent"].is_null());
   EXPECT_TRUE(json["crank_mae_v"].is_null());
@@ -55,7 +55,7 @@ TEST(CrankingJson, HoldsTheServicesFieldsAndNullForAbsentNumbers) {
   CrankingAnswer answer;
   answer.code = AnswerCode::kInvalidQuery;
   answer.message = "t_stop is -1";
-  const auto json = crankingJson(answer);
+  const auto json = resultJson(answer);
   EXPECT_TRUE(json["u_min"].is_null());
   EXPECT_TRUE(json["capable"].is_null());
   EXPECT_EQ(json["valid"], false);

@@ -1,4 +1,4 @@
-#include "ros/adoption.hpp"
+#include "ros/background_work.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

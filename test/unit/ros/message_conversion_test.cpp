@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "report/model_yaml.hpp"
+#include "ros/message_fields.hpp"
 #include "support/known_model.hpp"
 
 namespace battery_sof {
@@ -59,7 +60,8 @@ TEST(QueryOf, ARequestThatWasNotFilledInAsksForNothing) {
               ::testing::HasSubstr("u_boost [V] is 0"));
   PredictCranking::Request crank;
   crank.i_cranking = -200.0;
-  const PredictCranking::Response response = responseOf(model.predictCranking(queryOf(crank)));
+  const PredictCranking::Response response =
+      messageAs<PredictCranking::Response>(model.predictCranking(queryOf(crank)));
   EXPECT_TRUE(response.valid) << response.message;
   EXPECT_FALSE(response.capable);
   EXPECT_THAT(response.message, ::testing::HasSubstr("no u_required was given"));
@@ -91,29 +93,31 @@ TEST(ResponseOf, AnEndlessStopIsInfiniteAndAnAbsentOneNan) {
   always.outcome = StopTimeOutcome::kAlways;
   const double ever = std::numeric_limits<double>::infinity();
   always.t_stop = Interval{ever, 40.0, ever};
-  EXPECT_TRUE(std::isinf(responseOf(always).t_stop));
-  EXPECT_EQ(responseOf(always).lower, 40.0);
-  EXPECT_EQ(responseOf(always).outcome, "always");
+  EXPECT_TRUE(std::isinf(messageAs<PredictStopTime::Response>(always).t_stop));
+  EXPECT_EQ(messageAs<PredictStopTime::Response>(always).lower, 40.0);
+  EXPECT_EQ(messageAs<PredictStopTime::Response>(always).outcome, "always");
   StopTimeAnswer least;
   least.outcome = StopTimeOutcome::kAtLeast;
   least.t_stop = Interval{72.0, 72.0, 7200.0};
-  EXPECT_EQ(responseOf(least).outcome, "at_least");
-  EXPECT_EQ(responseOf(least).t_stop, 72.0);
+  EXPECT_EQ(messageAs<PredictStopTime::Response>(least).outcome, "at_least");
+  EXPECT_EQ(messageAs<PredictStopTime::Response>(least).t_stop, 72.0);
   StopTimeAnswer none;
   none.code = AnswerCode::kNoModel;
-  EXPECT_TRUE(std::isnan(responseOf(none).t_stop));
-  EXPECT_EQ(responseOf(none).outcome, "");
-  EXPECT_FALSE(responseOf(none).monotone);
+  EXPECT_TRUE(std::isnan(messageAs<PredictStopTime::Response>(none).t_stop));
+  EXPECT_EQ(messageAs<PredictStopTime::Response>(none).outcome, "");
+  EXPECT_FALSE(messageAs<PredictStopTime::Response>(none).monotone);
 }
 
 TEST(ResponseOf, AChargeKeepsItsNumbers) {
   ChargeAcceptanceAnswer answer;
   answer.i_boost = Interval{50.0, 40.0, 60.0};
   answer.code = AnswerCode::kExtrapolation;
-  EXPECT_EQ(responseOf(answer).i_boost, 50.0);
-  EXPECT_EQ(responseOf(answer).lower, 40.0);
-  EXPECT_EQ(responseOf(answer).code, PredictChargeAcceptance::Response::EXTRAPOLATION);
-  EXPECT_TRUE(std::isnan(responseOf(ChargeAcceptanceAnswer{}).upper));
+  EXPECT_EQ(messageAs<PredictChargeAcceptance::Response>(answer).i_boost, 50.0);
+  EXPECT_EQ(messageAs<PredictChargeAcceptance::Response>(answer).lower, 40.0);
+  EXPECT_EQ(messageAs<PredictChargeAcceptance::Response>(answer).code,
+            PredictChargeAcceptance::Response::EXTRAPOLATION);
+  EXPECT_TRUE(
+      std::isnan(messageAs<PredictChargeAcceptance::Response>(ChargeAcceptanceAnswer{}).upper));
 }
 
 PredictMap::Request mapRequest() {
@@ -151,7 +155,7 @@ TEST(ResponseOf, AbsentNumbersAreNanNeverZero) {
   CrankingAnswer answer;
   answer.code = AnswerCode::kNoModel;
   answer.message = "nothing identified yet";
-  const PredictCranking::Response response = responseOf(answer);
+  const PredictCranking::Response response = messageAs<PredictCranking::Response>(answer);
   EXPECT_TRUE(std::isnan(response.u_min) && std::isnan(response.lower) &&
               std::isnan(response.upper));
   EXPECT_FALSE(response.capable);
@@ -272,8 +276,8 @@ TEST(MessageOf, StatusShowsCranksChargesAndTheCounts) {
   EXPECT_EQ(message.past_charges.mean_abs_error, 2.0);
 }
 
-DiagnosisReport someReport() {
-  DiagnosisReport report;
+FinishedDiagnosis someReport() {
+  FinishedDiagnosis report;
   report.from = 100.0;
   report.to = 1900.5;
   report.samples = 180000;
@@ -346,7 +350,7 @@ TEST(MessageOf, DiagnosisSaysEverythingAndNanForWhatIsMissing) {
 }
 
 TEST(MessageOf, DiagnosisThatComparedNothingHasNoMetrics) {
-  DiagnosisReport report = someReport();
+  FinishedDiagnosis report = someReport();
   report.diagnosis = Diagnosis();
   const DiagnosisMessage message = messageOf(report, {});
   EXPECT_EQ(message.verdict, DiagnosisMessage::INSUFFICIENT_DATA);
@@ -362,7 +366,7 @@ TEST(MessageOf, EveryVerdictIsOneOfTheMessagesConstants) {
       DiagnosisMessage::SEVERAL,      DiagnosisMessage::AMBIGUOUS,
       DiagnosisMessage::MECHANISM,    DiagnosisMessage::UNEXPLAINED,
       DiagnosisMessage::SENSOR_FAULT, DiagnosisMessage::INSUFFICIENT_DATA};
-  DiagnosisReport report = someReport();
+  FinishedDiagnosis report = someReport();
   for (int verdict = 0; verdict < 8; ++verdict) {
     report.diagnosis->verdict = static_cast<Verdict>(verdict);
     EXPECT_EQ(messageOf(report, {}).verdict, constants[static_cast<std::size_t>(verdict)]);

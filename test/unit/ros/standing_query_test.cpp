@@ -1,4 +1,4 @@
-#include "ros/standing_query.hpp"
+#include "ros/message_conversion.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

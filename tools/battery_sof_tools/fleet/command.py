@@ -7,7 +7,6 @@
     sof-fleet rebuild FLEET.sqlite --out FOLDER  the folder that a database was loaded from
     sof-fleet priors FOLDER --out PRIORS.yaml    mean and covariance of parameters by type of vehicle
     sof-fleet leave-one-out FOLDER               what that is worth on batteries that it has not seen
-    sof-fleet slurm start|stop DIR               a Slurm of this machine alone, to try run --slurm
     sof-fleet judge FOLDER                       alarms and false discoveries of recordings that out-of-model cases --only-draw drew
     sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
 
@@ -22,7 +21,7 @@ import time
 
 from ..files import printable, write_json
 from ..sof import product_digest, program, required
-from . import database, engine, plan, slurm
+from . import database, engine, plan
 
 MOST = 3e7  # [s], and of jobs
 DESCRIPTION = "RECORDINGS: folders, .csv or .bag files, or lists of them (.csv or .yaml) with the columns path, battery, vehicle_type, age_years, time_column, current_column, " \
@@ -46,9 +45,6 @@ def parser():
     one.add_argument("folder", help="run with the step score")
     one.add_argument("--jobs", type=positive(int), default=os.cpu_count())
     one.add_argument("--sof", help="the command, in place of the one that the folder was run with")
-    one = commands.add_parser("slurm", help="a Slurm of this machine alone, to try run --slurm")
-    one.add_argument("what", choices=("start", "stop"))
-    one.add_argument("folder", help="of its files")
     one = commands.add_parser("load", help="make the database again")
     one.add_argument("folder")
     one.add_argument("--without-pages", action="store_true", help="leave the pages out of the database")
@@ -139,10 +135,6 @@ def leave_one_out(args):
     print("\n".join(comparison.compare(args.folder, args.jobs, required(os.path.abspath(args.sof)) if args.sof else None)))
 
 
-def slurm_here(args):
-    return slurm.main(args.what, args.folder)
-
-
 def load(args):
     print(f"{database.load(args.folder, not args.without_pages)} recordings")
 
@@ -167,7 +159,7 @@ def digest(args):
 
 def main():
     args = parser().parse_args()
-    known = {"run": run, "report": report, "priors": priors, "leave-one-out": leave_one_out, "slurm": slurm_here, "load": load, "export": export, "rebuild": rebuild,
+    known = {"run": run, "report": report, "priors": priors, "leave-one-out": leave_one_out, "load": load, "export": export, "rebuild": rebuild,
              "judge": judge, "digest": digest}
     try:
         return known[args.command](args) or 0

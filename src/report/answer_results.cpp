@@ -1,29 +1,11 @@
-#include "report/answers.hpp"
-
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "descriptions.hpp"
+#include "report/results.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
-
-using Json = nlohmann::json;
-
-Json finiteOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-void putInterval(Json& json, const char* name, const std::optional<Interval>& interval) {
-  json[name] = interval ? finiteOrNull(interval->value) : Json(nullptr);
-  json["lower"] = interval ? finiteOrNull(interval->lower) : Json(nullptr);
-  json["upper"] = interval ? finiteOrNull(interval->upper) : Json(nullptr);
-}
-
-template <typename Answer>
-void putVerdict(Json& json, const Answer& answer) {
-  json["valid"] = answer.valid;
-  json["code"] = static_cast<int>(answer.code);
-  json["message"] = answer.message;
-}
 
 template <typename Answer>
 std::string lastLine(const Answer& answer) {
@@ -32,19 +14,6 @@ std::string lastLine(const Answer& answer) {
 
 std::string seconds(double duration) {
   return std::isinf(duration) ? "no end" : format("%.1f s", duration);
-}
-
-/// One map's answers as arrays, row by row.
-template <typename Map, typename Value>
-void putAnswers(Json& json, const std::string& name, const Map& map, Value&& value) {
-  for (const char* end : {"", "_lower", "_upper", "_code"}) json[name + end] = Json::array();
-  for (const auto& answer : map.answers) {
-    const std::optional<Interval>& interval = value(answer);
-    json[name].push_back(interval ? finiteOrNull(interval->value) : Json(nullptr));
-    json[name + "_lower"].push_back(interval ? finiteOrNull(interval->lower) : Json(nullptr));
-    json[name + "_upper"].push_back(interval ? finiteOrNull(interval->upper) : Json(nullptr));
-    json[name + "_code"].push_back(static_cast<int>(answer.code));
-  }
 }
 
 template <typename Answer>
@@ -77,23 +46,28 @@ const std::optional<Interval>& meanCurrent(const ChargeAcceptanceAnswer& answer)
 
 }  // namespace
 
-nlohmann::json stopTimeJson(const StopTimeAnswer& answer) {
-  Json json;
-  putInterval(json, "t_stop", answer.t_stop);
-  json["outcome"] = answer.t_stop ? Json(toString(answer.outcome)) : Json(nullptr);
-  json["monotone"] = answer.t_stop ? Json(answer.monotone) : Json(nullptr);
-  putVerdict(json, answer);
-  return json;
+nlohmann::json resultJson(const CrankingAnswer& answer) { return jsonOf(answer); }
+nlohmann::json resultJson(const StopTimeAnswer& answer) { return jsonOf(answer); }
+nlohmann::json resultJson(const ChargeAcceptanceAnswer& answer) { return jsonOf(answer); }
+nlohmann::json resultJson(const MapResult& result) { return jsonOf(result); }
+
+std::string resultText(const CrankingQuery& query, const CrankingAnswer& answer) {
+  std::string text = query.load.empty()
+                         ? format("stop      %.1f s at %.1f A\n", query.t_stop, query.i_load)
+                         : format("stop      %.1f s of the given profile\n", query.load.duration());
+  text += query.crank.empty()
+              ? format("crank     %.2f s at %.1f A\n", query.t_cranking, query.i_cranking)
+              : format("crank     %.2f s of the given profile\n", query.crank.duration());
+  text += answer.u_min ? format("lowest    %.3f V, 90 %% between %.3f and %.3f V\n",
+                                answer.u_min->value, answer.u_min->lower, answer.u_min->upper)
+                       : "lowest    -\n";
+  if (answer.capable)
+    text += format("verdict   %s %.2f V\n", *answer.capable ? "holds" : "may not hold",
+                   query.u_required.value_or(0.0));
+  return text + lastLine(answer);
 }
 
-nlohmann::json chargeAcceptanceJson(const ChargeAcceptanceAnswer& answer) {
-  Json json;
-  putInterval(json, "i_boost", answer.i_boost);
-  putVerdict(json, answer);
-  return json;
-}
-
-std::string stopTimeText(const StopTimeQuery& query, const StopTimeAnswer& answer) {
+std::string resultText(const StopTimeQuery& query, const StopTimeAnswer& answer) {
   std::string text =
       format("question  longest stop at %.1f A, then a crank of %.2f s at %.1f A holds %.2f V\n",
              query.i_load, query.t_cranking, query.i_cranking, query.u_required);
@@ -106,8 +80,7 @@ std::string stopTimeText(const StopTimeQuery& query, const StopTimeAnswer& answe
   return text + lastLine(answer);
 }
 
-std::string chargeAcceptanceText(const ChargeAcceptanceQuery& query,
-                                 const ChargeAcceptanceAnswer& answer) {
+std::string resultText(const ChargeAcceptanceQuery& query, const ChargeAcceptanceAnswer& answer) {
   std::string text = format("question  current over %.1f s at %.2f V, at most %.0f A\n",
                             query.t_sof2, query.u_boost, query.i_limit);
   if (answer.i_boost)
@@ -116,29 +89,7 @@ std::string chargeAcceptanceText(const ChargeAcceptanceQuery& query,
   return text + lastLine(answer);
 }
 
-nlohmann::json mapJson(const MapResult& result) {
-  Json json = {{"schema", "battery_sof/map/1"}};
-  if (result.cranking) {
-    json["i_load"] = result.i_load;
-    json["t_stop"] = result.t_stop;
-    putAnswers(json, "u_min", *result.cranking, lowestVoltage);
-    json["capable"] = Json::array();
-    for (const CrankingAnswer& answer : result.cranking->answers)
-      json["capable"].push_back(answer.capable ? Json(*answer.capable) : Json(nullptr));
-  }
-  if (result.charge) {
-    json["u_boost"] = result.u_boost;
-    json["t_sof2"] = result.t_sof2;
-    putAnswers(json, "i_boost", *result.charge, meanCurrent);
-  }
-  const MapVerdict verdict = verdictOf(result.cranking, result.charge);
-  json["valid"] = verdict.code == AnswerCode::kOk;
-  json["code"] = static_cast<int>(verdict.code);
-  json["message"] = verdict.message;
-  return json;
-}
-
-std::string mapText(const MapResult& result) {
+std::string resultText(const MapResult& result) {
   std::string text;
   if (result.cranking) {
     text += "lowest voltage of the crank [V], 90 % interval; * outside the identified range\n";
