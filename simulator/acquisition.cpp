@@ -1,12 +1,8 @@
 #include "simulator/acquisition.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "simulator/channel_noise.hpp"
-#include "simulator/faults.hpp"
 #include "simulator/fields.hpp"
-#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 namespace {

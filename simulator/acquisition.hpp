@@ -7,10 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "simulator/bessel_filter.hpp"
-#include "simulator/channel_noise.hpp"
 #include "simulator/dice.hpp"
-#include "simulator/low_pass.hpp"
+#include "simulator/filters.hpp"
 
 namespace battery_sof_simulator {
 
@@ -49,14 +47,10 @@ struct RecordedSample {
   double time, current, voltage;  ///< [s], [A], [V]
 };
 
-/**
- * @brief One channel: anti-aliasing filter, then samples on the recording's grid, free of the
- * filter's delay.
- *
- * The sample stamped t is the filter's output at t + lead, between two inputs by a cubic through
- * four of them (error below 1e-5 of a 20 Hz signal at 1 kHz). lead is the filter's delay, less what
- * the channel reports late.
- */
+/// One channel: anti-aliasing filter, then samples on the recording's grid, free of the filter's
+/// delay. The sample stamped t is the filter's output at t + lead, between two inputs by a cubic
+/// through four of them (error below 1e-5 of a 20 Hz signal at 1 kHz). lead is the filter's delay,
+/// less what the channel reports late.
 class SampledChannel {
  public:
   SampledChannel(const AcquisitionOptions& options, double input_rate, double reported_late);
@@ -76,13 +70,10 @@ class SampledChannel {
   std::vector<double> samples_;
 };
 
-/**
- * @brief The recording of a simulated battery (paper, section V; docs/physics.md#acquisition).
- *
- * Gain and offset of the current, lags, the same Bessel filter on both channels at the simulation's
- * rate, decimation with the filter's delay taken out of the stamps, tone and drift of the voltage,
- * noise, clipping, quantisation, frozen stretches, lost samples, in this order.
- */
+/// The recording of a simulated battery (paper, section V; docs/physics.md#acquisition). Gain and
+/// offset of the current, lags, the same Bessel filter on both channels at the simulation's rate,
+/// decimation with the filter's delay taken out of the stamps, tone and drift of the voltage,
+/// noise, clipping, quantisation, frozen stretches, lost samples, in this order.
 class Acquisition {
  public:
   /// @throws std::invalid_argument naming every fault of the options.

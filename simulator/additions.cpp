@@ -1,10 +1,8 @@
 #include "simulator/additions.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "simulator/fields.hpp"
-#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -34,8 +32,6 @@ double sulphateAfter(const Additions& a, double before, double charge, double st
 }
 
 }  // namespace
-
-std::vector<std::string> faultsOf(const Additions& additions) { return fieldFaults(additions); }
 
 bool anyOn(const Additions& a) {
   return a.second_electrode || a.fast_arc || a.acid_transport || a.ocv_hysteresis ||

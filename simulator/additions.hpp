@@ -4,20 +4,17 @@
 #include <string>
 #include <vector>
 
-#include "simulator/low_pass.hpp"
+#include "simulator/filters.hpp"
 
 namespace battery_sof_simulator {
 
 /// What parameter_drift changes.
 enum class DriftingParameter { kROhmic, kR1, kCpe2Capacitance, kU0 };
 
-/**
- * @brief Pieces of physics that Fig. 4 does not have, each off unless its switch is on.
- *
- * Numbers are typical values for a 12 V, 50 Ah VRLA block (docs/physics.md); i is positive into
- * the battery, (x)+ is max(x, 0), LP_tau a first-order low-pass. All voltages lie in series with
- * Fig. 4's. The last six describe batteries that no catalogue of effects lists.
- */
+/// Pieces of physics that Fig. 4 does not have, each off unless its switch is on. Numbers are
+/// typical values for a 12 V, 50 Ah VRLA block (docs/physics.md); i is positive into the battery,
+/// (x)+ is max(x, 0), LP_tau a first-order low-pass. All voltages lie in series with Fig. 4's. The
+/// last six describe batteries that no catalogue of effects lists.
 struct Additions {
   /// S5: C_3 || charge transfer, i = CPE_3(u_3) + 2 I_03 sinh(beta_3 u_3 / 2); voltage u_3.
   bool second_electrode = false;
@@ -58,8 +55,8 @@ struct Additions {
   double coup_erasing_ah = 0.5;       ///< Q_e [Ah]
   double coup_nuclei_at_start = 1.0;  ///< n at the start [1]; 0: fully charged
 
-  /// P3: i_lim = i_lim0 A, dA/dt = ((-i)+ - chi (i)+) / Q_A - (A - 1) / tau_r, A >= A_min;
-  /// acts with charge_acceptance only.
+  /// P3: i_lim = i_lim0 A, dA/dt = ((-i)+ - chi (i)+) / Q_A - (A - 1) / tau_r, A >= A_min; acts
+  /// with charge_acceptance only.
   bool sulphate_history = false;
   double sulphate_ah = 0.5;            ///< Q_A [Ah]
   double sulphate_time_s = 1200.0;     ///< tau_r [s]
@@ -109,9 +106,6 @@ struct Additions {
   double hysteretic_from_a = 20.0;  ///< [A]
 };
 
-/// @return one sentence for every number outside its bounds; empty when all is well.
-std::vector<std::string> faultsOf(const Additions& additions);
-
 /// @return whether any of them is on.
 bool anyOn(const Additions& additions);
 
@@ -130,12 +124,9 @@ struct AddedState {
   double last_large_sign = 0.0;  ///< s: -1, 0 or 1
 };
 
-/**
- * @brief The additions that follow from the battery's current alone.
- *
- * Low-passes are moved exactly for a current that is linear over a step, the products of current
- * and state exactly for its mean. What is off keeps its value and adds nothing.
- */
+/// The additions that follow from the battery's current alone. Low-passes are moved exactly for a
+/// current that is linear over a step, the products of current and state exactly for its mean. What
+/// is off keeps its value and adds nothing.
 class AddedVoltages {
  public:
   /// @param step over which advance() moves [s], > 0.

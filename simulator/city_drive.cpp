@@ -1,7 +1,6 @@
 #include "simulator/city_drive.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "simulator/drive_plan.hpp"
@@ -9,9 +8,17 @@
 namespace battery_sof_simulator {
 namespace {
 
-constexpr double kStep = 0.001;      // [s]
-constexpr int kStepsPerSample = 10;  // 1 kHz to 100 Hz
-constexpr double kSlew = 3000.0;     // [A/s], wiring and starter inductance
+constexpr double kStep = 0.001;         // [s]
+constexpr int kStepsPerSample = 10;     // 1 kHz to 100 Hz
+constexpr double kSlew = 3000.0;        // [A/s], wiring and starter inductance
+constexpr double kVoltageLimit = 14.2;  // [V], set point of the alternator
+constexpr double kVoltageNoise = 0.002, kVoltageStep = 0.001;  // [V]
+constexpr double kCurrentNoise = 0.05, kCurrentStep = 0.01;    // [A]
+// The battery: the paper's Fig. 3 circuit, written here a second time and on purpose.
+constexpr double kDischargeOhm = 0.006, kChargeOhm = 0.0085;
+constexpr double kCapacitance = 1100.0;                 // C_2 [F]
+constexpr double kExchangeCurrent = 1.0, kBeta = 22.0;  // I_0 [A], [1/V], alpha = 0.5
+constexpr double kOpenCircuit = 12.7;                   // u_dc [V]
 
 void appendRound(Dice& dice, std::vector<Phase>& phases) {
   const double load = dice.between({-30.0, 0.0});
@@ -40,41 +47,27 @@ std::vector<Phase> plannedPhases(Dice& dice, double duration) {
   return phases;
 }
 
-double stateRate(const Circuit& c, double u, double current) {
-  const double through = 2.0 * c.exchange_current * std::sinh(0.5 * c.beta * u);
-  return (current - through) / c.capacitance;
+double stateRate(double u, double current) {
+  return (current - 2.0 * kExchangeCurrent * std::sinh(0.5 * kBeta * u)) / kCapacitance;
 }
 
-double rungeKutta(const Circuit& c, double u, double current) {
-  const double k1 = stateRate(c, u, current);
-  const double k2 = stateRate(c, u + 0.5 * kStep * k1, current);
-  const double k3 = stateRate(c, u + 0.5 * kStep * k2, current);
-  const double k4 = stateRate(c, u + kStep * k3, current);
+double rungeKutta(double u, double current) {
+  const double k1 = stateRate(u, current);
+  const double k2 = stateRate(u + 0.5 * kStep * k1, current);
+  const double k3 = stateRate(u + 0.5 * kStep * k2, current);
+  const double k4 = stateRate(u + kStep * k3, current);
   return u + kStep / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-}
-
-double voltageAt(const Circuit& c, double u, double current) {
-  return c.u_dc + u + (current < 0.0 ? c.r_discharge : c.r_charge) * current;
-}
-
-void requireValid(const CityDriveOptions& o) {
-  if (!(o.duration > 0.0) || !std::isfinite(o.duration))
-    throw std::invalid_argument("duration is " + std::to_string(o.duration) +
-                                " s, expected above 0");
-  for (double value : {o.voltage_noise, o.current_noise, o.voltage_step, o.current_step})
-    if (!(value >= 0.0)) throw std::invalid_argument("noise and quantisation must not be negative");
 }
 
 /// Steps battery, alternator and wiring through the planned phases.
 class Car {
  public:
-  Car(const CityDriveOptions& options, std::vector<Phase> phases)
-      : options_(options), phases_(std::move(phases)) {}
+  explicit Car(std::vector<Phase> phases) : phases_(std::move(phases)) {}
 
   void step() {
     const double wanted = std::min(plannedCurrent(), limitedCurrent());
     current_ += std::clamp(wanted - current_, -kSlew * kStep, kSlew * kStep);
-    u_ = rungeKutta(options_.circuit, u_, current_);
+    u_ = rungeKutta(u_, current_);
     into_phase_ += kStep;
     if (into_phase_ >= phases_[phase_].duration && phase_ + 1 < phases_.size()) {
       ++phase_;
@@ -82,7 +75,9 @@ class Car {
     }
   }
   double current() const { return current_; }
-  double voltage() const { return voltageAt(options_.circuit, u_, current_); }
+  double voltage() const {
+    return kOpenCircuit + u_ + (current_ < 0.0 ? kDischargeOhm : kChargeOhm) * current_;
+  }
 
  private:
   double plannedCurrent() const {
@@ -92,39 +87,35 @@ class Car {
   }
   /// Charging current that holds the alternator's set point.
   double limitedCurrent() const {
-    const auto& c = options_.circuit;
-    return std::max(0.0, (options_.voltage_limit - c.u_dc - u_) / c.r_charge);
+    return std::max(0.0, (kVoltageLimit - kOpenCircuit - u_) / kChargeOhm);
   }
 
-  CityDriveOptions options_;
   std::vector<Phase> phases_;
   std::size_t phase_ = 0;
-  double into_phase_ = 0.0;
-  double current_ = 0.0;
-  double u_ = 0.0;
+  double into_phase_ = 0.0, current_ = 0.0, u_ = 0.0;
 };
 
 }  // namespace
 
 std::vector<RecordedSample> simulateCityDrive(const CityDriveOptions& options) {
-  requireValid(options);
+  if (!(options.duration > 0.0) || !std::isfinite(options.duration))
+    throw std::invalid_argument("duration is " + std::to_string(options.duration) +
+                                " s, expected above 0");
   Dice dice(options.seed);
-  Car car(options, plannedPhases(dice, options.duration));
+  Car car(plannedPhases(dice, options.duration));
   const auto count = static_cast<std::size_t>(options.duration / (kStep * kStepsPerSample));
   std::vector<RecordedSample> samples;
   samples.reserve(count);
   for (std::size_t n = 0; n < count; ++n) {
-    double current = 0.0;
-    double voltage = 0.0;
+    double current = 0.0, voltage = 0.0;
     for (int k = 0; k < kStepsPerSample; ++k) {
       car.step();
       current += car.current() / kStepsPerSample;
       voltage += car.voltage() / kStepsPerSample;
     }
-    samples.push_back(
-        {static_cast<double>(n) * kStep * kStepsPerSample,
-         quantised(current + options.current_noise * dice.normal(), options.current_step),
-         quantised(voltage + options.voltage_noise * dice.normal(), options.voltage_step)});
+    samples.push_back({static_cast<double>(n) * kStep * kStepsPerSample,
+                       quantised(current + kCurrentNoise * dice.normal(), kCurrentStep),
+                       quantised(voltage + kVoltageNoise * dice.normal(), kVoltageStep)});
   }
   return samples;
 }

@@ -50,12 +50,6 @@ CpeLadder::CpeLadder(const Cpe& cpe) {
   capacitance_ = weight * std::pow(kHighestRate, p - 1.0) / (1.0 - p);
 }
 
-LadderState CpeLadder::rested() const { return {0.0, LadderState::Branches::Zero(rate_.size())}; }
-
-LadderState CpeLadder::settled(double voltage) const {
-  return {voltage, LadderState::Branches::Constant(rate_.size(), voltage)};
-}
-
 std::complex<double> CpeLadder::admittance(double omega) const {
   const std::complex<double> s(0.0, omega);
   std::complex<double> sum = capacitance_ * s;
@@ -63,28 +57,11 @@ std::complex<double> CpeLadder::admittance(double omega) const {
   return sum;
 }
 
-double CpeLadder::storedEnergy(const LadderState& state) const {
-  return 0.5 * capacitance_ * state.voltage * state.voltage +
-         0.5 * (conductance_ / rate_ * state.branches.square()).sum();
-}
-
-double CpeLadder::dissipation(const LadderState& state) const {
-  return (conductance_ * (state.voltage - state.branches).square()).sum();
-}
-
 LadderStep::LadderStep(const CpeLadder& ladder, double step)
     : capacitive_(ladder.capacitance_ / step),
       share_(ladder.rate_ * step / (1.0 + ladder.rate_ * step)),
       conductance_(ladder.conductance_ / (1.0 + ladder.rate_ * step)) {
   total_ = capacitive_ + conductance_.sum();
-}
-
-double LadderStep::sourceCurrent(const LadderState& before) const {
-  return capacitive_ * before.voltage + (conductance_ * before.branches).sum();
-}
-
-LadderState LadderStep::advance(const LadderState& before, double voltage) const {
-  return {voltage, before.branches + share_ * (voltage - before.branches)};
 }
 
 }  // namespace battery_sof_simulator

@@ -5,11 +5,8 @@
 
 namespace battery_sof_simulator {
 
-/**
- * @brief A constant phase element (paper, eq. 2): Z(jw) = A (jw)^-p, with A = 1 / scale.
- *
- * exponent 1 is a capacitor of `scale` farad; scale 0 is an open circuit.
- */
+/// A constant phase element (paper, eq. 2): Z(jw) = A (jw)^-p, with A = 1 / scale. exponent 1 is a
+/// capacitor of `scale` farad; scale 0 is an open circuit.
 struct Cpe {
   double scale = 0.0;     ///< 1 / A [A s^p / V], >= 0
   double exponent = 1.0;  ///< p [1], in (0, 1]
@@ -25,29 +22,33 @@ struct LadderState {
   Branches branches;     ///< across each branch's capacitor
 };
 
-/**
- * @brief A CPE as a passive ladder: a capacitor beside series RC branches
- * (docs/physics.md#constant-phase-element, Foster form).
- *
- *     s^p = (sin(p pi) / pi) int_0^inf w^(p-1) s / (s + w) dw,   0 < p < 1
- *     i = C du/dt + sum_k g_k (u - v_k),     dv_k/dt = w_k (u - v_k)
- *
- * The integral is summed over two rates w_k a decade from 1e-5 to 1e5 rad/s; what lies above
- * becomes the capacitor, what lies below one more branch at its centre of gravity. Every element is
- * positive, so the ladder stores and dissipates but never generates energy. The impedance is within
- * 0.2 % of the analytic one from 1 mHz to 100 Hz and within 1 % at 1 kHz, for 0.5 <= p <= 1 (a test
- * holds this). Memory reaches back a day.
- */
+/// A CPE as a passive ladder: a capacitor beside series RC branches
+/// (docs/physics.md#constant-phase-element, Foster form).
+///     s^p = (sin(p pi) / pi) int_0^inf w^(p-1) s / (s + w) dw,   0 < p < 1
+///     i = C du/dt + sum_k g_k (u - v_k),     dv_k/dt = w_k (u - v_k)
+/// The integral is summed over two rates w_k a decade from 1e-5 to 1e5 rad/s; what lies above
+/// becomes the capacitor, what lies below one more branch at its centre of gravity. Every element
+/// is positive, so the ladder stores and dissipates but never generates energy. The impedance is
+/// within 0.2 % of the analytic one from 1 mHz to 100 Hz and within 1 % at 1 kHz, for 0.5 <= p <= 1
+/// (a test holds this). Memory reaches back a day.
 class CpeLadder {
  public:
   /// @throws std::invalid_argument for a scale below 0 or an exponent outside (0, 1].
   explicit CpeLadder(const Cpe& cpe);
 
-  LadderState rested() const;
-  LadderState settled(double voltage) const;            ///< after a long time at a voltage [V]
+  LadderState rested() const { return settled(0.0); }
+  /// After a long time at a voltage [V].
+  LadderState settled(double voltage) const {
+    return {voltage, LadderState::Branches::Constant(rate_.size(), voltage)};
+  }
   std::complex<double> admittance(double omega) const;  ///< [1/Ohm], omega > 0 [rad/s]
-  double storedEnergy(const LadderState& state) const;  ///< [J], >= 0
-  double dissipation(const LadderState& state) const;   ///< [W], >= 0
+  double storedEnergy(const LadderState& s) const {     ///< [J], >= 0
+    return 0.5 * capacitance_ * s.voltage * s.voltage +
+           0.5 * (conductance_ / rate_ * s.branches.square()).sum();
+  }
+  double dissipation(const LadderState& s) const {  ///< [W], >= 0
+    return (conductance_ * (s.voltage - s.branches).square()).sum();
+  }
 
  private:
   friend class LadderStep;
@@ -56,20 +57,21 @@ class CpeLadder {
   LadderState::Branches conductance_;  // g_k [1/Ohm]
 };
 
-/**
- * @brief One implicit Euler step of a ladder, for a fixed length.
- *
- * At the end of the step the current is `conductance() * u - sourceCurrent(before)`, linear in the
- * end voltage u, because the branches are eliminated; advance() fills them in once u is known.
- */
+/// One implicit Euler step of a ladder, for a fixed length. At the end of the step the current is
+/// `conductance() * u - sourceCurrent(before)`, linear in the end voltage u, because the branches
+/// are eliminated; advance() fills them in once u is known.
 class LadderStep {
  public:
   /// @param step [s], > 0.
   LadderStep(const CpeLadder& ladder, double step);
 
-  double conductance() const { return total_; }           ///< [1/Ohm]
-  double sourceCurrent(const LadderState& before) const;  ///< [A]
-  LadderState advance(const LadderState& before, double voltage) const;
+  double conductance() const { return total_; }            ///< [1/Ohm]
+  double sourceCurrent(const LadderState& before) const {  ///< [A]
+    return capacitive_ * before.voltage + (conductance_ * before.branches).sum();
+  }
+  LadderState advance(const LadderState& before, double voltage) const {
+    return {voltage, before.branches + share_ * (voltage - before.branches)};
+  }
 
  private:
   double capacitive_ = 0.0;  // C / step

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <random>
+
+#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 
@@ -15,27 +19,77 @@ class Dice {
  public:
   /// @param stream separates numbers of different purposes, so that more of one leaves the others
   /// as they are.
-  Dice(std::uint64_t seed, std::uint32_t stream);
+  Dice(std::uint64_t seed, std::uint32_t stream) {
+    std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
+                           stream};
+    engine_.seed(sequence);
+  }
 
   /// Numbers of one purpose alone.
   explicit Dice(std::uint64_t seed) : engine_(seed) {}
 
-  double share();  ///< uniform in [0, 1)
-  double between(const Range& range);
-  double logBetween(const Range& range);  ///< uniform in the logarithm; both ends above 0
-  double sign();                          ///< -1 or 1
-  double normal();                        ///< mean 0, standard deviation 1
+  /// Uniform in [0, 1).
+  double share() { return std::generate_canonical<double, 53>(engine_); }
+  double between(const Range& range) { return range.low + (range.high - range.low) * share(); }
+  /// Uniform in the logarithm; both ends above 0.
+  double logBetween(const Range& range) {
+    return range.low * std::pow(range.high / range.low, share());
+  }
+  double sign() { return share() < 0.5 ? -1.0 : 1.0; }
+  double normal() { return normal_(engine_); }  ///< mean 0, standard deviation 1
 
-  /**
-   * @brief A number of the range, leaning to one end: low + (high - low) x^(2^lean), x uniform.
-   * @param lean 0 uniform, positive towards low, negative towards high; limited to 4 on either
-   * side.
-   */
-  double leaning(const Range& range, double lean);
+  /// A number of the range, leaning to one end: low + (high - low) x^(2^lean), x uniform.
+  /// @param lean 0 uniform, positive towards low, negative towards high; limited to 4 on either
+  /// side.
+  double leaning(const Range& range, double lean) {
+    const double exponent = std::exp2(std::clamp(lean, -4.0, 4.0));
+    return range.low + (range.high - range.low) * std::pow(share(), exponent);
+  }
 
  private:
   std::mt19937_64 engine_;
   std::normal_distribution<double> normal_{0.0, 1.0};
+};
+
+/// Noise of one channel (docs/physics.md#noise-of-a-residual): white, first-order autoregressive
+/// and a random walk, added up.
+struct NoiseOptions {
+  double white = 0.0;              ///< standard deviation a sample [V or A]
+  double correlated = 0.0;         ///< standard deviation of the autoregressive part [V or A]
+  double correlation_time = 2.0;   ///< its time constant [s], > 0
+  double walk_per_sqrt_min = 0.0;  ///< standard deviation of the walk after one minute [V or A]
+};
+
+/// To the nearest step; 0 leaves the value as it is.
+inline double quantised(double value, double step) {
+  return step > 0.0 ? step * std::round(value / step) : value;
+}
+
+/// The noise of one channel, sample by sample.
+class ChannelNoise {
+ public:
+  /// @param interval between samples [s], > 0.
+  ChannelNoise(const NoiseOptions& options, double interval, Dice dice)
+      : options_(options),
+        memory_(std::exp(-interval / options.correlation_time)),
+        walk_step_(options.walk_per_sqrt_min * std::sqrt(interval / kSecondsPerMinute)),
+        dice_(dice),
+        correlated_(options.correlated * dice_.normal()) {}
+
+  double next() {
+    const double now = options_.white * dice_.normal() + correlated_ + walk_;
+    correlated_ = memory_ * correlated_ +
+                  options_.correlated * std::sqrt(1.0 - memory_ * memory_) * dice_.normal();
+    walk_ += walk_step_ * dice_.normal();
+    return now;
+  }
+
+ private:
+  NoiseOptions options_;
+  double memory_, walk_step_;
+  Dice dice_;
+  double correlated_;
+  double walk_ = 0.0;
 };
 
 }  // namespace battery_sof_simulator

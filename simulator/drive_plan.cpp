@@ -1,11 +1,7 @@
 #include "simulator/drive_plan.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <deque>
-
 #include "simulator/fields.hpp"
-#include "simulator/units.hpp"
+#include "simulator/simulation.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -73,30 +69,12 @@ class Turns {
   bool rested_ = false;
 };
 
-std::vector<std::string> faultsOf(const LongChargesOptions& options) {
-  auto faults = fieldFaults(options);
-  if (options.final_hold_s >= options.final_s)
-    faults.push_back("final_hold_s is not below final_s, which counts hold and ramp together");
-  return faults;
-}
-
-std::vector<std::string> faultsOf(const ListedPhases& listed) {
-  std::vector<std::string> faults;
-  for (std::size_t k = 0; k < listed.phases.size(); ++k) {
-    FieldJudge judge("phases[" + std::to_string(k) + "].");
-    Phase phase = listed.phases[k];
-    visitFields(judge, phase);
-    faults.insert(faults.end(), judge.faults().begin(), judge.faults().end());
-  }
-  return faults;
-}
-
-class AlternatingPlan : public DrivePlan {
+class AlternatingPlan {
  public:
   AlternatingPlan(const AlternatingOptions& options, double duration, std::uint64_t seed)
       : options_(options), turns_(options, seed), pulses_(options.pulses, duration, seed) {}
 
-  Phase next(const Situation& now) override {
+  Phase operator()(const Situation& now) {
     if (pulses_.due(now.time)) return pulses_.next();
     return turns_.near(now.charge_ah, options_.charge_target_ah);
   }
@@ -107,7 +85,7 @@ class AlternatingPlan : public DrivePlan {
   Pulses pulses_;
 };
 
-class LongChargesPlan : public DrivePlan {
+class LongChargesPlan {
  public:
   LongChargesPlan(const LongChargesOptions& options, double duration, std::uint64_t seed)
       : options_(options),
@@ -117,7 +95,7 @@ class LongChargesPlan : public DrivePlan {
     drawLongCharge();
   }
 
-  Phase next(const Situation& now) override {
+  Phase operator()(const Situation& now) {
     if (now.time >= final_start_) return finalPhase();
     if (pulses_.due(now.time)) return pulses_.next();
     if (discharge_next_) return dischargeAfter();
@@ -181,12 +159,12 @@ class LongChargesPlan : public DrivePlan {
   int final_phase_ = 0;
 };
 
-class CityPlan : public DrivePlan {
+class CityPlan {
  public:
   CityPlan(const CityOptions& options, double duration, std::uint64_t seed)
       : options_(options), duration_(duration), dice_(seed, kPlanStream) {}
 
-  Phase next(const Situation& now) override {
+  Phase operator()(const Situation& now) {
     if (waiting_.empty()) planCycle(now);
     const Phase phase = waiting_.front();
     waiting_.pop_front();
@@ -252,40 +230,88 @@ class CityPlan : public DrivePlan {
   int cycles_ = 0;
 };
 
-class ListedPlan : public DrivePlan {
- public:
-  explicit ListedPlan(const ListedPhases& listed) : phases_(listed.phases) {}
-
-  Phase next(const Situation&) override {
-    if (next_ < phases_.size()) return phases_[next_++];
-    if (phases_.empty()) return steady(1.0, 0.0);
-    const Phase& last = phases_.back();
-    return {1.0, last.end, last.end, last.voltage_limit};
-  }
-
- private:
-  std::vector<Phase> phases_;
-  std::size_t next_ = 0;
-};
-
 }  // namespace
 
-std::unique_ptr<DrivePlan> planDrive(const ProfileOptions& profile, double duration,
-                                     std::uint64_t seed) {
+DrivePlan planDrive(const ProfileOptions& profile, double duration, std::uint64_t seed) {
   if (const auto* turns = std::get_if<AlternatingOptions>(&profile))
-    return std::make_unique<AlternatingPlan>(*turns, duration, seed);
+    return AlternatingPlan(*turns, duration, seed);
   if (const auto* charges = std::get_if<LongChargesOptions>(&profile))
-    return std::make_unique<LongChargesPlan>(*charges, duration, seed);
-  if (const auto* city = std::get_if<CityOptions>(&profile))
-    return std::make_unique<CityPlan>(*city, duration, seed);
-  return std::make_unique<ListedPlan>(std::get<ListedPhases>(profile));
+    return LongChargesPlan(*charges, duration, seed);
+  if (const auto* city = std::get_if<CityOptions>(&profile)) return CityPlan(*city, duration, seed);
+  return [phases = std::get<ListedPhases>(profile).phases,
+          n = std::size_t{0}](const Situation&) mutable {
+    if (n < phases.size()) return phases[n++];
+    if (phases.empty()) return rest(1.0);
+    return Phase{1.0, phases.back().end, phases.back().end, phases.back().voltage_limit};
+  };
 }
 
 std::vector<std::string> faultsOf(const ProfileOptions& profile) {
-  if (const auto* turns = std::get_if<AlternatingOptions>(&profile)) return fieldFaults(*turns);
-  if (const auto* charges = std::get_if<LongChargesOptions>(&profile)) return faultsOf(*charges);
-  if (const auto* city = std::get_if<CityOptions>(&profile)) return fieldFaults(*city);
-  return faultsOf(std::get<ListedPhases>(profile));
+  auto faults = std::visit([](const auto& options) { return fieldFaults(options); }, profile);
+  const auto* charges = std::get_if<LongChargesOptions>(&profile);
+  if (charges != nullptr && charges->final_hold_s >= charges->final_s)
+    faults.push_back("final_hold_s is not below final_s, which counts hold and ramp together");
+  return faults;
+}
+
+constexpr double kStep = FullBattery::kStep;  // [s]; phases count in it
+constexpr double kSameTime = 1e-9;            // [s], what rounding leaves of a difference
+
+namespace {
+
+/// How long a scenario's first profile is planned for [s].
+double plannedLength(const Scenario& scenario, double duration) {
+  return scenario.later ? scenario.later->from : std::max(duration, scenario.duration);
+}
+
+}  // namespace
+
+DriveFollower::DriveFollower(const Scenario& scenario, double duration)
+    : plan_(planDrive(scenario.profile, plannedLength(scenario, duration), scenario.seed)),
+      change_at_(std::numeric_limits<long>::max()),
+      inserts_(scenario.inserts.begin(), scenario.inserts.end()),
+      voltage_limit_(scenario.voltage_limit) {
+  if (!scenario.later) return;
+  const LaterPart& later = *scenario.later;
+  const double left = std::max(duration, scenario.duration) - later.from;
+  // Other random numbers than the first profile's.
+  later_plan_ = planDrive(later.profile, left, ~scenario.seed);
+  later_voltage_limit_ = later.voltage_limit;
+  change_at_ = std::lround(later.from / kStep);
+}
+
+Demand DriveFollower::next(double charge_ah) {
+  if (steps_ == change_at_) changePlan(charge_ah);
+  while (inside_ >= length_) begin(charge_ah);
+  ++inside_;
+  ++steps_;
+  const double share = static_cast<double>(inside_) / static_cast<double>(length_);
+  const bool own_limit = std::isfinite(phase_.voltage_limit);
+  return {phase_.begin + share * (phase_.end - phase_.begin),
+          own_limit ? phase_.voltage_limit : voltage_limit_};
+}
+
+void DriveFollower::changePlan(double charge_ah) {
+  const double time = static_cast<double>(steps_) * kStep;
+  plan_ = std::move(later_plan_);
+  plan_began_ = {time, charge_ah};
+  voltage_limit_ = later_voltage_limit_;
+  waiting_.clear();
+  while (!inserts_.empty() && inserts_.front().at < time - kSameTime) inserts_.pop_front();
+  inside_ = length_;
+}
+
+void DriveFollower::begin(double charge_ah) {
+  const double time = static_cast<double>(steps_) * kStep;
+  if (waiting_.empty() && !inserts_.empty() && time >= inserts_.front().at - kSameTime) {
+    waiting_.assign(inserts_.front().phases.begin(), inserts_.front().phases.end());
+    inserts_.pop_front();
+  }
+  const Situation now{time - plan_began_.time, charge_ah - plan_began_.charge_ah};
+  phase_ = waiting_.empty() ? plan_(now) : waiting_.front();
+  if (!waiting_.empty()) waiting_.pop_front();
+  length_ = std::max(1L, std::lround(phase_.duration / kStep));
+  inside_ = 0;
 }
 
 }  // namespace battery_sof_simulator

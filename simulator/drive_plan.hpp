@@ -1,13 +1,15 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <limits>
-#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "simulator/dice.hpp"
+#include "simulator/power_source.hpp"
 
 namespace battery_sof_simulator {
 
@@ -30,11 +32,7 @@ struct Situation {
 };
 
 /// Chooses a drive's phases one after the other.
-class DrivePlan {
- public:
-  virtual ~DrivePlan() = default;
-  virtual Phase next(const Situation& situation) = 0;
-};
+using DrivePlan = std::function<Phase(const Situation&)>;
 
 /// Short high-rate discharges, evenly scattered over a drive: each in the middle 28 % of its share
 /// of the time.
@@ -44,13 +42,9 @@ struct PulseOptions {
   double duration_s = 1.0;        ///< (paper, V-A)
 };
 
-/**
- * @brief Data set 1 (paper, V-A; docs/physics.md#drives): charge and discharge in quick turns, a
- * share of rests, pulses.
- *
- * The turns' lengths lean so that the charge stays near charge_target_ah, by a factor of two in the
- * exponent of Dice::leaning() for every 0.1 Ah.
- */
+/// Data set 1 (paper, V-A; docs/physics.md#drives): charge and discharge in quick turns, a share of
+/// rests, pulses. The turns' lengths lean so that the charge stays near charge_target_ah, by a
+/// factor of two in the exponent of Dice::leaning() for every 0.1 Ah.
 struct AlternatingOptions {
   Range charge_a{8.0, 42.0};
   Range discharge_a{8.0, 60.0};  ///< discharge current, counted positive
@@ -61,16 +55,12 @@ struct AlternatingOptions {
   PulseOptions pulses;
 };
 
-/**
- * @brief Data set 2 (paper, V-B; docs/physics.md#drives): data set 1 with long charges in the
- * second half and a last discharge.
- *
- * From from_s on, each long charge begins when it will end at or below highest_charge_ah, is
- * followed by a discharge, and then by turns that lean to discharging until the next one fits. The
- * last minute begins at highest_charge_ah, reached by one more long charge: final_hold_s at
- * final_hold_a, then a ramp to final_peak_a at final_s, then rest. Holding for 18 s would
- * take 1.1 Ah out, more than the paper's 1 % of 50 Ah; 31 s keep within it.
- */
+/// Data set 2 (paper, V-B; docs/physics.md#drives): data set 1 with long charges in the second half
+/// and a last discharge. From from_s on, each long charge begins when it will end at or below
+/// highest_charge_ah, is followed by a discharge, and then by turns that lean to discharging until
+/// the next one fits. The last minute begins at highest_charge_ah, reached by one more long charge:
+/// final_hold_s at final_hold_a, then a ramp to final_peak_a at final_s, then rest. Holding for 18
+/// s would take 1.1 Ah out, more than the paper's 1 % of 50 Ah; 31 s keep within it.
 struct LongChargesOptions {
   AlternatingOptions turns;
   double from_s = 1800.0;
@@ -86,14 +76,10 @@ struct LongChargesOptions {
   double final_rest_s = 5.0;
 };
 
-/**
- * @brief Data set 3 (paper, V-C; docs/physics.md#drives): a start-stop car in town.
- *
- * Stop, crank (inrush, then plateau), and rounds of acceleration, cruise and braking (recuperation
- * falling to 60 %), again and again. While early_cranks last, each of these cycles takes early_s /
- * early_cranks. Cruise and braking lean so that the charge follows a straight line to
- * net_charge_ah.
- */
+/// Data set 3 (paper, V-C; docs/physics.md#drives): a start-stop car in town. Stop, crank (inrush,
+/// then plateau), and rounds of acceleration, cruise and braking (recuperation falling to 60 %),
+/// again and again. While early_cranks last, each of these cycles takes early_s / early_cranks.
+/// Cruise and braking lean so that the charge follows a straight line to net_charge_ah.
 struct CityOptions {
   Range stop_a{15.0, 35.0};  ///< discharge, counted positive
   Range stop_s{8.0, 40.0};
@@ -122,14 +108,52 @@ struct ListedPhases {
 using ProfileOptions =
     std::variant<AlternatingOptions, LongChargesOptions, CityOptions, ListedPhases>;
 
-/**
- * @brief A plan of the given profile.
- * @param duration of the scenario [s], > 0; the same drive is obtained when it is cut short later.
- */
-std::unique_ptr<DrivePlan> planDrive(const ProfileOptions& profile, double duration,
-                                     std::uint64_t seed);
+/// A plan of the given profile.
+/// @param duration of the scenario [s], > 0; the same drive is obtained when it is cut short later.
+DrivePlan planDrive(const ProfileOptions& profile, double duration, std::uint64_t seed);
 
 /// @return one sentence for every fault of a profile; empty when all is well.
 std::vector<std::string> faultsOf(const ProfileOptions& profile);
+
+/// Phases that come between those of a profile, as soon as one of its phases ends after `at`.
+struct Insert {
+  double at = 0.0;  ///< [s], >= 0
+  std::vector<Phase> phases;
+};
+
+/// From an instant on another profile and set point; a phase that plays then is cut short, and what
+/// waits of an insert is dropped.
+struct LaterPart {
+  double from = 0.0;            ///< [s], > 0
+  double voltage_limit = 14.2;  ///< [V], > 0
+  ProfileOptions profile;       ///< of a drive of its own, from there to the scenario's duration
+};
+
+struct Scenario;
+
+/// Follows a scenario's profile, its later part and inserts in whole steps of FullBattery::kStep.
+class DriveFollower {
+ public:
+  /// @param duration of what is simulated [s]; shorter than the scenario's: the same drive, cut.
+  DriveFollower(const Scenario& scenario, double duration);
+
+  /// What is wanted at the end of the next step. @param charge_ah taken up so far [Ah].
+  Demand next(double charge_ah);
+
+ private:
+  void begin(double charge_ah);
+  /// Takes up the later part when its time has come.
+  void changePlan(double charge_ah);
+
+  DrivePlan plan_, later_plan_;
+  double later_voltage_limit_ = 0.0;
+  long change_at_;                  // in steps; the largest number: never
+  Situation plan_began_{0.0, 0.0};  // what a plan is reported counts from there
+  std::deque<Insert> inserts_;
+  std::deque<Phase> waiting_;
+  double voltage_limit_;
+  Phase phase_{};
+  long length_ = 0, inside_ = 0, steps_ = 0;
+};
 
 }  // namespace battery_sof_simulator

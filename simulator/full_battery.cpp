@@ -1,13 +1,10 @@
 #include "simulator/full_battery.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
-#include <string>
 
-#include "simulator/faults.hpp"
+#include "simulator/fields.hpp"
 #include "simulator/increasing_root.hpp"
-#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -39,7 +36,7 @@ BatteryState between(const BatteryState& a, const BatteryState& b, double share)
 void requireValid(const BatteryParameters& parameters, const Additions& additions,
                   const FullBattery::Start& start, int substeps) {
   auto faults = faultsOf(parameters);
-  for (const auto& more : {faultsOf(additions), faultsOf(start)})
+  for (const auto& more : {fieldFaults(additions), faultsOf(start)})
     faults.insert(faults.end(), more.begin(), more.end());
   if (substeps < 1)
     faults.push_back("substeps is " + std::to_string(substeps) + ", expected 1 or more");
@@ -57,6 +54,13 @@ Cpe cpe3Of(const BatteryParameters& parameters, const Additions& additions) {
 bool changesParameters(const Additions& a) {
   return a.parameter_drift || a.contact_step || a.sulphate_history || a.capacitance_fall ||
          a.hysteretic_r;
+}
+
+void addScaled(Losses& sum, const Losses& a, const Losses& b, double factor) {
+  for (double Losses::*part :
+       {&Losses::r_ohmic, &Losses::r1, &Losses::cpe1, &Losses::charge_transfer, &Losses::lead_ion,
+        &Losses::cpe2, &Losses::gassing, &Losses::added})
+    sum.*part += factor * (a.*part + b.*part);
 }
 
 }  // namespace
@@ -127,7 +131,12 @@ BatteryState FullBattery::advance(const BatteryState& before, double current_end
   state.current_rate = (current_end - before.current) / kStep;
   state.added = forces_.advance(before.added, batteryCurrent(before), batteryCurrent(state));
   state.steps = before.steps + 1;
-  if (effects_.self_heating) state.temperature = warmed(before);
+  if (effects_.self_heating) {
+    const double outward =
+        (before.temperature - start_.temperature) / parameters_.thermal_resistance_k_per_w;
+    state.temperature +=
+        kStep * (losses(before).total() - outward) / parameters_.heat_capacity_j_per_k;
+  }
   return state;
 }
 
@@ -136,10 +145,6 @@ BatteryState FullBattery::substep(const BatteryState& before, double current_end
   const double current_inside = before.current + kGamma * (current_end - before.current);
   const BatteryState inside = eulerStage(before, current_inside, at);
   return eulerStage(between(before, inside, (1.0 - kGamma) / kGamma), current_end, at);
-}
-
-double FullBattery::voltage(const BatteryState& state) const {
-  return parameters_.inductance_h * state.current_rate + voltageWithoutInductance(state);
 }
 
 double FullBattery::voltageWithoutInductance(const BatteryState& state) const {
@@ -151,14 +156,6 @@ double FullBattery::voltageWithoutInductance(const BatteryState& state) const {
 double FullBattery::addedVoltage(const BatteryState& state) const {
   const double time = static_cast<double>(state.steps) * kStep;
   return state.cpe3.voltage + forces_.voltage(state.added, time, batteryCurrent(state));
-}
-
-double FullBattery::batteryCurrent(const BatteryState& state) const {
-  return state.current - additions_.parasitic_load_a;
-}
-
-double FullBattery::soc(const BatteryState& state) const {
-  return start_.soc + state.main_charge / (kSecondsPerHour * parameters_.capacity_ah);
 }
 
 Losses FullBattery::losses(const BatteryState& state) const {
@@ -301,31 +298,42 @@ Conditions FullBattery::at(const BatteryState& state) const {
   Conditions now =
       effects_.self_heating ? atTemperature(parameters_, state.temperature) : at_start_;
   if (!changesParameters(additions_)) return now;
-  const double time = static_cast<double>(state.steps) * kStep;
+  const double time = static_cast<double>(state.steps) * kStep, hours = time / kSecondsPerHour;
   now.lead_ion_limit *= state.added.sulphate;
-  drift(now, time / kSecondsPerHour);
+  if (additions_.capacitance_fall)
+    now.cpe2_factor *= std::pow(1.0 - additions_.capacitance_fall_share, hours);
+  const double drift = additions_.parameter_drift ? 1.0 + additions_.drift_per_h * hours : 1.0;
+  switch (additions_.drifting) {
+    case DriftingParameter::kROhmic: now.r_ohmic *= drift; break;
+    case DriftingParameter::kR1: now.r1_factor *= drift; break;
+    case DriftingParameter::kCpe2Capacitance: now.cpe2_factor *= drift; break;
+    case DriftingParameter::kU0: now.u0_factor *= drift; break;
+  }
   now.r_ohmic += forces_.resistance(state.added, time);
   return now;
 }
 
-void FullBattery::drift(Conditions& now, double hours) const {
-  if (additions_.capacitance_fall)
-    now.cpe2_factor *= std::pow(1.0 - additions_.capacitance_fall_share, hours);
-  if (!additions_.parameter_drift) return;
-  const double factor = 1.0 + additions_.drift_per_h * hours;
-  switch (additions_.drifting) {
-    case DriftingParameter::kROhmic: now.r_ohmic *= factor; break;
-    case DriftingParameter::kR1: now.r1_factor *= factor; break;
-    case DriftingParameter::kCpe2Capacitance: now.cpe2_factor *= factor; break;
-    case DriftingParameter::kU0: now.u0_factor *= factor; break;
-  }
+EnergyLedger::EnergyLedger(const FullBattery& battery, const BatteryState& start)
+    : battery_(&battery), stored_at_start_(battery.stored(start).total()), last_(ratesOf(start)) {}
+
+EnergyLedger::Rates EnergyLedger::ratesOf(const BatteryState& state) const {
+  const double current = battery_->batteryCurrent(state);
+  return {battery_->losses(state), current, battery_->voltageWithoutInductance(state) * current,
+          battery_->stored(state).inductance};
 }
 
-double FullBattery::warmed(const BatteryState& state) const {
-  const double outward =
-      (state.temperature - start_.temperature) / parameters_.thermal_resistance_k_per_w;
-  return state.temperature +
-         kStep * (losses(state).total() - outward) / parameters_.heat_capacity_j_per_k;
+void EnergyLedger::enter(const BatteryState& after) {
+  const double half = 0.5 * FullBattery::kStep;
+  const Rates now = ratesOf(after);
+  balance_.charge_in += half * (last_.current + now.current);
+  balance_.main_charge = after.main_charge;
+  balance_.gas_charge = after.gas_charge;
+  balance_.energy_in +=
+      half * (last_.terminal_power + now.terminal_power) + now.inductance - last_.inductance;
+  balance_.throughput += half * (std::abs(last_.terminal_power) + std::abs(now.terminal_power));
+  balance_.stored = battery_->stored(after).total() - stored_at_start_;
+  addScaled(balance_.lost, last_.lost, now.lost, half);
+  last_ = now;
 }
 
 }  // namespace battery_sof_simulator

@@ -1,28 +1,14 @@
 #include "simulator/impedance.hpp"
 
-#include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "simulator/increasing_root.hpp"
-#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 namespace {
 
 using Complex = std::complex<double>;
 constexpr double kCurrentTolerance = 1e-10;  // [A]
-
-/// Fig. 4 linearised: what of each element does not depend on frequency.
-struct SmallSignal {
-  double inductance, r_ohmic, r1;
-  double transfer;        // di_r2/du_2 at constant Pb2+ [1/Ohm]
-  double forward;         // I_0 exp(alpha beta u_2) [A]
-  double lead_ion_limit;  // [A]; 0: none
-  double lead_ion_time;   // [s]
-  double gassing;         // [1/Ohm]
-  double soc_stiffness;   // u_0' / (3600 C_20) [V/As]
-};
 
 double u0At(const BatteryParameters& parameters, const OperatingPoint& point) {
   return openCircuitVoltage(parameters, point.soc).value;
@@ -52,38 +38,6 @@ double steadyOverpotential(const BatteryParameters& parameters, const BatteryEff
   return increasingRoot(excess, near, kCurrentTolerance * (1.0 + std::abs(point.current)));
 }
 
-SmallSignal linearised(const BatteryParameters& parameters, const BatteryEffects& effects,
-                       const OperatingPoint& point) {
-  const Conditions at = atTemperature(parameters, point.temperature);
-  const double u2 = steadyOverpotential(parameters, effects, at, point);
-  const double main = steadyTransfer(parameters, at, effects.charge_acceptance, u2).value;
-  const double lead_ion = effects.charge_acceptance ? 1.0 - main / at.lead_ion_limit : 1.0;
-  SmallSignal s{};
-  s.inductance = effects.inductance ? parameters.inductance_h : 0.0;
-  s.r_ohmic = at.r_ohmic;
-  s.r1 = at.r1_factor * r1Voltage(parameters, effects, point.current).slope;
-  s.transfer = chargeTransfer(parameters, at.i0, u2, lead_ion).slope;
-  s.forward = reactionRates(parameters, at.i0, u2).forward;
-  s.lead_ion_limit = effects.charge_acceptance ? at.lead_ion_limit : 0.0;
-  s.lead_ion_time = parameters.lead_ion_time_s;
-  s.gassing = gassing(parameters, effects.gassing, at, u0At(parameters, point) + u2).slope;
-  s.soc_stiffness =
-      effects.ocv_slope ? parameters.u0_slope_v / (kSecondsPerHour * parameters.capacity_ah) : 0.0;
-  return s;
-}
-
-Complex transferAdmittance(const SmallSignal& s, Complex jw) {
-  if (s.lead_ion_limit == 0.0) return s.transfer;
-  return s.transfer / (1.0 + s.forward / (s.lead_ion_limit * (1.0 + jw * s.lead_ion_time)));
-}
-
-Complex impedanceOf(const SmallSignal& s, double omega, Complex y_cpe1, Complex y_cpe2) {
-  const Complex jw(0.0, omega);
-  const Complex reaction = s.soc_stiffness / jw + 1.0 / (transferAdmittance(s, jw) + y_cpe2);
-  return jw * s.inductance + s.r_ohmic + 1.0 / (1.0 / s.r1 + y_cpe1) +
-         1.0 / (1.0 / reaction + s.gassing);
-}
-
 void requireValid(const BatteryParameters& parameters, const OperatingPoint& point,
                   const std::vector<double>& frequencies) {
   // The constructor names every fault.
@@ -102,19 +56,38 @@ std::vector<ImpedancePoint> impedance(const BatteryParameters& parameters,
                                       const BatteryEffects& effects, const OperatingPoint& point,
                                       const std::vector<double>& frequencies) {
   requireValid(parameters, point, frequencies);
-  if (effects.charge_acceptance && effects.gassing == GassingLaw::kNone &&
-      point.current >= atTemperature(parameters, point.temperature).lead_ion_limit)
+  const Conditions at = atTemperature(parameters, point.temperature);
+  const bool limited = effects.charge_acceptance;
+  if (limited && effects.gassing == GassingLaw::kNone && point.current >= at.lead_ion_limit)
     throw std::invalid_argument("impedance: current is " + std::to_string(point.current) +
                                 " A, expected below the Pb2+ limit, which no charge lasts above");
-  const SmallSignal s = linearised(parameters, effects, point);
+  const double u2 = steadyOverpotential(parameters, effects, at, point);
+  const double main = steadyTransfer(parameters, at, limited, u2).value;
+  const double lead_ion = limited ? 1.0 - main / at.lead_ion_limit : 1.0;
+  const double inductance = effects.inductance ? parameters.inductance_h : 0.0;
+  const double r1 = at.r1_factor * r1Voltage(parameters, effects, point.current).slope;
+  const double transfer = chargeTransfer(parameters, at.i0, u2, lead_ion).slope;
+  const double forward = reactionRates(parameters, at.i0, u2).forward;
+  const double gas = gassing(parameters, effects.gassing, at, u0At(parameters, point) + u2).slope;
+  const double soc_stiffness =
+      effects.ocv_slope ? parameters.u0_slope_v / (kSecondsPerHour * parameters.capacity_ah) : 0.0;
+  const auto impedanceAt = [&](Complex jw, Complex y_cpe1, Complex y_cpe2) {
+    const Complex y_r2 =
+        limited
+            ? transfer /
+                  (1.0 + forward / (at.lead_ion_limit * (1.0 + jw * parameters.lead_ion_time_s)))
+            : transfer;
+    const Complex reaction = soc_stiffness / jw + 1.0 / (y_r2 + y_cpe2);
+    return jw * inductance + at.r_ohmic + 1.0 / (1.0 / r1 + y_cpe1) + 1.0 / (1.0 / reaction + gas);
+  };
   const Cpe cpe1 = cpe1Of(parameters, effects), cpe2 = cpe2Of(parameters, effects);
   const CpeLadder ladder1(cpe1), ladder2(cpe2);
   std::vector<ImpedancePoint> spectrum;
   for (double frequency : frequencies) {
     const double w = 2.0 * kPi * frequency;
-    spectrum.push_back(
-        {frequency, impedanceOf(s, w, ladder1.admittance(w), ladder2.admittance(w)),
-         impedanceOf(s, w, analyticAdmittance(cpe1, w), analyticAdmittance(cpe2, w))});
+    const Complex jw(0.0, w);
+    spectrum.push_back({frequency, impedanceAt(jw, ladder1.admittance(w), ladder2.admittance(w)),
+                        impedanceAt(jw, analyticAdmittance(cpe1, w), analyticAdmittance(cpe2, w))});
   }
   return spectrum;
 }

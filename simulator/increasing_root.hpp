@@ -15,15 +15,12 @@ class NoSolution : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/**
- * @brief Root of an increasing function by Newton's method, kept between points of known sign.
- *
- * @param function  callable: double -> Linearised {value, slope}, slope > 0.
- * @param guess     start, finite.
- * @param tolerance of |value|, > 0.
- * @throws NoSolution after 200 steps without reaching it; that needs a function that does
- * not increase.
- */
+/// Root of an increasing function by Newton's method, kept between points of known sign.
+/// @param function  callable: double -> Linearised {value, slope}, slope > 0.
+/// @param guess     start, finite.
+/// @param tolerance of |value|, > 0.
+/// @throws NoSolution after 200 steps without reaching it; that needs a function that does not
+/// increase.
 template <typename Function>
 double increasingRoot(const Function& function, double guess, double tolerance) {
   double low = -std::numeric_limits<double>::infinity();

@@ -3,10 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "simulator/faults.hpp"
 #include "simulator/fields.hpp"
 #include "simulator/increasing_root.hpp"
-#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -16,7 +14,6 @@ using Eigen::Index;
 
 constexpr double kFaraday = 96485.33212;                         // [As/mol]
 constexpr double kThermal = 8.314462618 * 298.15 / kFaraday;     // RT/F [V]
-constexpr double kCells = 6.0;                                   // of a block
 constexpr double kCationShare = 0.72;                            // t+ (Sulzer 2019)
 constexpr double kNegativeExpansion = 0.5 * (4.8e-5 - 1.83e-5);  // (PbSO4 - Pb) / 2 [m3/mol]
 constexpr double kPositiveExpansion = 0.5 * (4.8e-5 - 2.5e-5);   // (PbSO4 - PbO2) / 2 [m3/mol]
@@ -162,14 +159,6 @@ PorousState PorousBlock::advance(const PorousState& before, double current_end) 
     next.lead_ion = (before.lead_ion + share * (1.0 + n.main / limit)) / (1.0 + share);
   }
   return next;
-}
-
-double PorousBlock::voltage(const PorousState& state) const {
-  return kCells * state.cell_voltage + parameters_.grid_ohm * state.current;
-}
-
-double PorousBlock::soc(const PorousState& state) const {
-  return soc_at_start_ + state.main_charge / (kSecondsPerHour * parameters_.capacity_ah);
 }
 
 double PorousBlock::acid(const PorousState& state) const {

@@ -4,14 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "simulator/units.hpp"
+
 namespace battery_sof_simulator {
 
-/**
- * @brief A 12 V block of six equal cells with porous electrodes; 50 Ah as defaults stand.
- *
- * Values of Sulzer et al. 2019 (17 Ah), area scaled to 50 Ah and thickness by 0.8 for a spiral
- * block (docs/physics.md#porous-electrode), unless said otherwise.
- */
+/// A 12 V block of six equal cells with porous electrodes; 50 Ah as defaults stand. Values of
+/// Sulzer et al. 2019 (17 Ah), area scaled to 50 Ah and thickness by 0.8 for a spiral block
+/// (docs/physics.md#porous-electrode), unless said otherwise.
 struct PorousParameters {
   double capacity_ah = 50.0;             ///< for the state of charge alone [Ah]
   double area_m2 = 0.174;                ///< of a cell's electrodes [m2]
@@ -62,29 +61,24 @@ struct PorousState {
   double gas_charge = 0.0;      ///< through its side reactions since the start [As]
 };
 
-/**
- * @brief Porous-electrode model of a lead-acid block in one dimension
- * (docs/physics.md#porous-electrode).
- *
- *     d(eps c)/dt = d/dx(eps^1.5 D dc/dx) - t+ di_e/dx /F + s a j/F,    s_n = 1/2, s_p = 3/2
- *     i_e = kappa eps^1.5 (chi (RT/F) dlnc/dx - dphi_e/dx)
- *     di_e/dx = a j + a j_side + a C_dl d(phi_s - phi_e)/dt
- *     j = j_0 (e^{F eta/RT} - e^{-F eta/RT}),   eta = phi_s - phi_e - U(c)
- *     deps/dt = -V_n a j/F,  +V_p a j/F
- *     u = 6 (phi_s,p - phi_s,n) + r_grid i
- *
- * phi_s is uniform in an electrode: lead and lead dioxide conduct so well that 300 A drop 0.1 mV.
- * With lead_ion the negative's charging branch is multiplied by p, locally: dp/dt = (1 - p)/tau +
- * a j/(q_lim tau), q_lim = i_lim / (area thickness). With gassing oxygen forms at the positive and
- * hydrogen at the negative, each I_g e^{+-c (phi_s - phi_e - its potential)} spread over the
- * electrode, and the oxygen is reduced at the negative one step later. No convection, 25 degC, no
- * dissolved Pb2+ otherwise; the state of charge is the negative's.
- *
- * Implicit Euler in two parts: potentials with the acid held (per electrode a
- * tridiagonal system, by Newton), then the acid with the reactions held (tridiagonal). Both parts
- * conserve charge and acid exactly. With steps of 1 ms the voltage is within 1 mV of that with half
- * of it, 50 ms after a step of the current (a test holds this).
- */
+/// Porous-electrode model of a lead-acid block in one dimension (docs/physics.md#porous-electrode).
+///     d(eps c)/dt = d/dx(eps^1.5 D dc/dx) - t+ di_e/dx /F + s a j/F,    s_n = 1/2, s_p = 3/2
+///     i_e = kappa eps^1.5 (chi (RT/F) dlnc/dx - dphi_e/dx)
+///     di_e/dx = a j + a j_side + a C_dl d(phi_s - phi_e)/dt
+///     j = j_0 (e^{F eta/RT} - e^{-F eta/RT}),   eta = phi_s - phi_e - U(c)
+///     deps/dt = -V_n a j/F,  +V_p a j/F
+///     u = 6 (phi_s,p - phi_s,n) + r_grid i
+/// phi_s is uniform in an electrode: lead and lead dioxide conduct so well that 300 A drop 0.1 mV.
+/// With lead_ion the negative's charging branch is multiplied by p, locally: dp/dt = (1 - p)/tau +
+/// a j/(q_lim tau), q_lim = i_lim / (area thickness). With gassing oxygen forms at the positive and
+/// hydrogen at the negative, each I_g e^{+-c (phi_s - phi_e - its potential)} spread over the
+/// electrode, and the oxygen is reduced at the negative one step later. No convection, 25 degC, no
+/// dissolved Pb2+ otherwise; the state of charge is the negative's.
+///
+/// Implicit Euler in two parts: potentials with the acid held (per electrode a tridiagonal system,
+/// by Newton), then the acid with the reactions held (tridiagonal). Both parts conserve charge and
+/// acid exactly. With steps of 1 ms the voltage is within 1 mV of that with half of it, 50 ms after
+/// a step of the current (a test holds this).
 class PorousBlock {
  public:
   using State = PorousState;
@@ -100,9 +94,13 @@ class PorousBlock {
   /// @return the state a step later, the current being current_end all the while [A].
   PorousState advance(const PorousState& before, double current_end) const;
 
-  double voltage(const PorousState& state) const;  ///< at the terminals [V]
-  double soc(const PorousState& state) const;      ///< [1]
-  double acid(const PorousState& state) const;     ///< in the pores of one cell [mol]
+  double voltage(const PorousState& state) const {  ///< at the terminals of six cells [V]
+    return 6.0 * state.cell_voltage + parameters_.grid_ohm * state.current;
+  }
+  double soc(const PorousState& state) const {  ///< [1]
+    return soc_at_start_ + state.main_charge / (kSecondsPerHour * parameters_.capacity_ah);
+  }
+  double acid(const PorousState& state) const;  ///< in the pores of one cell [mol]
 
  private:
   using Field = PorousState::Field;

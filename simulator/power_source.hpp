@@ -12,18 +12,13 @@ struct Demand {
   double voltage_limit = 14.2;  ///< set point of the generator [V]
 };
 
-/**
- * @brief Generator, consumers and wiring at the battery's terminals.
- *
- * Current-controlled while the battery's voltage stays at or below the set point: the current is
- * the wanted one. Voltage-controlled otherwise: the current, between 0 and the wanted one, holds
- * the voltage at the set point to within 1 uV, so it follows from the battery. A generator cannot
- * draw current, and consumers are not limited. The current changes by at most slew times the
- * battery's kStep a step; while it does, the voltage may pass the set point.
- *
- * A Battery has a State with its current, kStep, advance() and voltage(), as FullBattery and
- * PorousBlock have.
- */
+/// Generator, consumers and wiring at the battery's terminals. Current-controlled while the
+/// battery's voltage stays at or below the set point: the current is the wanted one.
+/// Voltage-controlled otherwise: the current, between 0 and the wanted one, holds the voltage at
+/// the set point to within 1 uV, so it follows from the battery. A generator cannot draw current,
+/// and consumers are not limited. The current changes by at most slew times the battery's kStep a
+/// step; while it does, the voltage may pass the set point. A Battery has a State with its current,
+/// kStep, advance() and voltage(), as FullBattery and PorousBlock have.
 class PowerSource {
  public:
   /// @param slew [A/s], > 0; 3 kA/s for starter and wiring (docs/physics.md#drives).

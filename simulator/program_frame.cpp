@@ -2,12 +2,50 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdio>
+#include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "simulator/increasing_root.hpp"
-#include "simulator/shown_text.hpp"
 
 namespace battery_sof_simulator {
+namespace {
+
+constexpr std::size_t kMost = 10000;  // [bytes], two paths
+
+/// Bytes of the UTF-8 character that begins there, 0 where none does or one that a terminal obeys
+/// (below U+0020, U+007F to U+009F).
+std::size_t characterLength(const std::string& text, std::size_t at) {
+  const auto first = static_cast<unsigned char>(text[at]);
+  const std::size_t length = first < 0x80u ? 1 : first < 0xE0u ? 2 : first < 0xF0u ? 3 : 4;
+  const std::string character = text.substr(at, length);
+  const bool is_control = first < 0x20u || first == 0x7Fu ||
+                          (first == 0xC2u && length == character.size() &&
+                           static_cast<unsigned char>(character[1]) < 0xA0u);
+  if (is_control) return 0;
+  try {
+    static_cast<void>(nlohmann::json(character).dump());  // throws unless it is UTF-8
+    return length;
+  } catch (const nlohmann::json::exception&) {
+    return 0;
+  }
+}
+
+}  // namespace
+
+std::string shown(const std::string& text) {
+  std::string line;
+  for (std::size_t at = 0; at < text.size();) {
+    if (line.size() > kMost) return line + "...";
+    const std::size_t length = characterLength(text, at);
+    char code[8];
+    std::snprintf(code, sizeof code, "\\x%02x",
+                  static_cast<unsigned>(static_cast<unsigned char>(text[at])));
+    line += length > 0 ? text.substr(at, length) : code;
+    at += length > 0 ? length : 1;
+  }
+  return line;
+}
 
 std::string isSeed(const std::string& text) {
   const bool is_whole = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;

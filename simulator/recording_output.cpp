@@ -1,25 +1,35 @@
 #include "simulator/recording_output.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <stdexcept>
 #include <system_error>
-
-#include "simulator/bag_output.hpp"
-#include "simulator/whole_file.hpp"
 
 namespace battery_sof_simulator {
 namespace {
 
 namespace fs = std::filesystem;
 
-void writeRows(const fs::path& path, const std::string& text) {
-  errno = 0;
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) throw std::system_error(errno != 0 ? errno : EIO, std::generic_category());
+void write(const fs::path& path, const fs::path& beside,
+           const std::function<void(const fs::path&)>& fill) {
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  // A file without a name, where the file system has such files.
+  const int draft = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+  const auto close = [](const int* open) { static_cast<void>(*open >= 0 && ::close(*open)); };
+  const std::unique_ptr<const int, decltype(close)> closed_at_end(&draft, close);
+  const fs::path name = draft < 0 ? beside : fs::path("/proc/self/fd/" + std::to_string(draft));
+  fill(name);
+  const auto link = [&](const fs::path& to) {
+    return ::linkat(AT_FDCWD, name.c_str(), AT_FDCWD, to.c_str(), AT_SYMLINK_FOLLOW) == 0;
+  };
+  if (draft >= 0 && link(path)) return;
+  if (draft >= 0 && !link(beside)) throw std::system_error(errno, std::generic_category());
+  fs::rename(beside, path);
 }
 
 std::string csvOf(const Simulation& simulation, bool with_temperature, Digits digits) {
@@ -42,6 +52,19 @@ std::string csvOf(const Simulation& simulation, bool with_temperature, Digits di
 }
 
 }  // namespace
+
+void writeWhole(const fs::path& path, const std::function<void(const fs::path&)>& fill) {
+  fs::path beside = path;
+  beside += "." + std::to_string(::getpid()) + ".part";
+  try {
+    if (fs::exists(path) && !fs::is_regular_file(path)) throw std::runtime_error("not a file");
+    write(path, beside, fill);
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    fs::remove(beside, ignored);
+    throw std::runtime_error(path.string() + ": cannot be written (" + error.what() + ")");
+  }
+}
 
 bool isRecordingName(const fs::path& path) {
   return path.extension() == ".csv" || path.extension() == ".bag";
@@ -69,7 +92,13 @@ void writeImpedance(const fs::path& path, const std::vector<ImpedancePoint>& spe
 }
 
 void writeText(const fs::path& path, const std::string& text) {
-  writeWhole(path, [&](const fs::path& name) { writeRows(name, text); });
+  writeWhole(path, [&](const fs::path& name) {
+    errno = 0;
+    std::ofstream file(name, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file) throw std::system_error(errno != 0 ? errno : EIO, std::generic_category());
+  });
 }
 
 }  // namespace battery_sof_simulator

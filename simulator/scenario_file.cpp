@@ -5,6 +5,7 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <type_traits>
 
 #include "simulator/fields.hpp"
 
@@ -13,13 +14,22 @@ namespace {
 
 using Faults = std::vector<std::string>;
 
+/// Whether a node is a value of that type, which is then taken over.
 template <typename Value>
 bool convert(const YAML::Node& node, Value& value) {
-  try {
-    value = node.as<Value>();
-    return true;
-  } catch (const YAML::Exception&) {
-    return false;
+  if constexpr (std::is_enum_v<Value>) {
+    const auto names = namesOf(value);
+    const auto name = std::find(names.begin(), names.end(), node.IsScalar() ? node.Scalar() : "");
+    if (name != names.end()) value = static_cast<Value>(name - names.begin());
+    return name != names.end();
+  } else if constexpr (std::is_same_v<Value, Range>) {
+    return node.IsSequence() && node.size() == 2 && convert(node[0], value.low) &&
+           convert(node[1], value.high);
+  } else {
+    Value read{};
+    const bool is_one = YAML::convert<Value>::decode(node, read);
+    if (is_one) value = read;
+    return is_one;
   }
 }
 
@@ -27,8 +37,23 @@ std::string shown(const YAML::Node& node) {
   return node.IsScalar() ? "\"" + node.Scalar() + "\"" : "not a single value";
 }
 
-/// A visitor of fields that takes their values out of one YAML map; bounds are checked by
-/// faultsOf().
+/// What a key's value has to be, for messages.
+std::string expected(double) { return "a number"; }
+std::string expected(int) { return "a whole number"; }
+std::string expected(std::uint64_t) { return "a whole number, 0 or more"; }
+std::string expected(bool) { return "true or false"; }
+std::string expected(const std::string&) { return "a name"; }
+std::string expected(const Range&) { return "two numbers [low, high]"; }
+template <typename Enum>
+std::string expected(Enum value) {
+  const auto names = namesOf(value);
+  std::string text = names.front();
+  for (std::size_t k = 1; k < names.size(); ++k)
+    text += (k + 1 < names.size() ? ", " : " or ") + names[k];
+  return text;
+}
+
+/// Takes values out of one YAML map; bounds are checked by faultsOf().
 class MapReader {
  public:
   MapReader(const YAML::Node& map, std::string prefix, Faults& faults)
@@ -36,39 +61,16 @@ class MapReader {
     if (map_.IsDefined() && !map_.IsMap() && !map_.IsNull())
       faults_.push_back(prefix_ + " is " + shown(map_) + ", expected a map");
   }
-  MapReader(const MapReader&) = delete;
-  MapReader& operator=(const MapReader&) = delete;
 
   template <typename Value>
-  void value(const std::string& key, Value& value, const char* expected) {
+  void read(const std::string& key, Value& value) {
     const YAML::Node node = find(key);
-    if (node.IsDefined() && !convert(node, value)) refuse(key, shown(node), expected);
+    if (node.IsDefined() && !convert(node, value))
+      refuse(key, std::is_same_v<Value, Range> ? "something else" : shown(node), expected(value));
   }
-  void number(const std::string& key, double& number, double, double) {
-    value(key, number, "a number");
-  }
-  void count(const std::string& key, int& count, int, int) { value(key, count, "a whole number"); }
-  void flag(const std::string& key, bool& flag) { value(key, flag, "true or false"); }
-  void range(const std::string& key, Range& range, double, double) {
-    const YAML::Node node = find(key);
-    if (!node.IsDefined()) return;
-    if (!node.IsSequence() || node.size() != 2 || !convert(node[0], range.low) ||
-        !convert(node[1], range.high))
-      refuse(key, "something else", "two numbers [low, high]");
-  }
-  template <typename Enum, std::size_t size>
-  void choice(const std::string& key, Enum& value, const std::array<Choice<Enum>, size>& choices) {
-    const YAML::Node node = find(key);
-    if (!node.IsDefined()) return;
-    std::string names;
-    for (std::size_t k = 0; k < size; ++k) {
-      if (node.IsScalar() && node.Scalar() == choices[k].name) {
-        value = choices[k].value;
-        return;
-      }
-      names += (k == 0 ? "" : k + 1 < size ? ", " : " or ") + std::string(choices[k].name);
-    }
-    refuse(key, shown(node), names);
+  void read(const Fields& fields) {
+    for (const Field& field : fields)
+      std::visit([&](auto* place) { read(field.key, *place); }, field.place);
   }
 
   /// @return the node of a key, undefined when it is left out.
@@ -104,21 +106,21 @@ class MapReader {
 template <typename Options>
 void readMap(const YAML::Node& node, const std::string& prefix, Faults& faults, Options& options) {
   MapReader reader(node, prefix, faults);
-  visitFields(reader, options);
+  reader.read(fieldsOf(options));
   reader.refuseUnknownKeys();
 }
 
 template <typename Options>
 ProfileOptions readProfileOf(MapReader& reader) {
   Options options;
-  visitFields(reader, options);
+  reader.read(fieldsOf(options));
   return options;
 }
 
 Phase readPhase(const YAML::Node& node, const std::string& prefix, Faults& faults) {
   Phase phase{0.0, 0.0, 0.0};
   MapReader reader(node, prefix, faults);
-  visitFields(reader, phase);
+  reader.read(fieldsOf(phase));
   reader.refuseUnknownKeys();
   if (!node.IsMap() || !node["duration_s"]) faults.push_back(prefix + ".duration_s is missing");
   if (!node.IsMap() || !node["current_a"]) faults.push_back(prefix + ".current_a is missing");
@@ -169,7 +171,7 @@ std::vector<Insert> readInserts(MapReader& root, Faults& faults) {
   for (std::size_t k = 0; node.IsSequence() && k < node.size(); ++k) {
     MapReader reader(node[k], "inserts[" + std::to_string(k) + "]", faults);
     Insert insert;
-    reader.value("at_s", insert.at, "a number");
+    reader.read("at_s", insert.at);
     insert.phases = readListedPhases(reader, faults).phases;
     reader.refuseUnknownKeys();
     inserts.push_back(insert);
@@ -180,14 +182,14 @@ std::vector<Insert> readInserts(MapReader& root, Faults& faults) {
 Scenario readScenario(const YAML::Node& root, Faults& faults) {
   Scenario scenario;
   MapReader reader(root, "", faults);
-  reader.value("name", scenario.name, "a name");
-  reader.value("seed", scenario.seed, "a whole number, 0 or more");
-  reader.value("duration_s", scenario.duration, "a number");
-  reader.value("voltage_limit_v", scenario.voltage_limit, "a number");
-  reader.value("slew_a_per_s", scenario.slew, "a number");
-  reader.value("soc", scenario.start.soc, "a number");
-  reader.value("temperature_degc", scenario.start.temperature, "a number");
-  reader.value("impedance_current_a", scenario.impedance_current, "a number");
+  reader.read("name", scenario.name);
+  reader.read("seed", scenario.seed);
+  reader.read("duration_s", scenario.duration);
+  reader.read("voltage_limit_v", scenario.voltage_limit);
+  reader.read("slew_a_per_s", scenario.slew);
+  reader.read("soc", scenario.start.soc);
+  reader.read("temperature_degc", scenario.start.temperature);
+  reader.read("impedance_current_a", scenario.impedance_current);
   readMap(reader.find("battery"), "battery", faults, scenario.battery);
   readMap(reader.find("effects"), "effects", faults, scenario.effects);
   readMap(reader.find("additions"), "additions", faults, scenario.additions);
@@ -213,9 +215,7 @@ Scenario parseScenario(const std::string& text, const std::string& source) {
   Faults faults;
   const Scenario scenario = readScenario(root, faults);
   if (faults.empty()) return scenario;
-  std::string message = source + ": ";
-  for (std::size_t k = 0; k < faults.size(); ++k) message += (k == 0 ? "" : "; ") + faults[k];
-  throw ScenarioError(message);
+  throw ScenarioError(source + ": " + join(faults));
 }
 
 Scenario loadScenario(const std::filesystem::path& path) {

@@ -14,8 +14,6 @@
 #include "simulator/program_frame.hpp"
 #include "simulator/recording_output.hpp"
 #include "simulator/scenario_file.hpp"
-#include "simulator/shown_text.hpp"
-#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -41,36 +39,18 @@ struct Arguments {
 
 /// Says on err how far the work is, when that is a terminal and the work takes longer than two
 /// seconds.
-class Progress {
- public:
-  Progress(std::ostream& err, double duration)
-      : err_(err), duration_(duration), terminal_(isatty(STDERR_FILENO) != 0), began_(now()) {}
-  ~Progress() {
-    if (shown_) err_ << "\n";
-  }
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-
-  void at(double time) {
-    if (!terminal_ || now() - began_ < kProgressAfter) return;
-    shown_ = true;
+std::function<void(double)> progressOn(std::ostream& err, double duration) {
+  using Clock = std::chrono::steady_clock;
+  return [&err, duration, began = Clock::now()](double time) {
+    const std::chrono::duration<double> passed = Clock::now() - began;
+    if (isatty(STDERR_FILENO) == 0 || passed.count() < kProgressAfter) return;
     char text[80];
     std::snprintf(text, sizeof text, "\rsimulated %.0f of %.0f min", time / kSecondsPerMinute,
-                  duration_ / kSecondsPerMinute);
-    err_ << text << std::flush;
-  }
-
- private:
-  static double now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-  }
-  std::ostream& err_;
-  double duration_;
-  bool terminal_;
-  double began_;
-  bool shown_ = false;
-};
+                  duration / kSecondsPerMinute);
+    const bool at_end = time + kSecondsPerMinute > duration;  // it comes once a minute
+    err << text << (at_end ? "\n" : "") << std::flush;
+  };
+}
 
 void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("SCENARIO", arguments.scenario, "scenario: .yaml")->required();
@@ -138,8 +118,7 @@ void record(const Scenario& scenario, const Arguments& arguments, std::ostream& 
             std::ostream& err) {
   SimulationOptions options;
   options.cut_after = arguments.duration;
-  Progress progress(err, arguments.duration.value_or(scenario.duration));
-  options.progress = [&](double time) { progress.at(time); };
+  options.progress = progressOn(err, arguments.duration.value_or(scenario.duration));
   const Simulation simulation = solved(scenario, options, arguments.scenario);
   writeRecording(arguments.out, simulation, scenario.effects.self_heating);
   const std::string json = jsonOf(scenario, simulation, arguments.out).dump(2) + "\n";

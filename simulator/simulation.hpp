@@ -7,27 +7,11 @@
 #include <vector>
 
 #include "simulator/acquisition.hpp"
-#include "simulator/additions.hpp"
 #include "simulator/drive_plan.hpp"
-#include "simulator/energy_ledger.hpp"
 #include "simulator/full_battery.hpp"
 #include "simulator/porous_block.hpp"
 
 namespace battery_sof_simulator {
-
-/// Phases that come between those of a profile, as soon as one of its phases ends after `at`.
-struct Insert {
-  double at = 0.0;  ///< [s], >= 0
-  std::vector<Phase> phases;
-};
-
-/// From an instant on another profile and set point; a phase that plays then is cut short, and
-/// what waits of an insert is dropped.
-struct LaterPart {
-  double from = 0.0;            ///< [s], > 0
-  double voltage_limit = 14.2;  ///< [V], > 0
-  ProfileOptions profile;       ///< of a drive of its own, from there to the scenario's duration
-};
 
 /// All that a simulated recording follows from.
 struct Scenario {
@@ -75,27 +59,11 @@ struct Simulation {
   Balance balance;  ///< of the recorded time
 };
 
-/**
- * @brief Drives the battery of Fig. 4 and its additions through a scenario and records it.
- * A porous block keeps no truth, and of the balance only charges.
- *
- * @throws std::invalid_argument naming every fault of the scenario; NoSolution when the equations
- * have none.
- */
+/// Drives the battery of Fig. 4 and its additions through a scenario and records it. A porous block
+/// keeps no truth, and of the balance only charges.
+/// @throws std::invalid_argument naming every fault of the scenario; NoSolution when the equations
+/// have none.
 Simulation simulate(const Scenario& scenario, const SimulationOptions& options = {});
-
-/**
- * @brief Drives a scenario's battery with given currents instead of its profile, e.g. those of
- * another simulation.
- *
- * For experiments that change one thing and keep the current: simulate once with keep_truth, then
- * replay its truth.current with other parameters, effects or acquisition. The voltage limit does
- * not act. What the filter sees after the end is the last current, held.
- *
- * @param currents every FullBattery::kStep [A], as Truth::current: entry 0 stands at the start.
- */
-Simulation replay(const Scenario& scenario, const std::vector<double>& currents,
-                  const SimulationOptions& options = {});
 
 /// @return one sentence for every fault of a scenario; empty when all is well.
 std::vector<std::string> faultsOf(const Scenario& scenario);

@@ -15,38 +15,19 @@ constexpr double kRoom = 0.2;               // of the state of charge
 constexpr Range kLeadIonLimit{20.0, 70.0};  // [A]
 constexpr Range kLeadIonTime{3.0, 40.0};    // [s]
 
-/// A visitor of fields that finds a number or a flag by its key.
-class FieldFinder {
- public:
-  explicit FieldFinder(const std::string& key) : key_(key) {}
-  void number(const std::string& key, double& value, double, double) {
-    if (key == key_ && number_ == nullptr) number_ = &value;
-  }
-  void flag(const std::string& key, bool& value) {
-    if (key == key_) flag_ = &value;
-  }
-  void count(const std::string&, int&, int, int) {}
-  void range(const std::string&, Range&, double, double) {}
-  template <typename Enum, std::size_t size>
-  void choice(const std::string&, Enum&, const std::array<Choice<Enum>, size>&) {}
-
-  /// Looks through a scenario, its porous block first where it has one.
-  FieldFinder& in(Scenario& s) {
-    if (s.porous) visitFields(*this, *s.porous);
-    visitFields(*this, s.battery);
-    visitFields(*this, s.effects);
-    visitFields(*this, s.additions);
-    visitFields(*this, s.acquisition);
-    return *this;
-  }
-  double* foundNumber() const { return number_; }
-  bool* foundFlag() const { return flag_; }
-
- private:
-  std::string key_;
-  double* number_ = nullptr;
-  bool* flag_ = nullptr;
-};
+/// Where a scenario keeps a number or a flag, its porous block first where it has one; null:
+/// nowhere.
+template <typename Value>
+Value* placeOf(Scenario& s, const std::string& key) {
+  std::vector<Fields> all{fieldsOf(s.battery), fieldsOf(s.effects), fieldsOf(s.additions),
+                          fieldsOf(s.acquisition)};
+  if (s.porous) all.insert(all.begin(), fieldsOf(*s.porous));
+  for (const Fields& fields : all)
+    for (const Field& field : fields)
+      if (auto* const* place = std::get_if<Value*>(&field.place); place && field.key == key)
+        return *place;
+  return nullptr;
+}
 
 /// How a number of an addition is drawn, and what the scale does to it.
 enum class As {
@@ -56,6 +37,7 @@ enum class As {
   /// gamma is 1 / value, infinite without the addition; the place then keeps what it has
   kLimit,
   kLogLimit,  ///< the same, uniform in its logarithm
+  kSigned,    ///< of either sign; gamma is the value
 };
 struct Number {
   const char* key;
@@ -63,50 +45,42 @@ struct Number {
   Range range;
 };
 
-/// Draws what makes up one addition, times a scale, sets it in a scenario and writes it down after
-/// scaling, by key of scenario files.
-class Addition {
- public:
-  /// @param scale times which the addition is made, >= 0 and finite.
-  Addition(CatalogueDraft& draft, Dice& dice, double scale)
-      : draft_(draft), dice_(dice), scale_(scale) {}
+/// Draws what makes up one addition, times a scale (>= 0 and finite), sets it in a scenario and
+/// writes it down after scaling, by key of scenario files.
+struct Addition {
+  CatalogueDraft& draft;
+  Dice& dice;
+  double scale;
+  Scenario& scenario = draft.scenario;
 
-  Scenario& scenario() { return draft_.scenario; }
-  double scale() const { return scale_; }
-  bool present() const { return scale_ > 0.0; }  ///< whether anything is left of the addition
-  Dice& dice() { return dice_; }
-
+  bool present() const { return scale > 0.0; }  ///< whether anything is left of the addition
   void set(const std::string& key, double value) {
-    draft_.strength[key] = value;
-    *FieldFinder(key).in(scenario()).foundNumber() = value;
-  }
-  /// A value that is written down, and acts unless the addition is gone.
-  void setWhilePresent(const std::string& key, double value) {
-    if (present()) return set(key, value);
-    draft_.strength[key] = value;
+    draft.strength[key] = value;
+    *placeOf<double>(scenario, key) = value;
   }
   void draw(const Number& one) {
+    if (one.as == As::kSigned) return set(one.key, signedValue(one.range));
     const bool logarithmic = one.as == As::kLog || one.as == As::kLogLimit;
-    const double value = logarithmic ? dice_.logBetween(one.range) : dice_.between(one.range);
+    const double value = logarithmic ? dice.logBetween(one.range) : dice.between(one.range);
     if (one.as == As::kPlain || one.as == As::kLog) return set(one.key, value);
-    setWhilePresent(one.key, one.as == As::kAmplitude ? scale_ * value : value / scale_);
+    setWhilePresent(one.key, one.as == As::kAmplitude ? scale * value : value / scale);
   }
   void draw(const std::vector<Number>& numbers) {
     for (const Number& one : numbers) draw(one);
   }
+  /// A value that is written down, and acts unless the addition is gone.
+  void setWhilePresent(const std::string& key, double value) {
+    if (present()) return set(key, value);
+    draft.strength[key] = value;
+  }
+  /// The scale times a number of either sign.
+  double signedValue(const Range& range) { return scale * (dice.sign() * dice.between(range)); }
   /// Switches a flag of the scenario on while the addition is there.
   void mark(const std::string& flag) {
-    if (bool* place = FieldFinder(flag).in(scenario()).foundFlag()) *place = present();
+    if (bool* place = placeOf<bool>(scenario, flag)) *place = present();
   }
-  /// Writes down the strength of what is no field of a scenario.
-  void note(const std::string& key, double value) { draft_.strength[key] = value; }
   /// Says that an effect is there, whatever the scale.
-  void alsoTrue(const std::string& id) { draft_.effects.push_back(id); }
-
- private:
-  CatalogueDraft& draft_;
-  Dice& dice_;
-  double scale_;
+  void alsoTrue(const std::string& id) { draft.effects.push_back(id); }
 };
 
 /// An addition that is a flag of its name, if there is one, and numbers.
@@ -145,6 +119,9 @@ const std::vector<PlainAddition>& plainAdditions() {
        {{"heat_capacity_j_per_k", As::kLimit, {12e3, 13.5e3}},
         {"thermal_resistance_k_per_w", As::kAmplitude, {1.25, 2.0}},
         {"activation_j_per_mol", As::kPlain, {50e3, 60e3}}}},
+      {"current_offset", {{"current_offset_a", As::kSigned, {0.7, 2.0}}}},
+      {"time_skew", {{"current_delay_s", As::kSigned, {0.02, 0.05}}}},
+      {"voltage_drift", {{"voltage_drift_v_per_h", As::kSigned, {0.02, 0.06}}}},
       {"parasitic_load", {{"parasitic_load_a", As::kAmplitude, {0.2, 0.3}}}},
       {"dropouts",
        {{"lost_share", As::kAmplitude, {0.02, 0.1}},
@@ -161,19 +138,18 @@ const std::vector<PlainAddition>& plainAdditions() {
 }
 
 void addCpe2(Addition& s) {
-  s.scenario().effects.cpe2_fractional = true;
-  s.set("cpe2_exponent", 1.0 - s.scale() * (1.0 - s.dice().between({0.75, 0.88})));
+  s.scenario.effects.cpe2_fractional = true;
+  s.set("cpe2_exponent", 1.0 - s.scale * (1.0 - s.dice.between({0.75, 0.88})));
 }
 
 /// r_1 of both directions falls with current; at small current it is r_x more than at large. A
 /// scale below 1 takes back the share of r_1 that falls, one above 1 makes r_x larger.
 void addCurrentDependence(Addition& s) {
-  BatteryParameters& b = s.scenario().battery;
+  BatteryParameters& b = s.scenario.battery;
   s.mark("r1_current_dependence");
-  const double as_drawn = s.dice().between({3e-3, 6e-3}),
-               extra = std::max(1.0, s.scale()) * as_drawn;
-  s.note("r_x_ohm", s.scale() * as_drawn);
-  b.r1_knee_share = std::min(1.0, s.scale());
+  const double as_drawn = s.dice.between({3e-3, 6e-3}), extra = std::max(1.0, s.scale) * as_drawn;
+  s.draft.strength["r_x_ohm"] = s.scale * as_drawn;
+  b.r1_knee_share = std::min(1.0, s.scale);
   s.draw({"r1_knee_current_a", As::kLog, {8.0, 40.0}});
   const double smallest = std::min(b.r1_discharge_ohm, b.r1_charge_ohm);
   b.r_ohmic_ohm += smallest - std::min(smallest, 0.3 * extra);
@@ -182,40 +158,40 @@ void addCurrentDependence(Addition& s) {
 }
 
 void addChargeTransfer(Addition& s) {
-  Dice& dice = s.dice();
+  Dice& dice = s.dice;
   if (dice.share() < 0.5)
     s.set("i0_a", std::pow(dice.share() < 0.5 ? dice.between({0.2, 0.4}) : dice.between({2.5, 5.0}),
-                           s.scale()));
+                           s.scale));
   else
-    s.set("alpha", 0.5 + s.scale() * (dice.sign() * dice.between({0.1, 0.2})));
+    s.set("alpha", 0.5 + s.scale * (dice.sign() * dice.between({0.1, 0.2})));
 }
 
 /// With C_3 beta_3 far from C_2 beta: two electrodes of one time constant are one. The scale acts
 /// on 1/beta_3 and on C_3, so that C_3 / (I_03 beta_3) stays, and u_3 is the scale times what it
 /// was.
 void addSecondElectrode(Addition& s) {
-  const BatteryParameters& b = s.scenario().battery;
+  const BatteryParameters& b = s.scenario.battery;
   s.mark("second_electrode");
-  const double beta = 1.0 / s.dice().between({0.02, 0.04});
-  s.setWhilePresent("electrode3_beta_per_v", beta / s.scale());
+  const double beta = 1.0 / s.dice.between({0.02, 0.04});
+  s.setWhilePresent("electrode3_beta_per_v", beta / s.scale);
   const double alike = b.beta_per_v * b.cpe2_capacitance_f / beta;
   const bool faster = kDistinct * kMinCapacitance < alike;
   s.draw({"electrode3_capacitance_f", As::kLogLimit,
           faster ? Range{kMinCapacitance, alike / kDistinct} : Range{kDistinct * alike, 6000.0}});
-  s.set("electrode3_exponent", s.dice().share() < 0.5 ? 1.0 : s.dice().between({0.85, 1.0}));
+  s.set("electrode3_exponent", s.dice.share() < 0.5 ? 1.0 : s.dice.between({0.85, 1.0}));
 }
 
 /// A limited main reaction that an addition needs, whatever that one's scale; without it a side
 /// reaction does not show and sulphate has nothing to act on.
 void addCompanion(Addition& s, const Number& limit, const Number& time) {
-  s.scenario().effects.charge_acceptance = true;
+  s.scenario.effects.charge_acceptance = true;
   s.draw({limit, time});
   s.alsoTrue("charge_acceptance");
 }
 
 /// A side reaction without its companion.
 void addSideReaction(Addition& s) {
-  s.scenario().effects.gassing = s.present() ? GassingLaw::kTafel : GassingLaw::kNone;
+  s.scenario.effects.gassing = s.present() ? GassingLaw::kTafel : GassingLaw::kNone;
   s.draw(
       {{"gas_current_a", As::kAmplitude, {1.5, 3.0}}, {"gas_slope_per_v", As::kPlain, {1.4, 3.0}}});
 }
@@ -239,8 +215,8 @@ void addSulphateHistory(Addition& s) {
 
 /// u_0 at the start stays as drawn.
 void addOcvSlope(Addition& s) {
-  BatteryParameters& b = s.scenario().battery;
-  const double below = s.scenario().start.soc - kReferenceSoc;
+  BatteryParameters& b = s.scenario.battery;
+  const double below = s.scenario.start.soc - kReferenceSoc;
   const double u0 = b.u0_v + b.u0_slope_v * below;
   s.mark("ocv_slope");
   s.draw({"u0_slope_v", As::kAmplitude, {1.5, 1.8}});
@@ -256,73 +232,63 @@ void addParameterDrift(Addition& s) {
                                      {DriftingParameter::kR1, {0.5, 1.0}},
                                      {DriftingParameter::kCpe2Capacitance, {0.6, 1.2}},
                                      {DriftingParameter::kU0, {0.005, 0.015}}}};
-  const auto which = static_cast<std::size_t>(s.dice().share() * 4.0);
+  const auto which = static_cast<std::size_t>(s.dice.share() * 4.0);
   s.mark("parameter_drift");
-  s.scenario().additions.drifting = all[which].parameter;
-  s.set("drift_per_h", s.scale() * (s.dice().sign() * s.dice().between(all[which].per_h)));
+  s.scenario.additions.drifting = all[which].parameter;
+  s.set("drift_per_h", s.signedValue(all[which].per_h));
 }
-
-/// A fault of either sign whose gamma is its value.
-void addSigned(Addition& s, const std::string& key, const Range& range) {
-  s.set(key, s.scale() * (s.dice().sign() * s.dice().between(range)));
-}
-
-void addCurrentOffset(Addition& s) { addSigned(s, "current_offset_a", {0.7, 2.0}); }
-void addTimeSkew(Addition& s) { addSigned(s, "current_delay_s", {0.02, 0.05}); }
-void addVoltageDrift(Addition& s) { addSigned(s, "voltage_drift_v_per_h", {0.02, 0.06}); }
 
 void addCurrentGain(Addition& s) {
-  const double error = s.scale() * (s.dice().sign() * s.dice().between({0.025, 0.05}));
-  s.set(s.dice().share() < 0.5 ? "current_gain_charge" : "current_gain_discharge", 1.0 + error);
+  const double error = s.signedValue({0.025, 0.05});
+  s.set(s.dice.share() < 0.5 ? "current_gain_charge" : "current_gain_discharge", 1.0 + error);
 }
 
 void addSensorLag(Addition& s) {
-  s.draw({s.dice().share() < 0.5 ? "current_lag_s" : "voltage_lag_s", As::kAmplitude, {0.04, 0.1}});
+  s.draw({s.dice.share() < 0.5 ? "current_lag_s" : "voltage_lag_s", As::kAmplitude, {0.04, 0.1}});
 }
 
 /// Not finer than without the fault.
 void addQuantisation(Addition& s) {
-  const AcquisitionOptions& a = s.scenario().acquisition;
-  s.set("voltage_step_v", std::max(a.voltage_step_v, s.scale() * s.dice().between({0.01, 0.02})));
-  s.set("current_step_a", std::max(a.current_step_a, s.scale() * s.dice().between({0.5, 1.0})));
+  const AcquisitionOptions& a = s.scenario.acquisition;
+  s.set("voltage_step_v", std::max(a.voltage_step_v, s.scale * s.dice.between({0.01, 0.02})));
+  s.set("current_step_a", std::max(a.current_step_a, s.scale * s.dice.between({0.5, 1.0})));
 }
 
 void addContactStep(Addition& s) {
   s.mark("contact_step");
   s.draw({"contact_ohm", As::kAmplitude, {1e-3, 3e-3}});
-  s.set("contact_from_s", s.dice().between({0.3, 0.7}) * s.scenario().duration);
+  s.set("contact_from_s", s.dice.between({0.3, 0.7}) * s.scenario.duration);
 }
 
 /// At scale 1 within what every crank reaches. gamma: 1 / limit, and 1 / depth below u_0.
 void addClipping(Addition& s) {
-  const BatteryParameters& b = s.scenario().battery;
-  const double u0 = openCircuitVoltage(b, s.scenario().start.soc).value;
-  const double which = s.dice().share();
+  const BatteryParameters& b = s.scenario.battery;
+  const double u0 = openCircuitVoltage(b, s.scenario.start.soc).value;
+  const double which = s.dice.share();
   if (which < 0.67) s.draw({"current_limit_a", As::kLimit, {80.0, 130.0}});
   if (which > 0.33)
     s.set("voltage_floor_v",
-          u0 - (0.2 + s.dice().between({90.0, 130.0}) * (b.r_ohmic_ohm + b.r1_discharge_ohm)) /
-                   s.scale());
+          u0 - (0.2 + s.dice.between({90.0, 130.0}) * (b.r_ohmic_ohm + b.r1_discharge_ohm)) /
+                   s.scale);
 }
 
 /// Not near a multiple of the sample rate, where the tone would be a constant.
 void addAliasing(Addition& s) {
   s.draw({"tone_v", As::kAmplitude, {0.005, 0.02}});
-  const double turns = std::floor(s.dice().between({1.0, 6.0}));
-  s.set("tone_hz",
-        (turns + s.dice().between({0.05, 0.95})) * s.scenario().acquisition.sample_rate_hz);
+  const double turns = std::floor(s.dice.between({1.0, 6.0}));
+  s.set("tone_hz", (turns + s.dice.between({0.05, 0.95})) * s.scenario.acquisition.sample_rate_hz);
 }
 
 void addGatedTone(Addition& s) {
   s.mark("gated_tone");
-  s.set("gated_tone_v", s.scale() * 0.02);
+  s.set("gated_tone_v", s.scale * 0.02);
   s.draw({"gated_tone_period_s", As::kPlain, {20.0, 60.0}});
 }
 
 /// gamma: the rate, ln(1 / (1 - share)) an hour.
 void addCapacitanceFall(Addition& s) {
   s.mark("capacitance_fall");
-  s.set("capacitance_fall_share", 1.0 - std::pow(1.0 - 0.6, s.scale()));
+  s.set("capacitance_fall_share", 1.0 - std::pow(1.0 - 0.6, s.scale));
 }
 
 /// Draws the additions that are more than numbers of a flag; whether the id is one of them.
@@ -336,14 +302,11 @@ bool addSpecial(Addition& s, const std::string& id) {
       {"sulphate_history", addSulphateHistory},
       {"ocv_soc", addOcvSlope},
       {"parameter_drift", addParameterDrift},
-      {"current_offset", addCurrentOffset},
       {"current_gain", addCurrentGain},
-      {"time_skew", addTimeSkew},
       {"sensor_lag", addSensorLag},
       {"quantisation", addQuantisation},
       {"contact_resistance", addContactStep},
       {"clipping", addClipping},
-      {"voltage_drift", addVoltageDrift},
       {"aliasing", addAliasing},
       {"gated_tone", addGatedTone},
       {"capacitance_fall", addCapacitanceFall}};
@@ -360,11 +323,11 @@ bool isUnlisted(const std::string& id) {
 }
 
 void addToPorous(Addition& s, const std::string& id) {
-  PorousParameters& p = *s.scenario().porous;
+  PorousParameters& p = *s.scenario.porous;
   if (id == "acid_transport") {
     // gamma: what 1 / diffusion_factor is more than the block's own.
-    const double own = p.diffusion_factor, slow = s.dice().between({0.3, 0.5});
-    return s.set("diffusion_factor", own / (1.0 + s.scale() * (own / slow - 1.0)));
+    const double own = p.diffusion_factor, slow = s.dice.between({0.3, 0.5});
+    return s.set("diffusion_factor", own / (1.0 + s.scale * (own / slow - 1.0)));
   }
   if (id != "charge_acceptance" && id != "gassing")
     throw std::invalid_argument("a porous block has no effect \"" + id + "\"");
@@ -391,7 +354,7 @@ double trendOf(const Scenario& scenario) {
 }  // namespace
 
 void addEffect(CatalogueDraft& draft, const std::string& id, Dice& dice, double scale) {
-  Addition s(draft, dice, scale);
+  Addition s{draft, dice, scale};
   if (draft.scenario.porous) return addToPorous(s, id);
   if (s.present() && !isUnlisted(id)) s.alsoTrue(id);
   if (addSpecial(s, id)) return;
@@ -406,24 +369,24 @@ void addEffect(CatalogueDraft& draft, const std::string& id, Dice& dice, double 
 
 void addMask(CatalogueDraft& draft, const std::string& id, Dice& dice, double scale) {
   if (id == "time_skew") return addEffect(draft, id, dice, scale);
-  Addition s(draft, dice, scale);
+  Addition s{draft, dice, scale};
   if (s.present()) s.alsoTrue(id);
   if (id == "gassing") return addSideReaction(s);
   if (id == "current_gain")
-    return s.set("current_gain_charge", 1.0 + s.scale() * dice.between({0.025, 0.05}));
+    return s.set("current_gain_charge", 1.0 + s.scale * dice.between({0.025, 0.05}));
   if (id == "voltage_drift")
     return s.set("voltage_drift_v_per_h",
-                 -trendOf(s.scenario()) * s.scale() * dice.between({0.02, 0.06}));
+                 -trendOf(s.scenario) * s.scale * dice.between({0.02, 0.06}));
   throw std::invalid_argument("no mask is called \"" + id + "\"");
 }
 
 void addAbsent(CatalogueDraft& draft, const std::string& id, Dice& dice, double scale) {
   if (id != "gassing") return addEffect(draft, id, dice, scale);
-  Addition s(draft, dice, scale);
+  Addition s{draft, dice, scale};
   if (s.present()) s.alsoTrue(id);
   // Room for what two plateaus put in; u_0 at the start stays.
-  s.scenario().start.soc -= kRoom;
-  s.scenario().battery.u0_v += kRoom * s.scenario().battery.u0_slope_v;
+  s.scenario.start.soc -= kRoom;
+  s.scenario.battery.u0_v += kRoom * s.scenario.battery.u0_slope_v;
   // Far above the first half's currents, below those of a plateau; slow against its turns.
   addCompanion(s, {"lead_ion_limit_a", As::kPlain, {40.0, 60.0}},
                {"lead_ion_time_s", As::kPlain, {20.0, 40.0}});

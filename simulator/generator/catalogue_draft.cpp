@@ -1,6 +1,5 @@
 #include "simulator/generator/catalogue_draft.hpp"
 
-#include <cmath>
 #include <stdexcept>
 
 namespace battery_sof_simulator {

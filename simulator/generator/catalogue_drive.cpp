@@ -4,7 +4,6 @@
 
 #include "simulator/generator/catalogue_draft.hpp"
 #include "simulator/generator/phases.hpp"
-#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 namespace {

@@ -3,8 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <ostream>
 
-#include "simulator/generator/label.hpp"
+#include "simulator/generator/catalogue_draft.hpp"
 #include "simulator/generator/law_injection.hpp"
+#include "simulator/generator/law_scenario.hpp"
 #include "simulator/program_frame.hpp"
 #include "simulator/recording_output.hpp"
 

@@ -1,14 +1,8 @@
 #include "simulator/generator/imperfect_recorder.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <optional>
 #include <stdexcept>
 
-#include "simulator/bessel_filter.hpp"
 #include "simulator/generator/series.hpp"
-#include "simulator/low_pass.hpp"
-#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 namespace {

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "simulator/channel_noise.hpp"
 #include "simulator/generator/law.hpp"
 #include "simulator/simulation.hpp"
 
@@ -48,15 +47,10 @@ struct ActingParts {
 /// Draws a recorder. @param rate of the recording [Hz].  @param duration [s].
 ImperfectRecorder drawRecorder(double rate, double duration, Dice& dice);
 
-/**
- * @brief A course seen through a recorder.
- *
- * Filter of each channel at the simulation's rate, its delay taken out of the stamps but for
- * late_share; samples on a grid that jitters, stamped as if it did not; smooth structure (voltage
- * alone), ripple and noise; converter nonlinearity, rounding.
- *
- * @param per_sample simulation steps a sample, >= 1.
- */
+/// A course seen through a recorder. Filter of each channel at the simulation's rate, its delay
+/// taken out of the stamps but for late_share; samples on a grid that jitters, stamped as if it did
+/// not; smooth structure (voltage alone), ripple and noise; converter nonlinearity, rounding.
+/// @param per_sample simulation steps a sample, >= 1.
 std::vector<RecordedSample> recordedThrough(const ImperfectRecorder& recorder, const Course& truth,
                                             std::size_t per_sample, std::uint64_t seed,
                                             const ActingParts& acting = {});

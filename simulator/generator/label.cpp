@@ -1,48 +1,40 @@
-#include "simulator/generator/label.hpp"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "simulator/fields.hpp"
-#include "simulator/units.hpp"
+#include "simulator/generator/catalogue_draft.hpp"
+#include "simulator/generator/law_scenario.hpp"
 
 namespace battery_sof_simulator {
 namespace {
 
 using Json = nlohmann::json;
 
-/// A visitor of fields that writes their values down.
-class FieldWriter {
- public:
-  void number(const std::string& key, double value, double, double) { json_[key] = value; }
-  void count(const std::string& key, int value, int, int) { json_[key] = value; }
-  void range(const std::string& key, const Range& range, double, double) {
-    json_[key] = {range.low, range.high};
-  }
-  void flag(const std::string& key, bool value) { json_[key] = value; }
-  template <typename Enum, std::size_t size>
-  void choice(const std::string& key, Enum value, const std::array<Choice<Enum>, size>& choices) {
-    for (const auto& choice : choices)
-      if (choice.value == value) json_[key] = choice.name;
-  }
-  const Json& json() const { return json_; }
-
- private:
-  Json json_ = Json::object();
-};
-
 template <typename Options>
 Json jsonOf(Options options) {
-  FieldWriter writer;
-  visitFields(writer, options);
-  return writer.json();
+  Json json = Json::object();
+  for (const Field& field : fieldsOf(options))
+    std::visit(
+        [&](const auto* place) {
+          using Value = std::decay_t<decltype(*place)>;
+          if constexpr (std::is_enum_v<Value>)
+            json[field.key] = namesOf(*place)[static_cast<std::size_t>(*place)];
+          else if constexpr (std::is_same_v<Value, Range>)
+            json[field.key] = {place->low, place->high};
+          else
+            json[field.key] = *place;
+        },
+        field.place);
+  return json;
 }
 
-Json jsonOf(const ListedPhases& listed) {
-  Json phases = Json::array();
-  for (const Phase& phase : listed.phases) phases.push_back(jsonOf<Phase>(phase));
-  return {{"phases", phases}};
+Json jsonOf(const std::vector<Phase>& phases) {
+  Json json = Json::array();
+  for (const Phase& phase : phases) json.push_back(jsonOf<Phase>(phase));
+  return json;
 }
+
+Json jsonOf(const ListedPhases& listed) { return {{"phases", jsonOf(listed.phases)}}; }
 
 Json profileOf(const ProfileOptions& profile) {
   const std::array<const char*, 4> kinds{"alternating", "long_charges", "city_drive", "phases"};
@@ -53,11 +45,8 @@ Json profileOf(const ProfileOptions& profile) {
 
 Json insertsOf(const std::vector<Insert>& inserts) {
   Json json = Json::array();
-  for (const Insert& insert : inserts) {
-    Json one = jsonOf(ListedPhases{insert.phases});
-    one["at_s"] = insert.at;
-    json.push_back(one);
-  }
+  for (const Insert& insert : inserts)
+    json.push_back({{"at_s", insert.at}, {"phases", jsonOf(insert.phases)}});
   return json;
 }
 

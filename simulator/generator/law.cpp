@@ -6,10 +6,8 @@ namespace battery_sof_simulator {
 
 const std::vector<LawForm>& lawForms() {
   static const std::vector<LawForm> all = [] {
-    std::vector<LawForm> forms;
-    for (const auto& laws : {acceptanceLaws(), sideReactionLaws(), acidLaws(), openCircuitLaws(),
-                             structureLaws(), ageingLaws(), instrumentLaws()})
-      forms.insert(forms.end(), laws.begin(), laws.end());
+    std::vector<LawForm> forms = chemistryLaws();
+    for (const LawForm& form : circuitLaws()) forms.push_back(form);
     return forms;
   }();
   return all;

@@ -30,17 +30,13 @@ struct LawInstant {
   double discharging() const { return std::max(-current, 0.0); }  ///< [A]
 };
 
-/**
- * @brief An out-of-catalogue law: physics in addition to the base circuit, or an instrument, of a
- * form that no catalogue has.
- *
- *     u = u_base(i - s i_side) + s v,     s: strength, 0 takes all of it away
- *
- * Physics knows its own states only. At strength 1 it moves the voltage by some 10 mV on a usual
- * drive. States are moved on in steps of a millisecond, so explicit steps do. An instrument turns a
- * true course into the shown one; at strength 0 it shows the truth, at 1 the error is of the order
- * that its law says.
- */
+/// An out-of-catalogue law: physics in addition to the base circuit, or an instrument, of a form
+/// that no catalogue has.
+///     u = u_base(i - s i_side) + s v,     s: strength, 0 takes all of it away
+/// Physics knows its own states only. At strength 1 it moves the voltage by some 10 mV on a usual
+/// drive. States are moved on in steps of a millisecond, so explicit steps do. An instrument turns
+/// a true course into the shown one; at strength 0 it shows the truth, at 1 the error is of the
+/// order that its law says.
 struct Law {
   static constexpr std::size_t kMaxStates = 20;
   using State = std::array<double, kMaxStates>;
@@ -85,16 +81,10 @@ struct LawForm {
   Law (*draw)(Dice&, const Circumstances&);
 };
 
-/// Laws of one mechanism each (docs/validation.md lists them).
-std::vector<LawForm> acceptanceLaws();
-std::vector<LawForm> sideReactionLaws();
-std::vector<LawForm> acidLaws();
-std::vector<LawForm> openCircuitLaws();
-std::vector<LawForm> structureLaws();
-std::vector<LawForm> ageingLaws();
-std::vector<LawForm> instrumentLaws();
-
-/// All of them.
+/// Laws of acceptance, side reactions, acid and the open-circuit voltage; of structure, ageing and
+/// instruments; all of them, those of a mechanism together (docs/validation.md lists them).
+std::vector<LawForm> chemistryLaws();
+std::vector<LawForm> circuitLaws();
 const std::vector<LawForm>& lawForms();
 
 /// @throws std::invalid_argument when there is no such law.

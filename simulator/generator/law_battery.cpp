@@ -1,11 +1,8 @@
 #include "simulator/generator/law_battery.hpp"
 
-#include <cmath>
 #include <stdexcept>
 
-#include "simulator/drive_follower.hpp"
-#include "simulator/faults.hpp"
-#include "simulator/units.hpp"
+#include "simulator/fields.hpp"
 
 namespace battery_sof_simulator {
 namespace {

@@ -15,14 +15,10 @@ struct LawState {
   double charge = 0.0;   ///< through them since the start [As]
 };
 
-/**
- * @brief The base circuit with an out-of-catalogue law in addition.
- *
- *     u = u_base(i - s i_side) + [r(i) i - r(i - s i_side) (i - s i_side)] + s v
- *
- * The side current passes the double layer by, not the resistance. With strength 0 or without a
- * law every voltage is that of FullBattery, bit for bit. A Battery as PowerSource takes it.
- */
+/// The base circuit with an out-of-catalogue law in addition.
+///     u = u_base(i - s i_side) + [r(i) i - r(i - s i_side) (i - s i_side)] + s v
+/// The side current passes the double layer by, not the resistance. With strength 0 or without a
+/// law every voltage is that of FullBattery, bit for bit. A Battery as PowerSource takes it.
 class LawBattery {
  public:
   using State = LawState;
@@ -53,15 +49,11 @@ Course drivenCourse(const Scenario& scenario, const Law* law, double strength);
 Course controlledCourse(const Scenario& scenario, const Law* law, double strength,
                         const std::vector<double>& current);
 
-/**
- * @brief How the base circuit's voltage answers its parameters, along a course.
- *
- *     C ds_C/dt = -i' s_C - (i - i_r2),   C ds_beta/dt = -i' s_beta - i' u2,   C ds_0/dt = -i' s_0
- *     i_r2 = 2 I_0 sinh(beta u2 / 2),  i' = d i_r2/du2,  s_0 = 1 at the start
- *
- * s_C, s_beta, s_0: what u2 gains with ln C, ln beta and u2 at the start. One row every
- * `per_sample` entries.
- */
+/// How the base circuit's voltage answers its parameters, along a course.
+///     C ds_C/dt = -i' s_C - (i - i_r2),   C ds_beta/dt = -i' s_beta - i' u2,   C ds_0/dt = -i' s_0
+///     i_r2 = 2 I_0 sinh(beta u2 / 2),  i' = d i_r2/du2,  s_0 = 1 at the start
+/// s_C, s_beta, s_0: what u2 gains with ln C, ln beta and u2 at the start. One row every
+/// `per_sample` entries.
 struct BaseAnswer {
   std::vector<double> voltage;                 ///< of the base circuit [V]
   std::vector<double> u2;                      ///< [V]

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "simulator/generator/phases.hpp"
-#include "simulator/units.hpp"
 
 namespace battery_sof_simulator {
 namespace {

@@ -1,9 +1,8 @@
 #include "simulator/generator/law_injection.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdio>
 #include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include "simulator/generator/law_scenario.hpp"
@@ -159,11 +158,9 @@ std::vector<RecordedSample> readRecording(const std::filesystem::path& path) {
     throw std::invalid_argument(path.string() + ": expected a header that begins with " + kHeader);
   std::vector<RecordedSample> samples;
   for (std::size_t number = 2; std::getline(file, line); ++number) {
-    std::istringstream row(line);
     RecordedSample one{};
-    char first = 0, second = 0;
-    if (!(row >> one.time >> first >> one.current >> second >> one.voltage) || first != ',' ||
-        second != ',')
+    if (std::sscanf(line.c_str(), "%lf,%lf,%lf", &one.time, &one.current, &one.voltage) != 3 ||
+        !std::isfinite(one.time + one.current + one.voltage))
       throw std::invalid_argument(path.string() + ":" + std::to_string(number) + ": \"" + line +
                                   "\", expected three numbers");
     samples.push_back(one);

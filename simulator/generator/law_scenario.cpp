@@ -1,8 +1,6 @@
 #include "simulator/generator/law_scenario.hpp"
 
 #include <Eigen/Dense>
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "simulator/generator/series.hpp"

@@ -13,16 +13,12 @@ namespace battery_sof_simulator {
 /// Kinds of drives: city, start_stop, bench, motorway, turns.
 const std::vector<std::string>& lawDrives();
 
-/**
- * @brief Gives a scenario a drive of a kind, with what a mechanism needs to be seen all through it.
- *
- * city: stop and go with recuperation. start_stop: a crank after every stop. bench: pulses and
- * rests of a test stand. motorway: long charges at the limit and loads between them. turns: charge
- * and discharge in quick turns. The same things happen in the last quarter as before it.
- *
- * @param scenario its duration is set.  @param mechanism a label's; "-" adds nothing to the kind.
- * @throws std::invalid_argument for an unknown kind.
- */
+/// Gives a scenario a drive of a kind, with what a mechanism needs to be seen all through it. city:
+/// stop and go with recuperation. start_stop: a crank after every stop. bench: pulses and rests of
+/// a test stand. motorway: long charges at the limit and loads between them. turns: charge and
+/// discharge in quick turns. The same things happen in the last quarter as before it.
+/// @param scenario its duration is set.  @param mechanism a label's; "-" adds nothing to the kind.
+/// @throws std::invalid_argument for an unknown kind.
 void drawLawDrive(Scenario& scenario, const std::string& kind, const std::string& mechanism,
                   Dice& dice);
 
@@ -31,10 +27,8 @@ struct SplitRms {
   double training = 0.0, holdout = 0.0;
 };
 
-/**
- * @brief RMS of a voltage error, plain about its training mean, and with the base circuit's
- * parameters moved to follow it (linear regression on BaseAnswer::columns in the training part).
- */
+/// RMS of a voltage error, plain about its training mean, and with the base circuit's parameters
+/// moved to follow it (linear regression on BaseAnswer::columns in the training part).
 struct ErrorSize {
   SplitRms plain, visible;
   /// most that a crank's minimum moves (below -100 A), parameters as they are
@@ -68,19 +62,22 @@ constexpr double kMaxCrankImperfection = 8e-3;
 /// Dice of a law's constants.
 constexpr std::uint32_t kLawStream = 23;
 
-/**
- * @brief A scenario of out_of_catalogue, control or control_with_recorder (docs/validation.md).
- *
- * The currents are those of a source with a voltage limit and the true battery, made linear between
- * samples. A law's strength is searched until its visible RMS in the training part is the
- * one drawn; draws that cannot be seen, or not in the hold-out, are not taken, nor are recorders
- * above kMaxImperfection or kMaxCrankImperfection.
- *
- * @param order duration 120 to 7200 s (drawn: 600 to 3600), rate 1 to 1000 Hz (drawn: 1, 10 or
- * 100), one scale.
- * @throws std::invalid_argument for an order that cannot be; NoSolution when twenty draws gave
- * none.
- */
+/// A scenario of out_of_catalogue, control or control_with_recorder (docs/validation.md). The
+/// currents are those of a source with a voltage limit and the true battery, made linear between
+/// samples. A law's strength is searched until its visible RMS in the training part is the one
+/// drawn; draws that cannot be seen, or not in the hold-out, are not taken, nor are recorders above
+/// kMaxImperfection or kMaxCrankImperfection.
+/// @param order duration 120 to 7200 s (drawn: 600 to 3600), rate 1 to 1000 Hz (drawn: 1, 10 or
+/// 100), one scale.
+/// @throws std::invalid_argument for an order that cannot be; NoSolution when twenty draws gave
+/// none.
 LawScenario drawLawScenario(const Order& order);
+
+/// The label of a law, or of a control:
+///     {"mechanism","drive","attempt","strength","scale","rms_v":{"training","holdout"},
+///      "visible_rms_v":{"training","holdout"},"crank_v","noise":{..},"base":{..},
+///      "voltage_limit_v","recorder":{..}}
+/// id and mechanism are null of controls, recorder of all but control_with_recorder.
+std::string labelOf(const LawScenario& one);
 
 }  // namespace battery_sof_simulator

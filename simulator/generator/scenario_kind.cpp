@@ -5,7 +5,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "simulator/faults.hpp"
+#include "simulator/fields.hpp"
 #include "simulator/generator/law.hpp"
 
 namespace battery_sof_simulator {

@@ -18,21 +18,19 @@ struct ScenarioKind {
 constexpr char kOutOfCatalogue[] = "out_of_catalogue", kControl[] = "control",
                kRecorderControl[] = "control_with_recorder";
 
-/**
- * @brief All kinds of scenarios that a diagnosis can be tried on (docs/validation.md).
- *
- * Of the catalogue's equations: base_control: the base circuit. structural_control: another
- * structure, no tier-P effect. porous_control: a porous-electrode model, in which acid transport
- * and u_0 over charge are always there. effect: one effect on the base circuit. instrument_fault:
- * one instrument fault on it. unlisted_law: one law on it that is in no catalogue.
- * structural_effect, porous_effect: a tier-P effect on these truths. masked: two additions on the
- * base circuit that act against one another, "first+second". absent: an effect that only the second
- * half of the drive can show.
- *
- * Of other equations: out_of_catalogue: a law of a form that no catalogue has. control,
- * control_with_recorder: nothing on such drives, the latter through a recorder as good as real ones
- * are.
- */
+/// All kinds of scenarios that a diagnosis can be tried on (docs/validation.md).
+///
+/// Of the catalogue's equations: base_control: the base circuit. structural_control: another
+/// structure, no tier-P effect. porous_control: a porous-electrode model, in which acid transport
+/// and u_0 over charge are always there. effect: one effect on the base circuit. instrument_fault:
+/// one instrument fault on it. unlisted_law: one law on it that is in no catalogue.
+/// structural_effect, porous_effect: a tier-P effect on these truths. masked: two additions on the
+/// base circuit that act against one another, "first+second". absent: an effect that only the
+/// second half of the drive can show.
+///
+/// Of other equations: out_of_catalogue: a law of a form that no catalogue has. control,
+/// control_with_recorder: nothing on such drives, the latter through a recorder as good as real
+/// ones are.
 const std::vector<ScenarioKind>& scenarioKinds();
 
 /// What to draw. Empty or missing: of catalogue kinds a default, of the others what the seed
@@ -73,8 +71,7 @@ ScenarioKind nestedKind(const ScenarioKind& kind, const std::vector<std::string>
 struct Expectation {
   std::vector<std::string> verdicts;  ///< any of them
   std::vector<std::string> effects;   ///< those that are true
-  /// those that cannot be reported from them
-  /// (docs/physics.md#effects-that-cannot-be-distinguished)
+  /// those that cannot be reported from them (docs/physics.md#effects-that-cannot-be-distinguished)
   std::vector<std::string> ties;
 };
 

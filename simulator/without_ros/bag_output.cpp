@@ -1,4 +1,4 @@
-#include "simulator/bag_output.hpp"
+#include "simulator/recording_output.hpp"
 
 #include <stdexcept>
 

@@ -5,7 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "simulator/generator/label.hpp"
+#include "simulator/generator/catalogue_draft.hpp"
+#include "support/drawn_scenarios.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -14,19 +15,22 @@ constexpr double kCut = 30.0;  // [s]
 const std::set<std::string> kWithCompanion{"gassing", "sulphate_history"};
 const std::set<std::string> kNotLinear{"quantisation", "clipping", "dropouts"};
 
-Order order(const ScenarioKind& what, std::uint64_t seed, double duration,
-            const std::vector<double>& scale = {1.0}) {
-  Order order;
-  order.what = what;
-  order.seed = seed;
-  order.duration = duration;
-  order.scale = scale;
-  return order;
+/// A scenario under given currents every millisecond in place of its drive and limit.
+Scenario underCurrents(Scenario s, const std::vector<double>& currents) {
+  ListedPhases listed;
+  for (std::size_t n = 1; n < currents.size(); ++n)
+    listed.phases.push_back(steady(FullBattery::kStep, currents[n]));
+  s.profile = listed;
+  s.inserts.clear();
+  s.later.reset();
+  s.voltage_limit = s.slew = 1e9;
+  s.duration = static_cast<double>(currents.size() - 1) * FullBattery::kStep;
+  return s;
 }
 
 /// A case on a drive that shows a little of everything within a minute.
 CatalogueDraft lively(const ScenarioKind& kind, double scale) {
-  CatalogueDraft draft = drawCatalogue(order(kind, 2, 120.0, {scale}));
+  CatalogueDraft draft = drawCatalogue(orderOf(kind, 2, 120.0, {scale}));
   Scenario& s = draft.scenario;
   s.profile = AlternatingOptions{};
   s.inserts = {{5.0, {{1.0, -250.0, -250.0}}},
@@ -58,7 +62,7 @@ std::vector<RecordedSample> cut(const Scenario& scenario) {
 
 TEST(CatalogueScale, AtZeroNothingIsLeftButWhatTheAdditionNeeds) {
   const AcquisitionOptions fine =
-      drawCatalogue(order({"base_control", "-"}, 2, 120.0)).scenario.acquisition;
+      drawCatalogue(orderOf({"base_control", "-"}, 2, 120.0)).scenario.acquisition;
   for (const ScenarioKind& kind : kindsOf({"effect", "instrument_fault", "unlisted_law"})) {
     const CatalogueDraft gone = lively(kind, 0.0);
     CatalogueDraft nested = gone;
@@ -83,7 +87,7 @@ std::vector<double> deviation(const ScenarioKind& kind, double scale,
   const auto recordingAt = [&](double at) {
     CatalogueDraft draft = lively(kind, at);
     draft.order.quiet = true;
-    return replay(recordedScenario(draft), currents).samples;
+    return simulate(underCurrents(recordedScenario(draft), currents)).samples;
   };
   const auto with = recordingAt(scale), without = recordingAt(0.0);
   std::vector<double> difference;
@@ -115,8 +119,8 @@ TEST(CatalogueScale, ASmallScaleActsInProportion) {
 TEST(CatalogueScale, TheSameIsDrawnAtEveryScale) {
   for (const ScenarioKind& kind : scenarioKinds()) {
     if (!isOfCatalogue(kind) || kind.id == "-") continue;
-    const CatalogueDraft once = drawCatalogue(order(kind, 9, 300.0));
-    const CatalogueDraft half = drawCatalogue(order(kind, 9, 300.0, {0.5}));
+    const CatalogueDraft once = drawCatalogue(orderOf(kind, 9, 300.0));
+    const CatalogueDraft half = drawCatalogue(orderOf(kind, 9, 300.0, {0.5}));
     const auto a = nlohmann::json::parse(labelOf(once, {}));
     const auto b = nlohmann::json::parse(labelOf(half, {}));
     for (const char* key : {"profile", "inserts", "voltage_limit_v"})
@@ -142,14 +146,16 @@ TEST(CatalogueScale, TheTimeConstantOfASecondElectrodeStays) {
 }
 
 TEST(CatalogueScale, RefusesANegativeOneAndTooMany) {
-  EXPECT_THROW(drawCatalogue(order({"effect", "gassing"}, 1, 60.0, {-0.1})), std::invalid_argument);
-  EXPECT_THROW(drawCatalogue(order({"effect", "gassing"}, 1, 60.0, {1.0, 1.0})),
+  EXPECT_THROW(drawCatalogue(orderOf({"effect", "gassing"}, 1, 60.0, {-0.1})),
                std::invalid_argument);
-  EXPECT_THROW(drawCatalogue(order({"base_control", "-"}, 1, 60.0, {2.0})), std::invalid_argument);
+  EXPECT_THROW(drawCatalogue(orderOf({"effect", "gassing"}, 1, 60.0, {1.0, 1.0})),
+               std::invalid_argument);
+  EXPECT_THROW(drawCatalogue(orderOf({"base_control", "-"}, 1, 60.0, {2.0})),
+               std::invalid_argument);
 }
 
 TEST(Quiet, HasNoNoiseAndNoStepsButKeepsTheSensorsFaults) {
-  CatalogueDraft draft = drawCatalogue(order({"instrument_fault", "current_offset"}, 4, 60.0));
+  CatalogueDraft draft = drawCatalogue(orderOf({"instrument_fault", "current_offset"}, 4, 60.0));
   draft.scenario.profile = ListedPhases{};
   draft.scenario.inserts.clear();
   const auto spread = [](const std::vector<RecordedSample>& samples) {
@@ -170,14 +176,14 @@ TEST(Quiet, HasNoNoiseAndNoStepsButKeepsTheSensorsFaults) {
 
 TEST(Masked, HasBothAdditionsEachAtItsOwnScale) {
   for (const ScenarioKind& kind : kindsOf({"masked"})) {
-    const CatalogueDraft draft = drawCatalogue(order(kind, 5, 600.0, {1.0, 0.5}));
+    const CatalogueDraft draft = drawCatalogue(orderOf(kind, 5, 600.0, {1.0, 0.5}));
     const auto label = nlohmann::json::parse(labelOf(draft, Simulation{}));
     EXPECT_EQ(label["expected"]["effects"], nlohmann::json(additionsOf(kind)));
     EXPECT_EQ(label["expected"]["verdicts"], nlohmann::json({"named", "several", "ambiguous"}));
     EXPECT_EQ(label["strength"]["scale"], nlohmann::json({1.0, 0.5}));
-    const CatalogueDraft alone = drawCatalogue(order(kind, 5, 600.0, {1.0, 0.0}));
+    const CatalogueDraft alone = drawCatalogue(orderOf(kind, 5, 600.0, {1.0, 0.0}));
     EXPECT_EQ(alone.effects, std::vector<std::string>{additionsOf(kind).front()});
-    const CatalogueDraft second = drawCatalogue(order(kind, 5, 600.0, {0.0, 1.0}));
+    const CatalogueDraft second = drawCatalogue(orderOf(kind, 5, 600.0, {0.0, 1.0}));
     EXPECT_EQ(second.effects, std::vector<std::string>{additionsOf(kind).back()});
   }
 }
@@ -185,7 +191,7 @@ TEST(Masked, HasBothAdditionsEachAtItsOwnScale) {
 TEST(Masked, TheSecondAdditionActsAgainstTheFirst) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const auto drawn = [&](const std::string& id) {
-      return drawCatalogue(order({"masked", id}, seed, 600.0)).scenario;
+      return drawCatalogue(orderOf({"masked", id}, seed, 600.0)).scenario;
     };
     EXPECT_GT(drawn("charge_acceptance+current_gain").acquisition.current_gain_charge, 1.0);
     EXPECT_GT(drawn("charge_acceptance+gassing").battery.lead_ion_limit_a, 20.0);
@@ -222,12 +228,12 @@ struct Halves {
 Halves halvesOf(const std::string& id, std::uint64_t seed, double duration) {
   SimulationOptions options;
   options.keep_truth = true;
-  const CatalogueDraft draft = drawCatalogue(order({"absent", id}, seed, duration));
+  const CatalogueDraft draft = drawCatalogue(orderOf({"absent", id}, seed, duration));
   EXPECT_EQ(draft.regime_from, 0.5 * duration);
-  const CatalogueDraft gone = drawCatalogue(order({"absent", id}, seed, duration, {0.0}));
+  const CatalogueDraft gone = drawCatalogue(orderOf({"absent", id}, seed, duration, {0.0}));
   Halves halves;
   halves.with = simulate(draft.scenario, options).truth;
-  halves.without = replay(gone.scenario, halves.with.current, options).truth;
+  halves.without = simulate(underCurrents(gone.scenario, halves.with.current), options).truth;
   halves.middle = static_cast<std::size_t>(*draft.regime_from / FullBattery::kStep);
   return halves;
 }

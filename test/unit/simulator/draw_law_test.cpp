@@ -1,62 +1,32 @@
-#include "simulator/generator/draw_scenario_command.hpp"
-
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "simulator/generator/law_injection.hpp"
+#include "support/drawn_scenarios.hpp"
 
 namespace battery_sof_simulator {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::string contentOf(const fs::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-class DrawLaw : public ::testing::Test {
+class DrawLaw : public DrawInFolder {
  protected:
-  DrawLaw() : folder_(fs::temp_directory_path() / ("draw_law_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~DrawLaw() override { fs::remove_all(folder_); }
-
-  int run(const std::vector<std::string>& arguments) {
-    out_.str("");
-    err_.str("");
-    return runDrawScenario(arguments, out_, err_);
-  }
   int draw(std::vector<std::string> more) {
-    for (const std::string& one :
-         {std::string("--duration"), std::string("240"), std::string("--rate"), std::string("10"),
-          std::string("--out"), recording().string(), std::string("--label"), label().string()})
-      more.push_back(one);
-    return run(more);
+    more.insert(more.end(), {"--duration", "240", "--rate", "10"});
+    return DrawInFolder::draw(more);
   }
-  fs::path recording() const { return folder_ / "case.csv"; }
-  fs::path label() const { return folder_ / "case.json"; }
-
-  fs::path folder_;
-  std::ostringstream out_, err_;
 };
 
 TEST_F(DrawLaw, ListsKindsMechanismsAndLaws) {
   EXPECT_EQ(run({"--list"}), 0);
-  EXPECT_NE(out_.str().find("control - -\ncontrol_with_recorder - -\n"), std::string::npos);
-  EXPECT_NE(out_.str().find("out_of_catalogue acid pore_diffusion\n"), std::string::npos);
-  EXPECT_NE(out_.str().find("out_of_catalogue instrument dead_band\n"), std::string::npos);
+  EXPECT_NE(out_.find("control - -\ncontrol_with_recorder - -\n"), std::string::npos);
+  EXPECT_NE(out_.find("out_of_catalogue acid pore_diffusion\n"), std::string::npos);
+  EXPECT_NE(out_.find("out_of_catalogue instrument dead_band\n"), std::string::npos);
 }
 
 TEST_F(DrawLaw, TheSameOptionsGiveTheSameBytes) {
   const std::vector<std::string> options{"--kind",    "out_of_catalogue", "--mechanism",
                                          "structure", "--seed",           "9"};
-  ASSERT_EQ(draw(options), 0) << err_.str();
+  ASSERT_EQ(draw(options), 0) << err_;
   const std::string recording_once = contentOf(recording()), label_once = contentOf(label());
   ASSERT_EQ(draw(options), 0);
   EXPECT_EQ(contentOf(recording()), recording_once);
@@ -64,7 +34,7 @@ TEST_F(DrawLaw, TheSameOptionsGiveTheSameBytes) {
 }
 
 TEST_F(DrawLaw, TheRecordingHasNothingOfTheLabel) {
-  ASSERT_EQ(draw({"--kind", "control_with_recorder", "--seed", "2"}), 0) << err_.str();
+  ASSERT_EQ(draw({"--kind", "control_with_recorder", "--seed", "2"}), 0) << err_;
   const std::string rows = contentOf(recording());
   EXPECT_EQ(rows.find("time_s,current_a,voltage_v\n0,"), 0u);
   EXPECT_EQ(rows.find_first_not_of("0123456789.,-+e\n", rows.find('\n')), std::string::npos);
@@ -74,7 +44,7 @@ TEST_F(DrawLaw, TheLabelSaysWhatIsTrue) {
   ASSERT_EQ(draw({"--kind", "out_of_catalogue", "--mechanism", "acid", "--id", "separator_delay",
                   "--seed", "4"}),
             0)
-      << err_.str();
+      << err_;
   const auto json = nlohmann::json::parse(contentOf(label()));
   EXPECT_EQ(json["kind"], "out_of_catalogue");
   EXPECT_EQ(json["mechanism"], "acid");
@@ -83,7 +53,7 @@ TEST_F(DrawLaw, TheLabelSaysWhatIsTrue) {
   EXPECT_GT(json["visible_rms_v"]["training"].get<double>(), 4e-3);
   EXPECT_GT(json["rms_v"]["holdout"].get<double>(), 0.0);
   EXPECT_GT(json["noise"]["voltage_white_v"].get<double>(), 0.0);
-  ASSERT_EQ(draw({"--kind", "control", "--seed", "4"}), 0) << err_.str();
+  ASSERT_EQ(draw({"--kind", "control", "--seed", "4"}), 0) << err_;
   const auto control = nlohmann::json::parse(contentOf(label()));
   EXPECT_TRUE(control["mechanism"].is_null());
   EXPECT_EQ(control["strength"], 0.0);
@@ -98,14 +68,14 @@ class IntoARecording : public DrawLaw {
     for (int n = 0; n < 600; ++n)
       file << n << "," << (n / 20 % 3 - 1) * 30 << "," << 12.7 + (n / 20 % 3 - 1) * 0.2 << "\n";
   }
-  fs::path measured() const { return folder_ / "measured.csv"; }
+  std::string measured() const { return path("measured.csv"); }
   int put(const std::string& mechanism, const std::string& id, const std::string& strength) {
-    return run({"--into", measured().string(), "--mechanism", mechanism, "--id", id, "--seed", "3",
-                "--strength", strength, "--out", recording().string()});
+    return run({"--into", measured(), "--mechanism", mechanism, "--id", id, "--seed", "3",
+                "--strength", strength, "--out", recording()});
   }
   std::vector<RecordedSample> after(const std::string& mechanism, const std::string& id,
                                     const std::string& strength) {
-    EXPECT_EQ(put(mechanism, id, strength), 0) << err_.str();
+    EXPECT_EQ(put(mechanism, id, strength), 0) << err_;
     return readRecording(recording());
   }
 };
@@ -151,25 +121,22 @@ TEST_F(IntoARecording, AnInstrumentShowsAnotherCurrent) {
 
 TEST_F(IntoARecording, WhatIsWrongIsNamed) {
   EXPECT_EQ(put("structure", "no_such_law", "1"), 2);
-  EXPECT_NE(err_.str().find("no law is \"structure no_such_law\""), std::string::npos);
+  EXPECT_NE(err_.find("no law is \"structure no_such_law\""), std::string::npos);
   std::ofstream(measured()) << "time_s,current_a,voltage_v\n0,1,12\n1,x,12\n";
   EXPECT_EQ(put("structure", "conducting_film", "1"), 2);
-  EXPECT_NE(err_.str().find("measured.csv:3: \"1,x,12\""), std::string::npos) << err_.str();
+  EXPECT_NE(err_.find("measured.csv:3: \"1,x,12\""), std::string::npos) << err_;
   std::ofstream(measured()) << "t,i,u\n0,1,12\n";
   EXPECT_EQ(put("structure", "conducting_film", "1"), 2);
-  EXPECT_NE(err_.str().find("expected a header"), std::string::npos);
+  EXPECT_NE(err_.find("expected a header"), std::string::npos);
 }
 
 TEST_F(DrawLaw, WrongUsageIsSaidInASentence) {
-  EXPECT_EQ(run({"--kind", "friend", "--out", recording().string(), "--label", label().string()}),
-            2);
-  EXPECT_NE(err_.str().find("--list"), std::string::npos);
+  EXPECT_EQ(run({"--kind", "friend", "--out", recording(), "--label", label()}), 2);
+  EXPECT_NE(err_.find("--list"), std::string::npos);
   EXPECT_EQ(run({"--seed", "1"}), 2);
-  EXPECT_EQ(run({"--out", "case.txt", "--label", label().string()}), 2);
-  EXPECT_EQ(run({"--kind", "control", "--rate", "7", "--out", recording().string(), "--label",
-                 label().string()}),
-            2);
-  EXPECT_FALSE(fs::exists(recording()));
+  EXPECT_EQ(run({"--out", "case.txt", "--label", label()}), 2);
+  EXPECT_EQ(run({"--kind", "control", "--rate", "7", "--out", recording(), "--label", label()}), 2);
+  EXPECT_FALSE(std::filesystem::exists(recording()));
 }
 
 }  // namespace

@@ -1,64 +1,29 @@
-#include "simulator/generator/draw_scenario_command.hpp"
-
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "simulator/generator/catalogue_draft.hpp"
+#include "support/drawn_scenarios.hpp"
 
 namespace battery_sof_simulator {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string contentOf(const fs::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-Order order(const ScenarioKind& what, std::uint64_t seed, double duration,
-            const std::vector<double>& scale = {1.0}) {
-  Order order;
-  order.what = what;
-  order.seed = seed;
-  order.duration = duration;
-  order.scale = scale;
-  return order;
-}
-
-class DrawScenario : public ::testing::Test {
+class DrawScenario : public DrawInFolder {
  protected:
-  DrawScenario()
-      : folder_(fs::temp_directory_path() / ("draw_scenario_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~DrawScenario() override { fs::remove_all(folder_); }
-
-  int run(const std::vector<std::string>& arguments) {
-    out_.str("");
-    err_.str("");
-    return runDrawScenario(arguments, out_, err_);
-  }
   int draw(const std::string& kind, const std::string& id, std::uint64_t seed) {
-    return run({"--kind", kind, "--id", id, "--seed", std::to_string(seed), "--duration", "60",
-                "--out", recording().string(), "--label", label().string()});
+    return DrawInFolder::draw(
+        {"--kind", kind, "--id", id, "--seed", std::to_string(seed), "--duration", "60"});
   }
-  fs::path recording() const { return folder_ / "case.csv"; }
-  fs::path label() const { return folder_ / "case.json"; }
-
-  fs::path folder_;
-  std::ostringstream out_, err_;
 };
 
 TEST_F(DrawScenario, ListsEveryKindWithItsIds) {
   EXPECT_EQ(run({"--list"}), 0);
-  std::istringstream lines(out_.str());
+  std::istringstream lines(out_);
   std::multiset<std::string> kinds;
   for (std::string kind, mechanism, id; lines >> kind >> mechanism >> id;) kinds.insert(kind);
   EXPECT_EQ(kinds.count("base_control"), 1u);
@@ -76,7 +41,7 @@ TEST_F(DrawScenario, ListsEveryKindWithItsIds) {
 TEST_F(DrawScenario, EveryKindListedCanBeDrawnAndSaysWhatIsTrue) {
   for (const ScenarioKind& kind : scenarioKinds()) {
     if (!isOfCatalogue(kind)) continue;
-    ASSERT_EQ(draw(kind.kind, kind.id, 3), 0) << kind.kind << " " << kind.id << err_.str();
+    ASSERT_EQ(draw(kind.kind, kind.id, 3), 0) << kind.kind << " " << kind.id << err_;
     const auto json = nlohmann::json::parse(contentOf(label()));
     EXPECT_EQ(json["kind"], kind.kind);
     EXPECT_EQ(json["id"], kind.id);
@@ -102,7 +67,7 @@ TEST_F(DrawScenario, TheSameSeedGivesTheSameBytesAndAnotherSeedOthers) {
 
 TEST_F(DrawScenario, SeedsMayHaveAll64Bits) {
   const std::uint64_t large = std::uint64_t{1} << 63;
-  ASSERT_EQ(draw("masked", "charge_acceptance+gassing", large), 0) << err_.str();
+  ASSERT_EQ(draw("masked", "charge_acceptance+gassing", large), 0) << err_;
   EXPECT_EQ(nlohmann::json::parse(contentOf(label()))["seed"].get<std::uint64_t>(), large);
   const std::string once = contentOf(recording());
   ASSERT_EQ(draw("masked", "charge_acceptance+gassing", large + 1), 0);
@@ -112,11 +77,11 @@ TEST_F(DrawScenario, SeedsMayHaveAll64Bits) {
 }
 
 TEST_F(DrawScenario, AQuietRecordingIsWrittenWithManyDigits) {
-  ASSERT_EQ(run({"--kind", "masked", "--id", "current_dependent_resistance+time_skew", "--quiet",
-                 "--scale", "0.5,2", "--duration", "60", "--out", recording().string(), "--label",
-                 label().string()}),
-            0)
-      << err_.str();
+  ASSERT_EQ(
+      DrawInFolder::draw({"--kind", "masked", "--id", "current_dependent_resistance+time_skew",
+                          "--quiet", "--scale", "0.5,2", "--duration", "60"}),
+      0)
+      << err_;
   std::istringstream rows(contentOf(recording()));
   std::string row;
   std::size_t most = 0;
@@ -133,25 +98,20 @@ TEST_F(DrawScenario, AbsentTakesFortyMinutesUnlessAskedOtherwise) {
 }
 
 TEST_F(DrawScenario, RefusesWrongUsageInWordsAndWritesNothing) {
-  const std::vector<std::string> files{"--out", recording().string(), "--label", label().string()};
-  const auto with = [&](std::vector<std::string> arguments) {
-    arguments.insert(arguments.end(), files.begin(), files.end());
-    return arguments;
-  };
   EXPECT_EQ(run({"--kind", "base_control"}), 2);
-  EXPECT_NE(err_.str().find("--out and --label are required"), std::string::npos) << err_.str();
-  EXPECT_EQ(run(with({"--kind", "effect", "--id", "rust"})), 2);
-  EXPECT_NE(err_.str().find("\"effect rust\""), std::string::npos) << err_.str();
-  EXPECT_EQ(run(with({"--kind", "base_control", "--duration", "1"})), 2);
-  EXPECT_EQ(run(with({"--kind", "base_control", "--rate", "300"})), 2);
-  EXPECT_EQ(run(with({"--kind", "base_control", "--scale", "2"})), 2);
-  EXPECT_EQ(run(with({"--kind", "effect", "--id", "gassing", "--scale", "-1"})), 2);
-  EXPECT_NE(err_.str().find("expected 0 or more"), std::string::npos) << err_.str();
+  EXPECT_NE(err_.find("--out and --label are required"), std::string::npos) << err_;
+  EXPECT_EQ(DrawInFolder::draw({"--kind", "effect", "--id", "rust"}), 2);
+  EXPECT_NE(err_.find("\"effect rust\""), std::string::npos) << err_;
+  EXPECT_EQ(DrawInFolder::draw({"--kind", "base_control", "--duration", "1"}), 2);
+  EXPECT_EQ(DrawInFolder::draw({"--kind", "base_control", "--rate", "300"}), 2);
+  EXPECT_EQ(DrawInFolder::draw({"--kind", "base_control", "--scale", "2"}), 2);
+  EXPECT_EQ(DrawInFolder::draw({"--kind", "effect", "--id", "gassing", "--scale", "-1"}), 2);
+  EXPECT_NE(err_.find("expected 0 or more"), std::string::npos) << err_;
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
 TEST(CatalogueDraft, ABaseControlIsTheBaseCircuitAndNothingElse) {
-  const CatalogueDraft draft = drawCatalogue(order({"base_control", "-"}, 11, 600.0));
+  const CatalogueDraft draft = drawCatalogue(orderOf({"base_control", "-"}, 11, 600.0));
   const BatteryEffects& e = draft.scenario.effects;
   EXPECT_FALSE(e.inductance || e.cpe1 || e.cpe2_fractional || e.r1_smooth || e.ocv_slope);
   EXPECT_FALSE(e.r1_current_dependence || e.charge_acceptance || e.self_heating);
@@ -163,7 +123,7 @@ TEST(CatalogueDraft, ABaseControlIsTheBaseCircuitAndNothingElse) {
 
 TEST(CatalogueDraft, ParametersLieWithinTheirRanges) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    const CatalogueDraft draft = drawCatalogue(order({"base_control", "-"}, seed, 600.0));
+    const CatalogueDraft draft = drawCatalogue(orderOf({"base_control", "-"}, seed, 600.0));
     const BatteryParameters& b = draft.scenario.battery;
     ASSERT_TRUE(faultsOf(draft.scenario).empty()) << faultsOf(draft.scenario).front();
     const double u0 = openCircuitVoltage(b, draft.scenario.start.soc).value;
@@ -177,7 +137,7 @@ TEST(CatalogueDraft, ParametersLieWithinTheirRanges) {
 TEST(CatalogueDraft, AStructuralControlHasNoTierPEffect) {
   std::set<std::string> structures;
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
-    const CatalogueDraft draft = drawCatalogue(order({"structural_control", "-"}, seed, 600.0));
+    const CatalogueDraft draft = drawCatalogue(orderOf({"structural_control", "-"}, seed, 600.0));
     structures.insert(draft.structure);
     const BatteryEffects& e = draft.scenario.effects;
     EXPECT_FALSE(e.ocv_slope || e.charge_acceptance || e.self_heating) << draft.structure;
@@ -190,7 +150,7 @@ TEST(CatalogueDraft, AStructuralControlHasNoTierPEffect) {
 TEST(CatalogueDraft, EveryAdditionIsWithinItsBoundsAndChangesTheRecording) {
   for (const ScenarioKind& kind : scenarioKinds()) {
     if (!isOfCatalogue(kind) || kind.id == "-" || kind.kind == "porous_effect") continue;
-    CatalogueDraft with = drawCatalogue(order({kind.kind, kind.id}, 2, 120.0));
+    CatalogueDraft with = drawCatalogue(orderOf({kind.kind, kind.id}, 2, 120.0));
     with.scenario.profile = AlternatingOptions{};
     with.scenario.inserts = {{10.0, {{1.0, -250.0, -250.0}}}, {20.0, {{40.0, 60.0, 60.0, 14.4}}}};
     CatalogueDraft without = with;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "simulator/energy_ledger.hpp"
+#include "support/refusal.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -184,14 +184,11 @@ TEST(FullBattery, RefusesWrongParametersNamingAllOfThem) {
   BatteryParameters parameters;
   parameters.alpha = 1.5;
   parameters.r_ohmic_ohm = NAN;
-  try {
+  const std::string text = battery_sof::test::refusalOf([&] {
     FullBattery(parameters, {}, {1.7, 25.0});
-    FAIL();
-  } catch (const std::invalid_argument& error) {
-    const std::string text = error.what();
-    for (const char* name : {"alpha", "r_ohmic_ohm", "soc"})
-      EXPECT_NE(text.find(name), text.npos) << text;
-  }
+  });
+  for (const char* name : {"alpha", "r_ohmic_ohm", "soc"})
+    EXPECT_NE(text.find(name), text.npos) << text;
 }
 
 TEST(FullBattery, RefusesAnR1WhoseVoltageFallsWhileItsCurrentRises) {

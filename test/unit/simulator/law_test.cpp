@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "simulator/generator/series.hpp"
+#include "support/drawn_scenarios.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -32,6 +33,13 @@ Circumstances usual() {
 Law drawn(const LawForm& form) {
   Dice dice(3, 1);
   return form.draw(dice, usual());
+}
+
+std::vector<LawForm> lawsOf(const std::string& mechanism) {
+  std::vector<LawForm> forms;
+  for (const LawForm& form : lawForms())
+    if (form.mechanism == mechanism) forms.push_back(form);
+  return forms;
 }
 
 /// All laws that are physics.
@@ -61,11 +69,8 @@ std::vector<double> heldVoltages(const Law& law, const std::vector<double>& curr
 }
 
 Order orderOf(const ScenarioKind& kind, std::uint64_t seed) {
-  Order order;
-  order.what = kind;
-  order.seed = seed;
+  Order order = orderOf(kind, seed, 240.0);
   order.rate = 10.0;
-  order.duration = 240.0;
   return order;
 }
 
@@ -112,7 +117,7 @@ TEST(Laws, WithStrengthEachMovesTheVoltage) {
 }
 
 TEST(Laws, AcceptanceCostsVoltageWhileChargingAndLessAfterADischarge) {
-  for (const auto& form : acceptanceLaws()) {
+  for (const auto& form : lawsOf("acceptance")) {
     const Law law = drawn(form);
     const auto tired = heldVoltages(law, {20.0, 20.0, 20.0, 20.0}, 15.0);
     const auto refreshed = heldVoltages(law, {20.0, 20.0, -60.0, 20.0}, 15.0);
@@ -122,7 +127,7 @@ TEST(Laws, AcceptanceCostsVoltageWhileChargingAndLessAfterADischarge) {
 }
 
 TEST(Laws, SideReactionsNeedAHighVoltage) {
-  for (const auto& form : sideReactionLaws()) {
+  for (const auto& form : lawsOf("side_reactions")) {
     const Law law = drawn(form);
     Law::State low = law.rested, high = law.rested;
     LawInstant below, above;
@@ -152,7 +157,7 @@ TEST(Laws, ASideCurrentPassesTheDoubleLayerByAndNotTheResistance) {
 }
 
 TEST(Laws, OpenCircuitLawsFollowTheChargeAndNotTheTime) {
-  for (const auto& form : openCircuitLaws()) {
+  for (const auto& form : lawsOf("open_circuit")) {
     const Law law = drawn(form);
     const auto fast = heldVoltages(law, {40.0, -60.0, 30.0, -10.0, 50.0}, 10.0);
     const auto slow = heldVoltages(law, {20.0, -30.0, 15.0, -5.0, 25.0}, 20.0);
@@ -174,7 +179,7 @@ TEST(Laws, AnomalousDiffusionAnswersAStepWithAPowerOfTime) {
   Circumstances drive = usual();
   drive.duration = 3600.0;
   Dice dice(3, 1);
-  const Law law = acidLaws()[1].draw(dice, drive);
+  const Law law = lawNamed("acid", "anomalous_diffusion").draw(dice, drive);
   const auto answer = heldVoltages(law, std::vector<double>(128, -20.0), 2.0);
   const double early = std::log(answer[7] / answer[3]) / std::log(2.0);   // 8 to 16 s
   const double late = std::log(answer[63] / answer[31]) / std::log(2.0);  // 64 to 128 s
@@ -194,7 +199,7 @@ TEST(Laws, TheSeparatorIsSilentFirst) {
 }
 
 TEST(Laws, AgeingBeginsAtNothing) {
-  for (const auto& form : ageingLaws()) {
+  for (const auto& form : lawsOf("ageing")) {
     LawInstant now;
     now.current = 30.0;
     now.u2 = 0.1;
@@ -205,7 +210,7 @@ TEST(Laws, AgeingBeginsAtNothing) {
 
 TEST(InstrumentLaws, AtNoStrengthShowTheTruth) {
   const Course truth = drivenCourse(plainScenario(), nullptr, 0.0);
-  for (const auto& form : instrumentLaws()) {
+  for (const auto& form : lawsOf("instrument")) {
     Dice dice(2, 1);
     const Law instrument = form.draw(dice, usual());
     const Course same = instrument.shown(truth, 0.0), other = instrument.shown(truth, 1.0);

@@ -154,31 +154,6 @@ TEST(Simulation, HalvingTheStepChangesTheVoltageByLessThanHalfAMillivolt) {
   }
 }
 
-TEST(Simulation, ReplayOfADrivesCurrentGivesItsVoltage) {
-  SimulationOptions options;
-  options.keep_truth = true;
-  options.cut_after = 120.0;
-  const Scenario scenario = shipped("data_set_3");
-  const Simulation drive = simulate(scenario, options);
-  const Simulation again = replay(scenario, drive.truth.current, options);
-  EXPECT_EQ(largestDifference(drive.truth.voltage, again.truth.voltage), 0.0);
-  ASSERT_EQ(drive.samples.size(), again.samples.size());
-  for (std::size_t n = 0; n + 10 < drive.samples.size(); ++n)
-    ASSERT_EQ(drive.samples[n].voltage, again.samples[n].voltage) << n;
-}
-
-TEST(Simulation, ReplayChangesOneEffectAndNotTheCurrent) {
-  SimulationOptions options;
-  options.keep_truth = true;
-  options.cut_after = 120.0;
-  Scenario scenario = shipped("data_set_3");
-  const Simulation drive = simulate(scenario, options);
-  scenario.effects.cpe2_fractional = false;
-  const Simulation other = replay(scenario, drive.truth.current, options);
-  EXPECT_EQ(largestDifference(drive.truth.current, other.truth.current), 0.0);
-  EXPECT_GT(largestDifference(drive.truth.voltage, other.truth.voltage), 0.005);
-}
-
 TEST(Simulation, ListedPhasesHoldAVoltageAndThenRest) {
   Scenario scenario = parseScenario(
       "{duration_s: 400, soc: 0.8, effects: {gassing: tafel, charge_acceptance: true}, profile: "

@@ -1,4 +1,4 @@
-#include "simulator/whole_file.hpp"
+#include "simulator/recording_output.hpp"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -10,7 +10,6 @@
 #include <fstream>
 #include <thread>
 
-#include "simulator/recording_output.hpp"
 #include "support/commands.hpp"
 #include "support/synthetic_recording.hpp"
 

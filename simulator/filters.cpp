@@ -1,6 +1,5 @@
-#include "simulator/bessel_filter.hpp"
+#include "simulator/filters.hpp"
 
-#include <cmath>
 #include <complex>
 #include <stdexcept>
 #include <string>

@@ -1,4 +1,4 @@
-#include "simulator/shown_text.hpp"
+#include "simulator/program_frame.hpp"
 
 #include <gtest/gtest.h>
 
