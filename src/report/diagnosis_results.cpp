@@ -166,6 +166,10 @@ Json discrepancyJson(const std::optional<DiscrepancyFinding>& discrepancy) {
           {"description", discrepancy->description}};
 }
 
+Json mechanismJson(const MechanismProbability& one) {
+  return {{"id", mechanismId(one.mechanism)}, {"probability", number(one.probability)}};
+}
+
 Json relevanceJson(const UnexplainedPart& left) {
   return {{"crank_v", number(left.crank)},
           {"charge_share", number(left.charge_share)},
@@ -197,10 +201,10 @@ std::string timesText(const FitWindow& window) {
 
 std::string verdictText(const Diagnosis& d) {
   std::string text = wrapped("verdict      ", toString(d.verdict) + ": " + d.summary);
-  if (d.mechanism)
-    text += wrapped("mechanism    ",
-                    mechanismId(*d.mechanism) + " (" + mechanismSentence(*d.mechanism) + ")" +
-                        (d.probability > 0.0 ? format(", probability %.2f", d.probability) : ""));
+  for (const MechanismProbability& one : d.mechanisms)
+    text += wrapped(&one == &d.mechanisms.front() ? "mechanism    " : kIndent,
+                    mechanismId(one.mechanism) + " (" + mechanismSentence(one.mechanism) +
+                        format("), probability %.2f", one.probability));
   if (!d.base.provenance.recording.empty())
     text += "recording    " + d.base.provenance.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
@@ -383,20 +387,6 @@ Json operatingModeJson(const ControlModeOverview& source) {
 
 }  // namespace
 
-namespace {
-
-/// Those whose probabilities add up to 0.9, likeliest first: at present the one of the verdict.
-Json mechanismsJson(const Diagnosis& d) {
-  Json mechanisms = Json::array();
-  if (d.mechanism)
-    mechanisms.push_back(
-        {{"id", mechanismId(*d.mechanism)},
-         {"probability", d.probability > 0.0 ? number(d.probability) : Json(nullptr)}});
-  return mechanisms;
-}
-
-}  // namespace
-
 nlohmann::json diagnosisJson(const Diagnosis& d) {
   return {
       {"schema", "battery_sof/diagnosis/2"},
@@ -415,9 +405,9 @@ nlohmann::json diagnosisJson(const Diagnosis& d) {
       {"next_experiment", d.next_experiment},
       {"regimes", listOf(d.regimes, regimeJson)},
       {"parameter_bias", listOf(d.parameter_bias, parameterBiasJson)},
-      {"mechanism", d.mechanism ? Json(mechanismId(*d.mechanism)) : Json(nullptr)},
-      {"mechanisms", mechanismsJson(d)},
-      {"probability", d.mechanism && d.probability > 0.0 ? number(d.probability) : Json(nullptr)},
+      {"mechanism", d.mechanism() ? Json(mechanismId(*d.mechanism())) : Json(nullptr)},
+      {"mechanisms", listOf(d.mechanisms, mechanismJson)},
+      {"probability", d.mechanism() ? number(d.probability()) : Json(nullptr)},
       {"relevance", relevanceJson(d.unexplained)},
       {"withheld_rmse_v", number(d.withheld_rmse)},
       {"discrepancy", discrepancyJson(d.discrepancy)},

@@ -94,8 +94,8 @@ DiagnosisMessage messageOf(const DiagnosisReport& report, const Adoption& adopti
   message.duration_ms = report.duration_ms;
   message.verdict = toString(diagnosis.verdict);
   message.summary = diagnosis.summary;
-  message.mechanism = diagnosis.mechanism ? mechanismId(*diagnosis.mechanism) : "";
-  message.probability = diagnosis.probability;
+  message.mechanism = diagnosis.mechanism() ? mechanismId(*diagnosis.mechanism()) : "";
+  message.probability = diagnosis.probability();
   message.unexplained_rmse = diagnosis.unexplained.rmse;
   for (const NamedEffect& effect : diagnosis.effects) message.effects.push_back(effectOf(effect));
   for (const Candidate& candidate : diagnosis.candidates)
