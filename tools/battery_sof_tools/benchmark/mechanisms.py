@@ -1,6 +1,6 @@
 """Trains the table that `sof diagnose` weighs mechanisms by (src/diagnosis/mechanism_weights.inc; docs/validation.md).
 
-    train-mechanisms --build B --out DIR [--laws 14] [--effects 6] [--seed 35] [--jobs 2] [--only-draw] [--table FILE]
+    train-mechanisms --build B --out DIR [--laws 11] [--effects 5] [--seed 35] [--jobs 2] [--only-draw] [--table FILE]
 
 Draws recordings of every out-of-catalogue law and of the catalogue's effects, their drives independent of what is added, takes what
 `mechanism_evidence` says of each, and fits a softmax of seven numbers a mechanism. Every law is judged by a table that never saw it.
@@ -212,8 +212,8 @@ def arguments(given):
     parser.add_argument("--build", default="build", help="folder of the build")
     parser.add_argument("--draw", help="another draw_scenario than the build's")
     parser.add_argument("--out", required=True, help="folder of cases")
-    parser.add_argument("--laws", type=int, default=14, help="cases of every out-of-catalogue law")
-    parser.add_argument("--effects", type=int, default=6, help="cases of every effect of the catalogue")
+    parser.add_argument("--laws", type=int, default=11, help="cases of every out-of-catalogue law")
+    parser.add_argument("--effects", type=int, default=5, help="cases of every effect of the catalogue")
     parser.add_argument("--seed", type=int, default=35)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only-draw", action="store_true")
