@@ -134,6 +134,8 @@ void readEventHistory(const Reader& root, EventHistory& event_history) {
        rowsOf(node, "charges",
               {kTimes, {kMinStep, kTimes.most}, kVoltages, kVoltages, kCurrents, kCurrents}))
     event_history.add(PastCharge{x[0], x[1], x[2], x[3], x[4], x[5]});
+  for (const auto& x : rowsOf(node, "stops", {kTimes, kCurrents, kVoltages, kVoltages}))
+    event_history.add(PastStop{x[0], x[1], x[2], x[3]});
 }
 
 RidgeFit ridgeOf(const Reader& node) {

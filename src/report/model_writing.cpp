@@ -145,6 +145,8 @@ YAML::Node eventHistoryNode(const EventHistory& event_history) {
   for (const PastCharge& c : event_history.charges)
     node["charges"].push_back(
         flow({c.time, c.duration, c.voltage, c.first_voltage, c.measured, c.modelled}));
+  for (const PastStop& s : event_history.stops)
+    node["stops"].push_back(flow({s.time, s.current, s.measured, s.modelled}));
   return node;
 }
 
