@@ -24,6 +24,26 @@ struct PastCharge {
   double modelled = 0.0;
 };
 
+/// The voltage of a past stop 10 s after a load took over, and what was to be expected before it.
+struct PastStop {
+  static constexpr double kAge = 10.0;  ///< [s]
+
+  double time = 0.0;      ///< [s], of its beginning
+  double current = 0.0;   ///< [A], when it was compared
+  double measured = 0.0;  ///< [V]
+  double modelled = 0.0;  ///< [V], by the equations and what was estimated without this stop
+};
+
+/// Whether a current is that of a stop: a load draws it that no charger helps out with, and it is no
+/// crank's. @param min_current [A], below it a load controls the current (ControlModeRule).
+bool isStopLoad(double current, double min_current);
+
+/// What a model misses of the voltage in a stop.
+struct StopLevel {
+  double mean = 0.0;      ///< [V]
+  double variance = 0.0;  ///< [V^2], of the next stop's
+};
+
 /// Events of the battery's own past that a model was compared with: what corrects it, and what
 /// supports it.
 struct EventHistory {
@@ -31,10 +51,21 @@ struct EventHistory {
 
   std::vector<PastCrank> cranks;    ///< in order of time
   std::vector<PastCharge> charges;  ///< in order of time
+  std::vector<PastStop> stops;      ///< in order of time
 
   void add(const PastCrank& crank);
   void add(const PastCharge& charge);
+  void add(const PastStop& stop);
   void moveBy(double moved);  ///< puts every event onto a clock that jumped. @param moved [s]
+
+  /**
+   * @brief What the next stop's level will be: a random walk from stop to stop, seen with noise.
+   *
+   *     level_k = level_k-1 + N(0, q^2),   measured - modelled = level_k + N(0, r^2)
+   *
+   * @param usual_error [V], what the model misses of a voltage: the level's before the first stop.
+   */
+  StopLevel nextStop(double usual_error) const;
 };
 
 }  // namespace battery_sof

@@ -297,13 +297,11 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const InputSequence inputs = inputsOf(model.fit, series, {first, last + 1});
   Follower follower(model, true);
   ResidualFilter errors(model);
+  errors.expectStop();
   for (std::size_t n = 1; n < inputs.samples.size(); ++n) {
     const InputSample& sample = inputs.samples[n];
     const FollowedSample followed = follower.follow(sample);
-    if (followed.voltage_controlled)
-      errors.wait(sample.step.duration);
-    else
-      errors.update(sample.step.duration, sample.voltage - followed.voltage);
+    errors.follow(sample, sample.voltage - followed.voltage);
   }
   takeState(model, follower, series.current[last]);
   model.state.residual_state = errors.residualState();

@@ -12,9 +12,11 @@ constexpr double kRestError = 0.1;   // [V], by which a rested battery's voltage
 constexpr double kMostSigmas = 4.0;  // of an error that is taken in
 
 // What a parking changes in the long run, and how soon (docs/model.md#from-trip-to-trip).
-constexpr double kParkedTime = 86400.0;  // [s]
-constexpr double kParkedShare = 0.05;    // of a resistance, of the capacitance, of the slope
-constexpr double kParkedVoltage = 0.08;  // [V] of a block
+constexpr double kParkedTime = 86400.0;     // [s]
+constexpr double kParkedShare = 0.05;       // of a resistance, of the capacitance, of the slope
+constexpr double kParkedVoltage = 0.08;     // [V] of a block
+constexpr double kShareOfKelvin = 0.01;     // [1/K]
+constexpr double kVoltageOfKelvin = 0.003;  // [V/K] of a block
 
 // Of the population: standard deviations of logarithms, and of the open-circuit voltage.
 constexpr double kTableCapacity = 50.0;  // [Ah], of Table I's battery
@@ -95,23 +97,40 @@ double surpriseOf(const Innovation& innovation) {
          std::hypot(innovation.modelled.norm(), std::max(innovation.std_error, kRestError));
 }
 
-FittedModel parked(FittedModel model, double duration) {
+FittedModel parked(FittedModel model, double duration, std::optional<double> temperature) {
   const double part = 1.0 - std::exp(-std::max(0.0, duration) / kParkedTime);
+  std::optional<double>& known_at = model.fit.excited.temperature;
+  const double warmer = temperature && known_at ? *temperature - *known_at : 0.0;
+  if (known_at && temperature) known_at = temperature;
   const auto infos = compositionOf(model.fit).parameters();
   Eigen::MatrixXd& covariance = model.fit.covariance;
   for (std::size_t j = 0; j < model.fit.estimates.size(); ++j) {
     const ParameterEstimate& estimate = model.fit.estimates[j];
     const auto row = static_cast<Eigen::Index>(j);
     if (estimate.held || row >= covariance.rows()) continue;
-    const double spread = estimate.name == "u_dc" ? kParkedVoltage
-                          : isPositive(infos[j])  ? kParkedShare * estimate.value
-                                                  : 0.0;
-    covariance(row, row) += part * spread * spread;
+    const bool is_voltage = estimate.name == "u_dc";
+    if (!is_voltage && !isPositive(infos[j])) continue;
+    const double scale = is_voltage ? 1.0 : estimate.value;
+    covariance(row, row) +=
+        part * std::pow(scale * (is_voltage ? kParkedVoltage : kParkedShare), 2) +
+        std::pow(scale * warmer * (is_voltage ? kVoltageOfKelvin : kShareOfKelvin), 2);
   }
   const double colored = model.fit.noise ? model.fit.noise->ar_std : 0.0;
   model.state.residual_state = {0.0, 0.0, 0.0, 0.0, colored * colored};
   describe(model.fit);
   return model;
+}
+
+void carryCranks(Fit& fit, const Fit& before) {
+  const double current = before.excited.min_current;
+  if (fit.scores.cranks > 0 || before.scores.cranks == 0 || current >= fit.excited.min_current)
+    return;
+  const double apart = (fit.parameters.r_discharge - before.parameters.r_discharge) * current +
+                       fit.parameters.u_dc - before.parameters.u_dc;
+  fit.scores.crank_error_std = std::hypot(before.scores.crank_error_std, apart);
+  fit.scores.cranks = before.scores.cranks;
+  fit.excited.min_current = current;
+  fit.excited.min_voltage = std::min(fit.excited.min_voltage, before.excited.min_voltage);
 }
 
 FittedModel populationPrior(double capacity, double time, double current, double voltage) {

@@ -39,14 +39,27 @@ double surpriseOf(const Innovation& innovation);
 /**
  * @brief The model after the battery was parked: what may have changed meanwhile is known less.
  *
- *     sigma^2 <- sigma^2 + (s p)^2 (1 - exp(-t / T))   of resistances, capacitance and slope
- *     sigma^2 <- sigma^2 + s_u^2 (1 - exp(-t / T))     of the open-circuit voltage
+ *     sigma^2 <- sigma^2 + p^2 (s^2 (1 - exp(-t / T)) + (k dT)^2)     of resistances, capacitance, slope
+ *     sigma^2 <- sigma^2 + s_u^2 (1 - exp(-t / T)) + (k_u dT)^2       of the open-circuit voltage
  *
- * The constants stand with their sources in docs/model.md#from-trip-to-trip.
+ * dT is the temperature less that of the model's window, 0 where either is not known. What is known
+ * then holds at the new temperature (ExcitedRange::temperature). The constants stand with their
+ * sources in docs/model.md#from-trip-to-trip.
  *
  * @param duration [s] from the model's state to the first sample of the new trip, >= 0.
+ * @param temperature [K], of the battery at that sample, when known.
  */
-FittedModel parked(FittedModel model, double duration);
+FittedModel parked(FittedModel model, double duration, std::optional<double> temperature);
+
+/**
+ * @brief Carries what an earlier model saw of cranks over to a fit whose window had none.
+ *
+ * The range of discharge (ExcitedRange::min_current) is then the earlier one's too. By what both
+ * differ at that current, and what the earlier one missed of cranks, is the fit's crank error:
+ *
+ *     sigma^2 = sigma_before^2 + ((r_d - r_d,before) i + u_dc - u_dc,before)^2
+ */
+void carryCranks(Fit& fit, const Fit& before);
 
 /**
  * @brief What is known of a lead-acid battery before anything was measured: the base circuit with

@@ -12,6 +12,9 @@ namespace {
 
 constexpr double kAverage = 0.1;  // [s], docs/physics.md#noise-of-a-residual
 constexpr std::size_t kMinAverages = 30;
+// Of a stop's voltage, about its mean so far (docs/decisions/0018-stops.md).
+constexpr double kStopError = 0.05, kLeastStopError = 0.04;  // [V]
+constexpr double kStopMemory = 5.0;                          // [s]
 
 NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise,
                              const ResidualState& residual_state) {
@@ -24,11 +27,27 @@ NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise,
 
 }  // namespace
 
-ResidualFilter::ResidualFilter(const FittedModel& model)
+ResidualFilter::ResidualFilter(const FittedModel& model, bool follows_stops)
     : noise_(model.fit.noise),
       filter_(filterOf(model.fit.noise, model.state.residual_state)),
       drift_(model.state.residual_state.drift),
-      colored_(model.state.residual_state.colored) {}
+      colored_(model.state.residual_state.colored),
+      next_stop_(model.intervals.event_history.nextStop(model.fit.scores.rmse)) {
+  if (model.fit.source && follows_stops) min_current_ = model.fit.source->min_current;
+}
+
+void ResidualFilter::expectStop() {
+  if (min_current_) setLevel(next_stop_);
+}
+
+void ResidualFilter::follow(const InputSample& sample, double error) {
+  const double duration = sample.step.duration;
+  if (!min_current_) return sample.voltage_controlled ? wait(duration) : update(duration, error);
+  const bool in_stop = !sample.voltage_controlled && isStopLoad(sample.step.current, *min_current_);
+  if (in_stop != in_stop_) setLevel(next_stop_);
+  in_stop_ = in_stop;
+  if (in_stop) updateInStop(duration, error);
+}
 
 void ResidualFilter::update(double duration, double error) {
   if (!noise_) return;
@@ -43,8 +62,23 @@ void ResidualFilter::wait(double duration) {
   if (noise_) colored_ *= filter_.wait(duration);
 }
 
+void ResidualFilter::setLevel(const StopLevel& level) {
+  drift_ = level.mean;
+  colored_ = 0.0;
+  filter_.setVariances(level.variance, 0.0, 0.0);
+}
+
+void ResidualFilter::updateInStop(double duration, double error) {
+  const double weight = duration / (kStopError * kStopError * kStopMemory);
+  const double variance = 1.0 / (1.0 / std::max(filter_.p_dd(), 1e-6) + weight);
+  drift_ += std::min(1.0, variance * weight) * (error - drift_);
+  filter_.setVariances(std::max(variance, kLeastStopError * kLeastStopError), 0.0, 0.0);
+}
+
 ErrorForecast ResidualFilter::forecast(double ahead) const {
-  if (!noise_) return {};
+  // The spread from stop to stop holds what passes.
+  if (min_current_)
+    return {drift_, filter_.p_dd() + (noise_ ? std::pow(noise_->walk_std, 2) * ahead : 0.0)};
   NoiseFilter<double> later = filter_;
   const double persistence = later.wait(ahead);
   return {drift_ + persistence * colored_, later.variance()};

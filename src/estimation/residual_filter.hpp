@@ -3,6 +3,7 @@
 #include "battery_sof/series.hpp"
 #include "estimation/fitted_model.hpp"
 #include "estimation/noise_filter.hpp"
+#include "model/input_sequence.hpp"
 
 namespace battery_sof {
 
@@ -22,12 +23,26 @@ struct ErrorForecast {
  *
  * The walk d is what stays (a state of charge that moved), the AR part a what passes. Without a
  * noise model nothing is forecast. Constant memory; across a gap it waits.
+ *
+ * Where a charger controls the model's voltage, d is the level of stops alone (isStopLoad()), a is
+ * zero: between stops what past ones say (EventHistory::nextStop()), in a stop the mean of its own
+ * samples, which forgets within ten seconds. What a crank misses says nothing of it.
+ *
+ *     1 / p <- 1 / p + duration / (s^2 T),   p >= (40 mV)^2,   s = 50 mV,   T = 5 s
  */
 class ResidualFilter {
  public:
-  /// Begins with the model's saved discrepancy.
-  explicit ResidualFilter(const FittedModel& model);
+  /// Begins with the model's saved discrepancy. @param follows_stops false: cranks and all other
+  /// samples count alike.
+  explicit ResidualFilter(const FittedModel& model, bool follows_stops = true);
+  /// Begins between stops, where a charger controls the model's voltage.
+  void expectStop();
+  /// Past stops say something else now.
+  void setNextStop(const StopLevel& level) { next_stop_ = level; }
 
+  /// Moves on to a sample. @param error [V], measured - modelled; not looked at where the voltage is
+  /// the input.
+  void follow(const InputSample& sample, double error);
   /// Takes in the error of a sample. @param duration [s] since the sample before.  @param error
   /// [V], measured - modelled.
   void update(double duration, double error);
@@ -42,9 +57,15 @@ class ResidualFilter {
   ResidualState residualState() const;
 
  private:
+  void setLevel(const StopLevel& level);
+  void updateInStop(double duration, double error);
+
   std::optional<NoiseModel> noise_;
   NoiseFilter<double> filter_;
   double drift_, colored_;
+  std::optional<double> min_current_;  // [A], of a charger's rule
+  StopLevel next_stop_;
+  bool in_stop_ = false;
 };
 
 /**

@@ -71,6 +71,30 @@ void addCharges(EventHistory& event_history, const Series& series, IndexRange ra
     }
 }
 
+/// @param modelled [V], by the equations and what was estimated from the window's other blocks.
+void addStops(EventHistory& event_history, const InputSequence& inputs,
+              const std::vector<char>& voltage_controlled, const std::vector<double>& modelled,
+              double min_current) {
+  double began = inputs.first_time;
+  bool was_stop = true, is_compared = true;
+  double before = inputs.first_time;
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
+    const InputSample& sample = inputs.samples[n];
+    const double time = sample.step.time;
+    const bool is_stop = !voltage_controlled[n] && isStopLoad(sample.step.current, min_current);
+    if (is_stop && !was_stop) {
+      began = before;
+      is_compared = false;
+    }
+    if (is_stop && !is_compared && time - began >= PastStop::kAge) {
+      event_history.add(PastStop{began, sample.step.current, sample.voltage, modelled[n]});
+      is_compared = true;
+    }
+    was_stop = is_stop;
+    before = time;
+  }
+}
+
 /// 1 - the RMS of the errors, those of each quantity in units of its spread.
 std::optional<double> leftOutShare(const ResidualSamples& samples,
                                    const std::vector<double>& left_out, const Series& series,
@@ -121,11 +145,13 @@ void followWindow(FittedModel& model, const Series& series, IndexRange range,
   model.state.memory = followed.memory;
   holdInside(model.fit.residual_regression, series, range, source);
   model.fit.scores.left_out_share_percent = leftOutShare(followed.samples, left_out, series, range);
-  std::vector<double> current = followed.current;
+  std::vector<double> current = followed.current, voltage = followed.voltage;
   for (std::size_t n = 0; n < current.size(); ++n)
-    if (followed.samples.voltage_controlled[n]) current[n] += left_out[n];
+    (followed.samples.voltage_controlled[n] ? current : voltage)[n] += left_out[n];
   addCranks(model.intervals.event_history, series, range, followed.voltage);
   addCharges(model.intervals.event_history, series, range, source, current);
+  addStops(model.intervals.event_history, inputs, followed.samples.voltage_controlled, voltage,
+           source.rule.min_current);
 }
 
 }  // namespace battery_sof

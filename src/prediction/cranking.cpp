@@ -37,13 +37,13 @@ double lowestCurrent(const CrankingQuery& query) {
 }
 
 /// Charge out of the battery while it stands [Ah].
-double chargeOfStop(const CrankingQuery& query) {
+double drawnInStop(const CrankingQuery& query) {
   if (query.load.empty()) return -query.i_load * query.t_stop / 3600.0;
   double charge = -query.load.current.front() * query.load.time.front();
   for (std::size_t n = 1; n < query.load.time.size(); ++n)
     charge -= 0.5 * (query.load.current[n] + query.load.current[n - 1]) *
               (query.load.time[n] - query.load.time[n - 1]);
-  return std::abs(charge) / 3600.0;
+  return charge / 3600.0;
 }
 
 /// Runs a profile from where the simulation stands; look(simulation, seconds since the beginning)
@@ -69,7 +69,7 @@ QueryRange rangeOf(const CrankingQuery& query) {
   QueryRange range;
   range.min_current = std::min(lowestCurrent(query), lowestOf(query.load));
   range.max_current = highestOf(query.load);
-  range.charge_moved = chargeOfStop(query);
+  range.charge_moved = std::abs(drawnInStop(query));
   range.temperature = query.temperature;
   return range;
 }
@@ -125,8 +125,22 @@ double crankError(const Fit& fit, double current) {
   return fit.scores.rmse * std::max(1.0, std::abs(current) / seen);
 }
 
+namespace {
+
+/// A crank's voltage as past cranks correct it, after the open-circuit voltage fell.
+Interval corrected(const FittedModel& model, const CrankingQuery& query, const Interval& lowest,
+                   const ErrorForecast& fall) {
+  const Interval u = correctCrankPrediction(model, lowestCurrent(query), lowest);
+  const double more = kNinetyPercent * std::sqrt(fall.variance), value = u.value + fall.mean;
+  return ofSeries({value, value - std::hypot(u.value - u.lower, more),
+                   value + std::hypot(u.upper - u.value, more)},
+                  model.fit.series_blocks);
+}
+
+}  // namespace
+
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
-                       double ahead, double* beyond_identified) {
+                       double ahead, const ErrorForecast& fall, double* beyond_identified) {
   const ResidualFilter errors(model);
   const double own = crankError(model.fit, lowestCurrent(query));
   std::optional<Interval> lowest;
@@ -139,8 +153,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
   };
   if (!query.crank.empty()) {
     run(simulation, query.crank, look);
-    return ofSeries(correctCrankPrediction(model, lowestCurrent(query), *lowest),
-                    model.fit.series_blocks);
+    return corrected(model, query, *lowest, fall);
   }
   double since = 0.0;
   for (const double share : kLooks) {
@@ -149,8 +162,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
     since = share * query.t_cranking;
     look(simulation, since);
   }
-  return ofSeries(correctCrankPrediction(model, lowestCurrent(query), *lowest),
-                  model.fit.series_blocks);
+  return corrected(model, query, *lowest, fall);
 }
 
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
@@ -173,8 +185,9 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
     run(simulation, query.load, [](const Simulation&, double) {});
   const double t_stop = query.load.empty() ? query.t_stop : query.load.duration();
   QueryRange range = rangeOf(query);
-  answer.u_min =
-      lowestOfCrank(std::move(simulation), model, query, t_stop, &range.beyond_identified);
+  answer.u_min = lowestOfCrank(std::move(simulation), model, query, t_stop,
+                               openCircuitFall(model.fit, drawnInStop(query), capacity),
+                               &range.beyond_identified);
   if (!areNumbers(*answer.u_min)) return withoutNumbers<CrankingAnswer>();
   range.answered_voltage = answer.u_min;
   if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;

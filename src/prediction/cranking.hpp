@@ -37,11 +37,12 @@ std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>
 std::string faultsOf(const CrankingQuery& query);
 
 /// Lowest voltage of a crank, of the model's series string, that begins where a simulation stands,
-/// `ahead` [s] after the model's state.
+/// `ahead` [s] after the model's state. @param fall openCircuitFall() until then.
 /// @param beyond_identified raised to Simulation::beyondIdentified() of any moment of the crank
 /// [V]; nullptr: not needed.
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
-                       double ahead, double* beyond_identified = nullptr);
+                       double ahead, const ErrorForecast& fall = {},
+                       double* beyond_identified = nullptr);
 
 /// What a crank misses by itself, beyond normal driving [V].
 double crankError(const Fit& fit, double current);

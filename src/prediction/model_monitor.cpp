@@ -25,22 +25,25 @@ void ModelMonitor::goOnAs(const ModelMonitor& other, const FittedModel& model) {
   fitted_until_ = model.fit.window.to;
   compared_.clear();
   tracker_ = other.tracker_;
-  tracker_->setOrigin(model.provenance);
+  tracker_->setKnown(model);
   tracker_->setCalibrations(crank_calibration_, charge_calibration_);
   crank_watch_ = other.crank_watch_;
   charge_watch_ = other.charge_watch_;
   long_charge_watch_ = other.long_charge_watch_;
+  stop_watch_ = other.stop_watch_;
 }
 
 void ModelMonitor::lookBack(const Series& series) {
   tracker_->lookBack(series);
   charge_watch_.beginBehind(tracker_->state().current);
   long_charge_watch_.beginBehind(tracker_->state().current);
+  stop_watch_.beginBehind();
   crank_watch_.reset();
 }
 
 void ModelMonitor::forgetPast() {
   crank_watch_.reset();
+  stop_watch_.reset();
   charge_watch_.reset();
   long_charge_watch_.reset();
   compared_.clear();
@@ -101,6 +104,12 @@ SessionEvents ModelMonitor::watch(const StreamSample& sample, double max_gap) {
     updateFrom(*charge);
   }
   if (!model_->fit.source) return events;
+  if (const auto stop = stop_watch_.add(sample, *tracker_, max_gap)) {
+    events.stops.push_back(*stop);
+    if (stop->duration == PastStop::kAge)
+      tracker_->updateFrom(
+          PastStop{stop->time, stop->current, stop->measured_voltage, stop->modelled_voltage});
+  }
   if (auto charge = long_charge_watch_.add(sample, *tracker_, max_gap)) {
     compareWithBaseline(*charge, long_charge_selector_);
     updateFrom(*charge);

@@ -10,6 +10,7 @@
 #include "prediction/interval_calibration.hpp"
 #include "prediction/sample_stream.hpp"
 #include "prediction/state_tracker.hpp"
+#include "prediction/stop_watch.hpp"
 
 namespace battery_sof {
 
@@ -24,6 +25,7 @@ struct BacktestScore {
 struct SessionEvents {
   std::vector<CrankComparison> cranks;
   std::vector<ChargeComparison> charges;
+  std::vector<StopComparison> stops;
 };
 
 /**
@@ -119,6 +121,7 @@ class ModelMonitor {
 
   CrankWatch crank_watch_;
   ChargeWatch charge_watch_, long_charge_watch_{kLongCharge};
+  StopWatch stop_watch_;
   IntervalCalibration crank_calibration_, charge_calibration_;
   BaselineSelector crank_selector_, charge_selector_, long_charge_selector_;
   std::optional<FittedModel> model_;

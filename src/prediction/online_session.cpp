@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "estimation/posterior.hpp"
 #include "estimation/window.hpp"
 #include "prediction/series_blocks.hpp"
 #include "recording/series_blocks.hpp"
@@ -161,6 +162,7 @@ void OnlineSession::follow(const StreamSample& sample, double max_gap) {
   const SessionEvents ended = followBoth(sample, max_gap);
   events_.cranks.insert(events_.cranks.end(), ended.cranks.begin(), ended.cranks.end());
   events_.charges.insert(events_.charges.end(), ended.charges.begin(), ended.charges.end());
+  events_.stops.insert(events_.stops.end(), ended.stops.begin(), ended.stops.end());
 }
 
 SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_gap) {
@@ -349,10 +351,12 @@ void OnlineSession::install(const IdentificationResult& result, bool base, bool 
 
 void OnlineSession::install(ModelMonitor& monitor, const IdentificationTrial& trial,
                             double max_gap) {
+  FittedModel model = *trial.model;
+  if (monitor.holdsModel()) carryCranks(model.fit, monitor.now().fit);
   if (trial.followed)
-    monitor.goOnAs(*trial.followed, *trial.model);
+    monitor.goOnAs(*trial.followed, model);
   else
-    monitor.install(*trial.model, max_gap);
+    monitor.install(model, max_gap);
 }
 
 // ----------------------------------------------------------------------------------------------------

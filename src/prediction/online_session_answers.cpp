@@ -12,6 +12,10 @@ namespace {
 constexpr double kSwapped = 6.0;
 constexpr double kBeforeFirst = 1e-3;  // [s]
 
+std::optional<double> firstOf(const std::vector<double>& values) {
+  return values.empty() ? std::nullopt : std::optional<double>(values.front());
+}
+
 std::string inUseSentence(double age) {
   return format("the saved model is in use, %.0f s old", age);
 }
@@ -49,7 +53,9 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
   if (model.fit.source) source_ = ChargerShare(*model.fit.source);
   contenders_.base.setCalibrations(model.intervals.crank_calibration,
                                    model.intervals.charge_calibration);
-  contenders_.base.learnFrom(parked(model, first.time - model.state.time), stream_.maxGap());
+  contenders_.base.learnFrom(
+      parked(model, first.time - model.state.time, firstOf(stream_.series().temperature)),
+      stream_.maxGap());
   followAgain(model.state.time, stream_.maxGap());
   next_look_ = driving_;
 }
@@ -115,7 +121,8 @@ FittedModel OnlineSession::restoredNow() const {
   model.setCalibrations(restored_->intervals.crank_calibration,
                         restored_->intervals.charge_calibration);
   if (!first.empty())
-    model.learnFrom(parked(*restored_, first.time.front() - restored_->state.time),
+    model.learnFrom(parked(*restored_, first.time.front() - restored_->state.time,
+                           firstOf(stream_.series().temperature)),
                     stream_.maxGap());
   for (std::size_t n = 0; n < first.size(); ++n)
     model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());

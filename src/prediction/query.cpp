@@ -21,6 +21,8 @@ constexpr double kVoltageReach = 0.3;  // [V] a block above the window's highest
 constexpr double kDiscrepancyReach = 0.010;
 constexpr double kTemperatureReach = 10.0;  // [K]
 constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
+constexpr double kSlopedCharge = 0.02;      // of capacity, with the slope of any battery
+constexpr double kUsualSlope = 1.2, kSlopeSpread = 0.4;  // [V] of a block, of the whole capacity
 // [V] of a block for a unit of state of charge (docs/physics.md#ocv_soc)
 constexpr double kMinSlope = 0.8;
 constexpr double kMaxSlope = 1.8;
@@ -118,26 +120,34 @@ std::string faultOf(const CurrentProfile& profile, const char* name) {
   return "";
 }
 
-double supportedCharge(const Fit& fit, double capacity) {
-  const double constant = kConstantCharge * capacity;
+double supportedCharge(const Fit& fit, double capacity, bool charges) {
+  const double usual = (charges ? kConstantCharge : kSlopedCharge) * capacity;
   return knowsOpenCircuitSlope(fit, capacity)
-             ? std::clamp(fit.excited.charge_swing, constant, capacity)
-             : constant;
+             ? std::clamp(fit.excited.charge_swing, usual, capacity)
+             : usual;
+}
+
+ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity) {
+  const double beyond = drawn / capacity - kConstantCharge;
+  if (beyond <= 0.0 || knowsOpenCircuitSlope(fit, capacity)) return {};
+  const double share = beyond * seriesBlocksAt(fit.parameters.u_dc);
+  return {-kUsualSlope * share, std::pow(kSlopeSpread * share, 2)};
 }
 
 namespace {
 
 /// Why so much charge is too much; empty when it is not.
-std::string excessiveCharge(const Fit& fit, double moved, double capacity) {
+std::string excessiveCharge(const Fit& fit, const QueryRange& range, double capacity) {
+  const double moved = range.charge_moved;
   if (moved > capacity)
     return format("it moves %.0f Ah, more than the battery's %g Ah", moved, capacity);
-  const double supported = supportedCharge(fit, capacity);
+  const double supported = supportedCharge(fit, capacity, range.charges);
   if (moved <= supported) return "";
   return format(
-      "it moves %.2f Ah, the model supports at most %.2f Ah (1 %% of %g Ah, or what the window "
+      "it moves %.2f Ah, the model supports at most %.2f Ah (%d %% of %g Ah, or what the window "
       "moved where it determined how the "
       "open-circuit voltage follows the charge)",
-      moved, supported, capacity);
+      moved, supported, range.charges ? 1 : 2, capacity);
 }
 
 }  // namespace
@@ -145,7 +155,7 @@ std::string excessiveCharge(const Fit& fit, double moved, double capacity) {
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
   const Fit& fit = model.fit;
   const ExcitedRange& seen = fit.excited;
-  const std::string excessive = excessiveCharge(fit, range.charge_moved, capacity);
+  const std::string excessive = excessiveCharge(fit, range, capacity);
   Reasons reasons;
   if (range.min_current)
     reasons.add(*range.min_current < kCurrentReach * std::min(seen.min_current, 0.0),

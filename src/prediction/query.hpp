@@ -47,14 +47,28 @@ struct QueryRange {
 /**
  * @brief The most charge that a query may move [Ah].
  *
- *     1 % of the capacity (paper, section V), the open-circuit voltage being held constant
+ *     2 % of the capacity: up to 1 % the open-circuit voltage is held constant (paper, section V),
+ *     beyond it falls by openCircuitFall();   1 % of a charge
  *
  * As far as the window itself moved charge (ExcitedRange::charge_swing), at most the capacity,
  * where it determined how the open-circuit voltage follows the charge (ocv_slope of ocv_soc) and
  * that slope is a battery's: 0.8 to 1.8 V of a block for a unit of state of charge
  * (docs/physics.md#ocv_soc). acid_transport relaxes with time and holds no such slope.
  */
-double supportedCharge(const Fit& fit, double capacity);
+double supportedCharge(const Fit& fit, double capacity, bool charges = false);
+
+/**
+ * @brief What a charge drawn changes of the open-circuit voltage where the equations hold it
+ * constant.
+ *
+ *     -(12 +- 4) mV a block for each percent of the capacity beyond the first
+ *
+ * 12 mV is a lead-acid battery's between 50 and 90 % (docs/physics.md#ocv_soc). Nothing where the
+ * window determined it.
+ * @param drawn [Ah], positive out of the battery.
+ * @return of a block [V], [V^2].
+ */
+ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity);
 
 /**
  * @brief Why a model should not be relied on for a query: what its window did not excite and its

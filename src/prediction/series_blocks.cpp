@@ -66,6 +66,11 @@ SessionEvents ofSeries(SessionEvents of_one, double series_blocks) {
     scale(charge.mean_voltage, series_blocks);
     scale(charge.first_voltage, series_blocks);
   }
+  for (StopComparison& stop : of_one.stops) {
+    scale(stop.measured_voltage, series_blocks);
+    scale(stop.expected_voltage, series_blocks);
+    scale(stop.modelled_voltage, series_blocks);
+  }
   return of_one;
 }
 

@@ -16,6 +16,7 @@ constexpr double kCrankMemory = 1.0;
 constexpr double kLongestMemory = 30.0;
 constexpr double kLearnInterval = 0.1;  // [s]
 constexpr double kOwnCurrent = -50.0;   // [A], more than a car's consumers draw
+constexpr double kMostRested = 12.9;    // [V] of a block: above it a charger holds the voltage
 constexpr double kLeastVoltageError = 0.02, kLeastCurrentError = 0.5;  // [V], [A]
 constexpr double kUsualCurrentError = 3.0;                             // [A], where no window says
 
@@ -40,9 +41,10 @@ void forgetFirst(Series& series, std::size_t count) {
 StateTracker::StateTracker(const FittedModel& model, double max_gap)
     : model_(model),
       max_gap_(max_gap),
-      settled_{Follower(model, true), {}, model.state, ResidualFilter(model), model.state.time},
+      settled_{Follower(model, true), {}, model.state, ResidualFilter(model)},
       needs_trace_(!model.fit.effects.empty()) {
   if (model.fit.source) watch_.emplace(*model.fit.source);
+  settled_.errors.expectStop();
   if (needs_trace_) trace_.append(model.state.time, model.state.current, max_gap_);
 }
 
@@ -79,9 +81,8 @@ void StateTracker::settleOldest() {
   const std::size_t oldest = settled_count_;
   const InputSample sample = sampleAfter(settled_, oldest);
   const ResidualFilter errors = settled_.errors;
-  const double error_time = settled_.error_time;
   last_ = step(settled_, sample);
-  if (learns_) learnFromSettled(sample, errors, error_time);
+  if (learns_) learnFromSettled(sample, errors);
   last_voltage_ = sample.voltage;
   error_ = sample.voltage_controlled ? kOhmsOfCurrentError * (sample.step.current - last_.current)
                                      : sample.voltage - last_.voltage;
@@ -125,8 +126,7 @@ Innovation StateTracker::innovationOf(const InputSample& sample) const {
   return innovation;
 }
 
-void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFilter& errors,
-                                    double error_time) {
+void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFilter& errors) {
   Fit& fit = model_.fit;
   ExcitedRange& seen = fit.excited;
   seen.min_current = std::min(seen.min_current, sample.step.current);
@@ -135,6 +135,9 @@ void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFil
   seen.max_voltage = std::max(seen.max_voltage, sample.voltage);
   const double time = settled_.state.time;
   if (time - learnt_until_ < kLearnInterval) return;
+  const double current = sample.step.current;
+  const bool is_held = current <= 0.0 && current > kOwnCurrent && sample.voltage > kMostRested;
+  if (fit.window.samples == 0 && is_held) return;
   const Innovation innovation = innovationOf(sample);
   if (!std::isfinite(surpriseOf(innovation))) return;
   const bool is_clear = !has_settled_ || sample.step.current < EventLimits{}.crank_current;
@@ -148,7 +151,7 @@ void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFil
   settled_.state = model_.state;
   if (sample.voltage_controlled) return;
   settled_.errors = errors;
-  settled_.errors.update(time - error_time, left);
+  settled_.errors.follow(sample, left);
 }
 
 void StateTracker::lookAhead() {
@@ -180,13 +183,15 @@ FollowedSample StateTracker::step(SimulationPoint& point, const InputSample& giv
   point.state.current = sample.step.current;
   point.state.u_c2 = state[0];
   point.state.further.assign(state.data() + 1, state.data() + state.size());
-  if (sample.voltage_controlled) return followed;
-  point.errors.update(point.state.time - point.error_time, sample.voltage - followed.voltage);
-  point.error_time = point.state.time;
+  point.errors.follow(sample, sample.voltage - followed.voltage);
   return followed;
 }
 
-void StateTracker::setOrigin(const Provenance& origin) { model_.provenance = origin; }
+void StateTracker::setKnown(const FittedModel& model) {
+  model_.provenance = model.provenance;
+  model_.fit.excited = model.fit.excited;
+  model_.fit.scores = model.fit.scores;
+}
 
 void StateTracker::setCalibrations(const IntervalCalibration& crank,
                                    const IntervalCalibration& charge) {
@@ -196,9 +201,7 @@ void StateTracker::setCalibrations(const IntervalCalibration& crank,
 
 FittedModel StateTracker::modelAt(const SimulationPoint& point) const {
   FittedModel now = model_;
-  ResidualFilter errors = point.errors;
-  if (point.state.time > point.error_time) errors.wait(point.state.time - point.error_time);
-  now.state.residual_state = errors.residualState();
+  now.state.residual_state = point.errors.residualState();
   takeState(now, point.follower, point.state.current);
   return now;
 }

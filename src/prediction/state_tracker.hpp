@@ -36,15 +36,19 @@ class StateTracker {
   /// increase.
   bool follow(double time, double current, double voltage);
   /// From here on every settled sample is taken into parameters and state, until a window is fitted.
-  void learn() { learns_ = true; }
+  void learn() {
+    learns_ = true;
+    settled_.errors = ResidualFilter(model_, false);
+  }
   bool learns() const { return learns_; }
   /// [1], largest error of a learning tracker's samples over what was expected of it, of a crank or
   /// the first sample; 0 before.
   double surprise() const { return surprise_; }
   /// Widths of intervals, as past events ask for.
   void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
-  /// What the caller knows of the model and its numbers do not say: recording, duration of the fit.
-  void setOrigin(const Provenance& origin);
+  /// What the caller knows of the model and its window does not say: recording, duration of the fit,
+  /// and what an earlier window saw (carryCranks()).
+  void setKnown(const FittedModel& model);
 
   // The last settled sample; meaningless before the first.
   bool hasSettled() const { return has_settled_; }
@@ -65,6 +69,7 @@ class StateTracker {
   const LiveState& state() const { return here().state; }
   /// Whether a voltage may be the input of the model.
   bool hasSource() const { return watch_.has_value(); }
+  double minCurrent() const { return model_.fit.source->min_current; }  ///< [A], of that source
   /// Whether the newest sample's voltage is controlled and is the input of the model.
   bool isVoltageControlled() const { return voltage_controlled_; }
 
@@ -73,7 +78,9 @@ class StateTracker {
   /// An event passed: what it teaches goes along with the model.
   template <typename Event>
   void updateFrom(const Event& event) {
-    model_.intervals.event_history.add(event);
+    EventHistory& past = model_.intervals.event_history;
+    past.add(event);
+    settled_.errors.setNextStop(past.nextStop(model_.fit.scores.rmse));
   }
   const EventHistory& eventHistory() const { return model_.intervals.event_history; }
 
@@ -87,7 +94,6 @@ class StateTracker {
     MissedCrank missed;
     LiveState state;
     ResidualFilter errors;
-    double error_time;  // [s], of the last voltage taken in
   };
 
   const SimulationPoint& here() const { return ahead_ ? *ahead_ : settled_; }
@@ -96,7 +102,7 @@ class StateTracker {
   InputSample sampleAfter(const SimulationPoint& point, std::size_t n) const;
   void settleOldest();
   /// Takes the settled sample into parameters and state. @param errors as they were before it.
-  void learnFromSettled(const InputSample& sample, const ResidualFilter& errors, double error_time);
+  void learnFromSettled(const InputSample& sample, const ResidualFilter& errors);
   Innovation innovationOf(const InputSample& sample) const;
   void lookAhead();
 

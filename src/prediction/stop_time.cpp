@@ -50,8 +50,12 @@ double stopThatDraws(double charge, double i_load) {
 class StopScan {
  public:
   /// @param longest [s], where the stop phase ends.
-  StopScan(const FittedModel& model, const CrankingQuery& crank, double longest)
-      : model_(model), crank_(crank), longest_(longest), here_(uncertainSimulationOf(model)) {}
+  StopScan(const FittedModel& model, const CrankingQuery& crank, double longest, double capacity)
+      : model_(model),
+        crank_(crank),
+        longest_(longest),
+        capacity_(capacity),
+        here_(uncertainSimulationOf(model)) {}
 
   void scan() {
     look(0.0);
@@ -79,10 +83,15 @@ class StopScan {
 
   double spareOf(const Interval& u, int bound) const { return of(u, bound) - *crank_.u_required; }
 
+  Interval crankAfter(const Simulation& standing, double t) const {
+    return lowestOfCrank(standing, model_, crank_, t,
+                         openCircuitFall(model_.fit, -crank_.i_load * t / 3600.0, capacity_));
+  }
+
   void look(double t) {
     const Simulation before = here_;
     hold(here_, crank_.i_load, t - at_);
-    const Interval u = lowestOfCrank(here_, model_, crank_, t);
+    const Interval u = crankAfter(here_, t);
     has_numbers_ = has_numbers_ && areNumbers(u);
     if (!at_once_) at_once_ = u;
     if (before_ && u.value > *before_ + kRise * model_.fit.series_blocks) monotone_ = false;
@@ -116,7 +125,7 @@ class StopScan {
       t = low + spare / slope;
       Simulation there = *found.standing;
       hold(there, crank_.i_load, t - found.holds_at);
-      const double now = spareOf(lowestOfCrank(there, model_, crank_, t), bound);
+      const double now = spareOf(crankAfter(there, t), bound);
       if (std::abs(now) <= 0.25 * enough * slope) return t;
       if (now >= 0.0) {
         low = t;
@@ -135,7 +144,7 @@ class StopScan {
 
   const FittedModel& model_;
   const CrankingQuery& crank_;
-  double longest_;
+  double longest_, capacity_;
   Simulation here_;
   double at_ = 0.0;
   Crossing crossings_[3];
@@ -149,7 +158,7 @@ double beyondIdentifiedAfter(const FittedModel& model, const CrankingQuery& cran
   Simulation simulation = simulationOf(model);
   hold(simulation, crank.i_load, t_stop);
   double beyond = simulation.beyondIdentified();
-  lowestOfCrank(std::move(simulation), model, crank, t_stop, &beyond);
+  lowestOfCrank(std::move(simulation), model, crank, t_stop, {}, &beyond);
   return beyond;
 }
 
@@ -239,7 +248,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
   const double supported = supportedCharge(model.fit, capacity);
   const double longest = stopThatDraws(capacity, query.i_load);
   const double longest_held = draws ? stopThatDraws(supported, query.i_load) : kEver;
-  StopScan scan(model, crank, longest);
+  StopScan scan(model, crank, longest, capacity);
   scan.scan();
   if (!scan.hasNumbers()) return withoutNumbers<StopTimeAnswer>();
   const double crossing = scan.crossing(1), value = std::min(crossing, longest_held);

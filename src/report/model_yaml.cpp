@@ -268,10 +268,13 @@ void describeEvents(File& file, History& history) {
             [](auto& c, auto&& take) {
               take(c.time, c.duration, c.voltage, c.first_voltage, c.measured, c.modelled);
             });
+  file.rows("stops", history.stops, {kTimes, kCurrents, kVoltages, kVoltages},
+            [](auto& s, auto&& take) { take(s.time, s.current, s.measured, s.modelled); });
   if constexpr (File::kReads) {
     EventHistory newest;
     for (const PastCrank& crank : history.cranks) newest.add(crank);
     for (const PastCharge& charge : history.charges) newest.add(charge);
+    for (const PastStop& stop : history.stops) newest.add(stop);
     history = newest;
   }
 }

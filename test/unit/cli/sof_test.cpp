@@ -316,7 +316,7 @@ TEST_F(Sof, AnswersTheLongestStop) {
                              "--u-required", "7.2", "--json", "-"});
   ASSERT_EQ(least.code, 0) << least.err;
   EXPECT_EQ(nlohmann::json::parse(least.out)["outcome"], "at_least");
-  EXPECT_NEAR(nlohmann::json::parse(least.out)["t_stop"].get<double>(), 72.0, 1e-9);
+  EXPECT_NEAR(nlohmann::json::parse(least.out)["t_stop"].get<double>(), 144.0, 1e-9);
   const Outcome always = sof({"stop-time", model_, "--i-load", "0", "--i-cranking", "-200",
                               "--u-required", "7.2", "--json", "-"});
   ASSERT_EQ(always.code, 0) << always.err;

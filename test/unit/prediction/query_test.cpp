@@ -136,7 +136,7 @@ TEST(ExtrapolationOf, WhatAModelMakesNoFiniteNumbersOfIsAnsweredWithoutNumbers) 
   EXPECT_TRUE(profile.predicted.voltage.empty() && profile.predicted.lower.empty());
 }
 
-TEST(SupportedCharge, IsWhatTheWindowMovedWhereItDeterminedAPhysicalSlopeElseOnePercent) {
+TEST(SupportedCharge, IsWhatTheWindowMovedWhereItDeterminedAPhysicalSlopeElseTwoPercent) {
   FittedModel model = knownModel({"ocv_soc"});
   ParameterEstimate& slope = model.fit.estimates[kBaseRows];
   ASSERT_EQ(slope.name, "ocv_slope");
@@ -146,31 +146,49 @@ TEST(SupportedCharge, IsWhatTheWindowMovedWhereItDeterminedAPhysicalSlopeElseOne
     return supportedCharge(model.fit, kCapacity);
   };
   EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 3.0);
-  EXPECT_DOUBLE_EQ(supported(1.2, 0.1), 0.5) << "never less than the 1 % of a constant voltage";
+  EXPECT_DOUBLE_EQ(supported(1.2, 0.1), 1.0) << "never less than the 2 % of any battery";
   EXPECT_DOUBLE_EQ(supported(1.2, 80.0), 50.0) << "nor more than the battery holds";
   for (const double not_physical : {6.7, 1.9, 0.7, 0.0, -1.2})
-    EXPECT_DOUBLE_EQ(supported(not_physical, 3.0), 0.5) << not_physical;
+    EXPECT_DOUBLE_EQ(supported(not_physical, 3.0), 1.0) << not_physical;
   slope.determined = false;
-  EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 0.5);
+  EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 1.0);
   slope.determined = true;
   slope.held = true;
-  EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 0.5);
+  EXPECT_DOUBLE_EQ(supported(1.2, 3.0), 1.0);
   model.fit.parameters.u_dc = 25.2;  // two blocks fitted as one
   slope.held = false;
   EXPECT_DOUBLE_EQ(supported(2.4, 3.0), 3.0);
 }
 
-TEST(SupportedCharge, IsOnePercentWithoutASlopeWhateverRelaxes) {
+TEST(SupportedCharge, IsTwoPercentOfAStopAndOneOfAChargeWithoutASlopeWhateverRelaxes) {
   for (const auto& effects :
        {std::vector<std::string>{}, std::vector<std::string>{"acid_transport"}}) {
     FittedModel model = knownModel(effects);
     model.fit.excited.charge_swing = 20.0;
-    EXPECT_DOUBLE_EQ(supportedCharge(model.fit, kCapacity), 0.5);
+    EXPECT_DOUBLE_EQ(supportedCharge(model.fit, kCapacity), 1.0);
+    EXPECT_DOUBLE_EQ(supportedCharge(model.fit, kCapacity, true), 0.5);
     EXPECT_TRUE(holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 2.0; }),
-                      "it moves 2.00 Ah, the model supports at most 0.50 Ah"));
+                      "it moves 2.00 Ah, the model supports at most 1.00 Ah"));
     EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 51.0; }),
               "it moves 51 Ah, more than the battery's 50 Ah");
   }
+}
+
+TEST(OpenCircuitFall, IsTwelveMillivoltsForEachPercentBeyondTheFirst) {
+  FittedModel model = knownModel();
+  EXPECT_EQ(openCircuitFall(model.fit, 0.5, kCapacity).mean, 0.0) << "the paper's constant voltage";
+  EXPECT_EQ(openCircuitFall(model.fit, -5.0, kCapacity).mean, 0.0) << "nothing was drawn";
+  const ErrorForecast fall = openCircuitFall(model.fit, 1.5, kCapacity);
+  EXPECT_NEAR(fall.mean, -0.024, 1e-12);
+  EXPECT_NEAR(std::sqrt(fall.variance), 0.008, 1e-12);
+  model.fit.parameters.u_dc = 25.2;  // two blocks fitted as one
+  EXPECT_NEAR(openCircuitFall(model.fit, 1.5, kCapacity).mean, -0.048, 1e-12);
+}
+
+TEST(OpenCircuitFall, IsTheEquationsOwnWhereTheWindowDeterminedIt) {
+  FittedModel model = knownModel({"ocv_soc"});
+  model.fit.estimates[kBaseRows].value = 1.2 / kCapacity;
+  EXPECT_EQ(openCircuitFall(model.fit, 1.5, kCapacity).mean, 0.0);
 }
 
 TEST(ExtrapolationOf, TemperatureCountsWhenBothAreKnown) {

@@ -130,14 +130,14 @@ TEST(PredictStopTime, IntervalEndsWhereTheCranksBoundsStopToHold) {
               2e-3);
 }
 
-TEST(PredictStopTime, IsAtLeastTheStopThatDrawsOnePercentOfTheCapacity) {
+TEST(PredictStopTime, IsAtLeastTheStopThatDrawsTwoPercentOfTheCapacity) {
   const StopTimeAnswer answer = predictStopTime(knownModel(), usualQuery(7.2), 50.0);
   EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast);
-  EXPECT_NEAR(answer.t_stop->value, 72.0, 1e-9) << "0.5 Ah at 25 A";
+  EXPECT_NEAR(answer.t_stop->value, 144.0, 1e-9) << "1 Ah at 25 A";
   EXPECT_NEAR(answer.t_stop->upper, 7200.0, 1e-9) << "50 Ah at 25 A";
   EXPECT_EQ(answer.t_stop->lower, answer.t_stop->value);
   EXPECT_TRUE(answer.valid) << answer.message;
-  EXPECT_TRUE(holds(answer.message, "at least 72.0 s")) << answer.message;
+  EXPECT_TRUE(holds(answer.message, "at least 144.0 s")) << answer.message;
 }
 
 TEST(PredictStopTime, IsAtLeastTheStopThatDrawsTheSupportedCharge) {
@@ -155,10 +155,10 @@ TEST(PredictStopTime, IsAtLeastTheStopThatDrawsTheSupportedCharge) {
 TEST(PredictStopTime, ACrossingBeyondTheChargeTheModelHoldsIsOnlySaid) {
   const FittedModel model = knownModel();
   StopTimeQuery query = usualQuery(0.0);
-  query.u_required = predictCranking(model, crankAfter(query, 40.0)).u_min->value;
+  query.u_required = predictCranking(model, crankAfter(query, 40.0), 10.0).u_min->value;
   const StopTimeAnswer answer = predictStopTime(model, query, 10.0);
   EXPECT_EQ(answer.outcome, StopTimeOutcome::kAtLeast);
-  EXPECT_NEAR(answer.t_stop->value, 14.4, 1e-9) << "0.1 Ah at 25 A";
+  EXPECT_NEAR(answer.t_stop->value, 28.8, 1e-9) << "0.2 Ah at 25 A";
   EXPECT_NEAR(answer.t_stop->upper, 40.0, 0.5);
   EXPECT_TRUE(holds(answer.message, "puts the end at 4") ||
               holds(answer.message, "puts the end at 39"))

@@ -1,0 +1,124 @@
+#include "prediction/stop_watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "prediction/model_monitor.hpp"
+#include "support/sourced_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+using namespace test;
+
+constexpr double kTooLow = 0.3;  // [V], of the model's open-circuit voltage
+
+FittedModel battery() { return uncertainModel(0.01, {"fresh_sulphate"}); }
+
+/// The battery as a model at the first sample of a drive, its open-circuit voltage too low.
+FittedModel wrongBy(double volts, const Series& series) {
+  FittedModel model = battery();
+  model.fit.source = detectControlMode(series).rule;
+  model.fit.scores.current_rmse = 0.5;
+  model.fit.scores.rmse = 0.15;
+  model.fit.parameters.u_dc -= volts;
+  model.fit.estimates[kRowUDc].value -= volts;
+  model.state.time = series.time[0];
+  model.state.current = series.current[0];
+  return model;
+}
+
+/// Follows a drive; look(monitor, sample) behind each.
+template <typename Look>
+std::vector<StopComparison> stopsOf(ModelMonitor& monitor, const Series& series, Look&& look) {
+  std::vector<StopComparison> stops;
+  for (std::size_t n = 1; n < series.size(); ++n) {
+    const auto events =
+        monitor.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0);
+    stops.insert(stops.end(), events.stops.begin(), events.stops.end());
+    look(n);
+  }
+  return stops;
+}
+
+std::vector<StopComparison> stopsOf(const FittedModel& model, const Series& series) {
+  ModelMonitor monitor({});
+  monitor.install(model, 10.0);
+  return stopsOf(monitor, series, [](std::size_t) {});
+}
+
+TEST(StopWatch, ComparesEveryStopOfTenSecondsOnceWithWhatTheModelSaidBeforeIt) {
+  const Series series = sourcedDrive(900, battery(), 10);
+  const auto stops = stopsOf(wrongBy(0.0, series), series);
+  ASSERT_GT(stops.size(), 8u);
+  for (std::size_t k = 0; k < stops.size(); ++k) {
+    EXPECT_EQ(stops[k].duration, 10.0);
+    EXPECT_TRUE(k == 0 || stops[k].time > stops[k - 1].time + 20.0);
+    EXPECT_NEAR(stops[k].measured_voltage, stops[k].modelled_voltage, 0.05) << "the model is true";
+    EXPECT_NEAR(stops[k].measured_voltage, stops[k].expected_voltage.value, 0.05);
+  }
+}
+
+TEST(StopWatch, PastStopsCorrectTheNext) {
+  const Series series = sourcedDrive(900, battery(), 10);
+  const auto stops = stopsOf(wrongBy(kTooLow, series), series);
+  ASSERT_GT(stops.size(), 8u);
+  const auto missed = [&](std::size_t k) {
+    return std::abs(stops[k].measured_voltage - stops[k].expected_voltage.value);
+  };
+  const double uncorrected =
+      std::abs(stops.back().measured_voltage - stops.back().modelled_voltage);
+  ASSERT_GT(missed(0), 0.15);
+  ASSERT_GT(uncorrected, 0.15) << "the model stays as wrong as it was";
+  for (std::size_t k = 4; k < stops.size(); ++k) EXPECT_LT(missed(k), 0.2 * missed(0)) << k;
+}
+
+TEST(StopWatch, AStopItselfPutsTheLevelRight) {
+  const Series series = sourcedDrive(900, battery(), 10);
+  ModelMonitor monitor({});
+  monitor.install(wrongBy(kTooLow, series), 10.0);
+  int inside = 0, looks = 0;
+  double load_for = 0.0;
+  stopsOf(monitor, series, [&](std::size_t n) {
+    const bool is_load = isStopLoad(series.current[n], -2.0);
+    load_for = is_load ? load_for + 1.0 : 0.0;
+    if (load_for < 8.0 || n + 1 == series.size() || !isStopLoad(series.current[n + 1], -2.0))
+      return;
+    FittedModel now = monitor.now();
+    Follower follower(now, true);
+    InputSample next;
+    next.step = inputStep(now.state.time, now.state.current, series.time[n + 1],
+                          series.current[n + 1], 10.0);
+    const double modelled = follower.follow(next).voltage;
+    const double missed = series.voltage[n + 1] - modelled - ResidualFilter(now).forecast(1.0).mean;
+    ++looks;
+    if (std::abs(missed) < 0.06) ++inside;
+  });
+  ASSERT_GT(looks, 20);
+  EXPECT_GE(inside, 9 * looks / 10);
+}
+
+TEST(StopWatch, AStopAcrossAGapOrOneUnderWayAtTheBeginningIsNotCompared) {
+  Series series = sourcedDrive(900, battery(), 10);
+  const FittedModel model = wrongBy(0.0, series);
+  const auto all = stopsOf(model, series);
+  ASSERT_GT(all.size(), 2u);
+  const auto at = static_cast<std::size_t>(all[1].time - series.time[0]) + 4;
+  ModelMonitor monitor({});
+  FittedModel amid = model;
+  amid.state.time = series.time[at];
+  amid.state.current = series.current[at];
+  monitor.install(amid, 10.0);
+  monitor.lookBack(slice(series, {0, at + 1}));
+  const auto behind = stopsOf(monitor, slice(series, {at, series.size()}), [](std::size_t) {});
+  ASSERT_FALSE(behind.empty());
+  EXPECT_GT(behind.front().time, all[1].time);
+  for (std::size_t n = at; n < series.size(); ++n) series.time[n] += 60.0;
+  const auto torn = stopsOf(model, series);
+  ASSERT_EQ(torn.size() + 1, all.size());
+  EXPECT_NE(torn[1].time, all[1].time);
+}
+
+}  // namespace
+}  // namespace battery_sof

@@ -1,0 +1,92 @@
+"""Stops of real cars: what was expected of voltage and crank, before the stop and while it lasts.
+
+    stops BUILD --data FOLDER [--json FILE]
+
+Plays each recording through a session (stops_experiment). A stop is a discharge of at least 10 s between -2 and -75 A. Before it: the voltage 10 and 30 s later, by
+the model alone and with the correction by past stops. While it lasts: a profile of the currents that flow is queried 10 s or more into the stop; of its lower
+bounds nine and a half in ten hold where the interval is a 90 % one. Crank: the one that ends the stop, queried before it. Longest: `~predict_stop_time` for the
+load that flows, 7.2 V and 200 A.
+"""
+
+import argparse
+import csv
+import io
+import os
+import subprocess
+import tempfile
+
+import numpy as np
+
+from . import recordings
+from .files import write_json
+from .sof import program
+from .tables import table
+
+# recordings with stops, capacity [Ah]
+STOPS = {"drive_1a": 72.0, "drive_1b": 72.0, "drive_2a": 72.0, "drive_2b": 72.0, "small_car": 60.0}
+
+
+def rows_of(binary, name, data):
+    """Rows of stops_experiment, numbers where they are some."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "drive.csv")
+        recordings.write(path, *recordings.measured(data, name))
+        out = subprocess.run([binary, path, "--capacity", str(STOPS[name])], capture_output=True, text=True)
+    if out.returncode:
+        raise SystemExit(out.stderr)
+    rows = list(csv.DictReader(io.StringIO(out.stdout)))
+    return [{key: value if key in ("kind", "basis") else float(value or "nan") for key, value in row.items()} for row in rows]
+
+
+def rms(errors):
+    return float(np.sqrt(np.mean(np.square(errors)))) if len(errors) else None
+
+
+def intervals(rows):
+    """Count, RMS error, share inside and above the lower bound [%], median width."""
+    if not rows:
+        return None
+    m, e, l, u = (np.array([row[key] for row in rows]) for key in ("measured", "expected", "lower", "upper"))
+    return {"count": len(rows), "rms": rms(m - e), "inside_percent": 100.0 * float(np.mean((m >= l) & (m <= u))), "above_percent": 100.0 * float(np.mean(m >= l)),
+            "width": float(np.median(u - l))}
+
+
+def figures(rows):
+    kind = lambda name: [row for row in rows if row["kind"] == name]
+    fitted = [row for row in kind("stop") if row["basis"] == "this_trip"]
+    longest = [row for row in kind("longest") if row["look_s"] >= 10.0]
+    valid = [row for row in longest if row["valid"]]
+    return {"before": intervals(fitted), "modelled_rms": rms([row["measured"] - row["modelled"] for row in fitted]),
+            "profile_before": intervals([row for row in kind("voltage") if row["look_s"] < 10.0]),
+            "during": intervals([row for row in kind("voltage") if row["look_s"] >= 10.0]),
+            "crank_before": intervals([row for row in kind("crank") if row["look_s"] < 10.0]),
+            "asked": len(longest), "answered_percent": 100.0 * len(valid) / len(longest) if longest else None,
+            "longest_s": float(np.median([row["expected"] for row in valid])) if valid else None}
+
+
+HEAD = ("recording", "before: stops, model alone, corrected [mV], inside", "any basis: RMS [mV], inside", "during: RMS [mV], inside, lower bounds hold",
+        "crank, queried before: RMS [V], inside", "longest stop: answered, median")
+
+
+def cells(name, one):
+    shown = lambda key, text, scale: text.format(**{**one[key], "rms": scale * one[key]["rms"]}, alone=scale * (one["modelled_rms"] or 0.0)) if one[key] else "-"
+    longest = f"{one['answered_percent']:.0f} %, {one['longest_s']:.0f} s" if one["longest_s"] is not None else "-"
+    return [name, shown("before", "{count}: {alone:.0f}, {rms:.0f}, {inside_percent:.0f} %", 1e3), shown("profile_before", "{count}: {rms:.0f}, {inside_percent:.0f} %", 1e3),
+            shown("during", "{count}: {rms:.0f}, {inside_percent:.0f} %, {above_percent:.0f} %", 1e3),
+            shown("crank_before", "{count}: {rms:.2f}, {inside_percent:.0f} %", 1.0), longest]
+
+
+def main(given=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("build")
+    parser.add_argument("--data", required=True)
+    parser.add_argument("--json")
+    a = parser.parse_args(given)
+    binary = program(a.build, "stops_experiment")
+    rows = {name: rows_of(binary, name, a.data) for name in STOPS}
+    results = {name: figures(some) for name, some in rows.items()}
+    results["all"] = figures([row for some in rows.values() for row in some])
+    print("\n".join(table(HEAD, [cells(name, one) for name, one in results.items()])))
+    if a.json:
+        write_json(a.json, results)
+    return 0
