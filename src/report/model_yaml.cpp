@@ -11,13 +11,13 @@
 #include "recording/control_mode_overview.hpp"
 #include "recording/series_blocks.hpp"
 #include "util/atomic_file.hpp"
+#include "util/constants.hpp"
 #include "util/regular_file.hpp"
 #include "yaml_fields.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kKelvin = 273.15;             // 0 degC
 constexpr std::size_t kLargestFile = 1 << 20;  // twenty times a model with every part
 constexpr Range kDurations{0.0, 1e10};         // [s]
 constexpr Range kCharges{0.0, 1e6};            // [Ah]
@@ -170,10 +170,10 @@ void describeWindow(File& file, Model& fit) {
   file.number("longest_charge_s", excited.longest_charge, kDurations);
   file.number("charge_swing_ah", excited.charge_swing, kCharges);
   std::optional<double> celsius;
-  if (excited.temperature) celsius = *excited.temperature - kKelvin;
-  file.number("temperature_c", celsius, {-kKelvin, 1000.0});
+  if (excited.temperature) celsius = *excited.temperature - kZeroCelsius;
+  file.number("temperature_c", celsius, {-kZeroCelsius, 1000.0});
   if constexpr (File::kReads)
-    if (celsius) excited.temperature = *celsius + kKelvin;
+    if (celsius) excited.temperature = *celsius + kZeroCelsius;
 }
 
 template <typename File, typename Model>
