@@ -29,8 +29,8 @@ std::vector<std::string> faultsOf(const AcquisitionOptions& options) {
   auto faults = fieldFaults(options);
   const double ratio = kHighestRate / options.sample_rate_hz;
   if (std::abs(ratio - std::round(ratio)) > 1e-9)
-    faults.push_back("sample_rate_hz is " + std::to_string(options.sample_rate_hz) +
-                     ", expected 1000 divided by a whole number");
+    faults.push_back(
+        faultOf("sample_rate_hz", options.sample_rate_hz, "1000 divided by a whole number"));
   if (options.voltage_floor_v >= options.voltage_ceiling_v)
     faults.push_back("voltage_floor_v is not below voltage_ceiling_v");
   if (options.current_gain == 0.0) faults.push_back("current_gain is 0, expected another number");
@@ -46,7 +46,8 @@ SampledChannel::SampledChannel(const AcquisitionOptions& options, double input_r
 }
 
 void SampledChannel::push(double value) {
-  const double output = filtered(value);
+  if (filter_ && pushed_ == 0) filter_->settle(value);
+  const double output = filter_ ? filter_->push(value) : value;
   if (pushed_ == 0) outputs_.fill(output);
   std::rotate(outputs_.begin(), outputs_.begin() + 1, outputs_.end());
   outputs_.back() = output;
@@ -58,12 +59,6 @@ void SampledChannel::push(double value) {
     if (position + kInterpolationReach > newest) return;
     samples_.push_back(outputAt(position));
   }
-}
-
-double SampledChannel::filtered(double value) {
-  if (!filter_) return value;
-  if (pushed_ == 0) filter_->settle(value);
-  return filter_->push(value);
 }
 
 /// Lagrange's cubic through the four newest outputs. @param position in inputs since the first.

@@ -17,8 +17,7 @@ constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 /// What lies between the battery's terminals and the recording.
 struct AcquisitionOptions {
   double sample_rate_hz = 100.0;  ///< of the recording; the simulation's rate is a whole multiple
-  /// of the anti-aliasing Bessel filter (docs/physics.md#acquisition); 0: no filter
-  double cutoff_hz = 20.0;
+  double cutoff_hz = 20.0;        ///< of the anti-aliasing Bessel filter; 0: no filter
   NoiseOptions voltage_noise{0.001, 0.0, 2.0, 0.0};
   NoiseOptions current_noise{0.05, 0.0, 2.0, 0.0};
   double voltage_step_v = 0.001;        ///< quantisation; 0 for none
@@ -35,11 +34,10 @@ struct AcquisitionOptions {
   double voltage_floor_v = -kNoLimit;   ///< the voltage is clipped there
   double voltage_ceiling_v = kNoLimit;  ///< the voltage is clipped there
   double lost_share = 0.0;              ///< of the samples, at random
-  /// stretches in which both channels repeat their last value
-  double frozen_per_min = 0.0;
-  Range frozen_s{0.1, 1.0};  ///< their length
-  double tone_v = 0.0;       ///< amplitude of a tone behind the anti-aliasing filter
-  double tone_hz = 0.0;      ///< its frequency; above half the sample rate it is aliased
+  double frozen_per_min = 0.0;  ///< stretches in which both channels repeat their last value
+  Range frozen_s{0.1, 1.0};     ///< their length
+  double tone_v = 0.0;          ///< amplitude of a tone behind the anti-aliasing filter
+  double tone_hz = 0.0;         ///< its frequency; above half the sample rate it is aliased
 };
 
 /// One recorded sample, current positive into the battery.
@@ -59,7 +57,6 @@ class SampledChannel {
   const std::vector<double>& samples() const { return samples_; }
 
  private:
-  double filtered(double value);
   double outputAt(double position) const;
 
   std::optional<BesselFilter> filter_;

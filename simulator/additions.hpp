@@ -22,30 +22,25 @@ struct Additions {
   double electrode3_exponent = 1.0;          ///< p_3 [1]; 1: a capacitor
   double electrode3_i0_a = 1.0;              ///< I_03 [A]
   double electrode3_beta_per_v = 40.0;       ///< beta_3 [1/V]
-
   /// S2: tau_h dv/dt = R_h i - v; voltage v.
   bool fast_arc = false;
   double fast_arc_ohm = 1e-3;    ///< R_h [Ohm]
   double fast_arc_time_s = 0.1;  ///< tau_h [s]
-
   /// P4: tau_j dw_j/dt = R_j i - w_j, j = 1, 2; voltage w_1 + w_2.
   bool acid_transport = false;
   double acid_1_ohm = 2e-3;      ///< R_1 [Ohm]
   double acid_1_time_s = 60.0;   ///< tau_1 [s]
   double acid_2_ohm = 3e-3;      ///< R_2 [Ohm]
   double acid_2_time_s = 600.0;  ///< tau_2 [s]
-
   /// P6: dh/dt = |i| (sgn i - h) / Q_h; voltage M h.
   bool ocv_hysteresis = false;
   double hysteresis_v = 0.02;   ///< M [V]
   double hysteresis_ah = 0.25;  ///< Q_h [Ah]
-
   /// P7: x = LP_tau[(-i)+ / i_L]; voltage kappa ln(1 - x), x held below 0.99.
   bool high_rate_depletion = false;
   double depletion_v = 0.15;         ///< kappa [V]
   double depletion_limit_a = 400.0;  ///< i_L [A]
   double depletion_time_s = 30.0;    ///< tau [s]
-
   /// P8: voltage -U_cf (1 - n) y,  dn/dt = (-i)+ (1 - n) / Q_n - (i)+ n / Q_e,
   ///     dy/dt = (-i)+ (1 - y) / Q_r - (i)+ y / Q_r.
   bool coup_de_fouet = false;
@@ -54,7 +49,6 @@ struct Additions {
   double coup_nuclei_ah = 0.3;        ///< Q_n [Ah]
   double coup_erasing_ah = 0.5;       ///< Q_e [Ah]
   double coup_nuclei_at_start = 1.0;  ///< n at the start [1]; 0: fully charged
-
   /// P3: i_lim = i_lim0 A, dA/dt = ((-i)+ - chi (i)+) / Q_A - (A - 1) / tau_r, A >= A_min; acts
   /// with charge_acceptance only.
   bool sulphate_history = false;
@@ -62,44 +56,35 @@ struct Additions {
   double sulphate_time_s = 1200.0;     ///< tau_r [s]
   double sulphate_charge_share = 0.6;  ///< chi [1]
   double sulphate_least = 0.2;         ///< A_min [1]
-
   /// P10: one parameter times 1 + rate t.
   bool parameter_drift = false;
   DriftingParameter drifting = DriftingParameter::kROhmic;
   double drift_per_h = 0.1;  ///< rate [1/h]
-
   /// P11: a load at the terminals that the current sensor does not see, always on [A]; the rest
   /// before the start was under it.
   double parasitic_load_a = 0.0;
-
   /// I6: a resistance more from an instant on.
   bool contact_step = false;
   double contact_ohm = 5e-4;
   double contact_from_s = 600.0;
-
   /// Voltage r_m LP_tau[|i|] i.
   bool memory_resistance = false;
   double memory_ohm_per_a = 1e-4;  ///< r_m [Ohm/A]
   double memory_time_s = 20.0;     ///< tau [s]
-
   /// Voltage sgn(i) U_s while |i| is above a threshold.
   bool step_force = false;
   double step_force_v = 0.1;         ///< U_s [V]
   double step_force_above_a = 60.0;  ///< [A]
-
   /// Voltage U_t g sin(2 pi t / T), g = LP_2s[1 while |i| is above 5 A, else 0].
   bool gated_tone = false;
   double gated_tone_v = 0.02;         ///< U_t [V]
   double gated_tone_period_s = 40.0;  ///< T [s]
-
   /// CPE2's scale times (1 - share)^(t / 1 h).
   bool capacitance_fall = false;
   double capacitance_fall_share = 0.6;  ///< lost within an hour [1]
-
   /// No charge transfer while |u_2| is below a threshold; beyond it eq. 1 of the rest.
   bool dead_zone = false;
   double dead_zone_v = 0.01;  ///< [V]
-
   /// r_i plus s R, s the sign of the last current above a threshold (0 before the first).
   bool hysteretic_r = false;
   double hysteretic_ohm = 1e-3;     ///< R [Ohm]

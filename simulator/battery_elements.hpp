@@ -8,14 +8,12 @@
 namespace battery_sof_simulator {
 
 /// Elements of the paper's Fig. 4 for a 12 V, 50 Ah VRLA block (6 cells, CCA 800 A) at 25 degC.
-/// Defaults are those of docs/physics.md#reference-circuit unless a source is given; they are
-/// typical values of such blocks, not a fit to one.
+/// Defaults are those of docs/physics.md#reference-circuit unless a source is given (#section: of
+/// the same page); they are typical values of such blocks, not a fit to one.
 struct BatteryParameters {
-  double capacity_ah = 50.0;  ///< C_20 [Ah] (paper, section V)
-
-  double inductance_h = 0.15e-6;  ///< L [H]; 0.05 to 1 uH with wiring
-  double r_ohmic_ohm = 3.2e-3;    ///< r_i [Ohm]; 2.5 to 5 mOhm
-
+  double capacity_ah = 50.0;         ///< C_20 [Ah] (paper, section V)
+  double inductance_h = 0.15e-6;     ///< L [H]; 0.05 to 1 uH with wiring
+  double r_ohmic_ohm = 3.2e-3;       ///< r_i [Ohm]; 2.5 to 5 mOhm
   double r1_charge_ohm = 5.0e-3;     ///< r_1 at small charging currents [Ohm]
   double r1_discharge_ohm = 3.5e-3;  ///< r_1 at small discharging currents [Ohm]
   double r1_knee_current_a = 30.0;   ///< i_x [A], current that halves the share that falls
@@ -23,41 +21,27 @@ struct BatteryParameters {
   double r1_transition_a = 4.0;      ///< i_w [A], width of the change from discharge to charge
   double r1_transition_at_a = 0.5;   ///< i_s [A], its centre: slightly beside zero current
   double cpe1_exponent = 0.65;       ///< p_1 [1]; 0.55 to 0.8
-  /// where |Z_CPE1| equals the mean of the two r_1 [Hz]; 5 to 50 Hz
-  double cpe1_corner_hz = 20.0;
-
-  double i0_a = 1.0;            ///< I_0 [A]; 0.3 to 3 A
-  double alpha = 0.5;           ///< [1]
-  double beta_per_v = 22.0;     ///< [1/V]; 15 to 35
-  double cpe2_exponent = 0.88;  ///< p_2 [1]; 0.75 to 1
-  /// capacitor of the same |Y| at cpe2_reference_rad_per_s [F]; 500 to 2000
-  double cpe2_capacitance_f = 1000.0;
+  double cpe1_corner_hz = 20.0;      ///< where |Z_CPE1| is the mean of the two r_1 [Hz]; 5 to 50 Hz
+  double i0_a = 1.0;                 ///< I_0 [A]; 0.3 to 3 A
+  double alpha = 0.5;                ///< [1]
+  double beta_per_v = 22.0;          ///< [1/V]; 15 to 35
+  double cpe2_exponent = 0.88;       ///< p_2 [1]; 0.75 to 1
+  double cpe2_capacitance_f = 1000.0;     ///< of the same |Y| at the reference [F]; 500 to 2000
   double cpe2_reference_rad_per_s = 0.3;  ///< [rad/s]
-
-  double u0_v = 12.68;       ///< u_0 at SOC 0.8 [V]
-  double u0_slope_v = 1.35;  ///< du_0/dSOC [V per unit of SOC]; 1.2 to 1.8
-
-  double u_gas_v = 14.1;   ///< threshold of Fig. 4's gassing branch [V]
-  double r_gas_ohm = 0.8;  ///< its resistance [Ohm]
-  /// Tafel law: current at 14.4 V, 25 degC [A] (docs/physics.md#gassing)
-  double gas_current_a = 0.05;
-  double gas_slope_per_v = 1.83;  ///< Tafel law: slope [1/V] (the same)
-  double gas_slope_per_k = 0.06;  ///< Tafel law: temperature slope [1/K] (the same)
-
-  /// i_lim [A], largest lasting charging current (docs/physics.md#charge_acceptance); 20 to 200 A
-  double lead_ion_limit_a = 60.0;
-  double lead_ion_time_s = 15.0;  ///< tau_d [s] (docs/physics.md#charge_acceptance); 3 to 40 s
-
-  /// relative change of r_i and r_1 [1/K] (docs/physics.md#self_heating)
-  double r_per_k = -0.006;
-  /// of I_0 [J/mol] (docs/physics.md#self_heating: 40 to 60 kJ/mol)
-  double activation_j_per_mol = 50e3;
-  /// i_lim halves with every such step down [K] (docs/physics.md#charge_acceptance)
-  double lead_ion_halving_k = 15.0;
-  /// of the block [J/K] (docs/physics.md#self_heating: 12 to 15 kJ/K for 17 kg)
-  double heat_capacity_j_per_k = 13e3;
-  /// block to surroundings [K/W] (docs/physics.md#self_heating: 0.5 to 2)
-  double thermal_resistance_k_per_w = 1.0;
+  double u0_v = 12.68;                    ///< u_0 at SOC 0.8 [V]
+  double u0_slope_v = 1.35;               ///< du_0/dSOC [V per unit of SOC]; 1.2 to 1.8
+  double u_gas_v = 14.1;                  ///< threshold of Fig. 4's gassing branch [V]
+  double r_gas_ohm = 0.8;                 ///< its resistance [Ohm]
+  double gas_current_a = 0.05;            ///< Tafel law: current at 14.4 V, 25 degC [A] (#gassing)
+  double gas_slope_per_v = 1.83;          ///< Tafel law: slope [1/V] (#gassing)
+  double gas_slope_per_k = 0.06;          ///< Tafel law: temperature slope [1/K] (#gassing)
+  double lead_ion_limit_a = 60.0;      ///< i_lim [A], largest lasting charging current; 20 to 200 A
+  double lead_ion_time_s = 15.0;       ///< tau_d [s]; 3 to 40 s (both: #charge_acceptance)
+  double r_per_k = -0.006;             ///< relative change of r_i and r_1 [1/K] (#self_heating)
+  double activation_j_per_mol = 50e3;  ///< of I_0 [J/mol]; 40 to 60 kJ/mol (#self_heating)
+  double lead_ion_halving_k = 15.0;    ///< i_lim halves with every such step down [K]
+  double heat_capacity_j_per_k = 13e3;      ///< of the block [J/K]; 12 to 15 kJ/K for 17 kg
+  double thermal_resistance_k_per_w = 1.0;  ///< block to surroundings [K/W]; 0.5 to 2
 };
 
 constexpr double kReferenceSoc = 0.8;  ///< of u0_v
@@ -83,10 +67,8 @@ struct BatteryEffects {
   bool cpe2_fractional = true;        ///< off: exponent 1, the same |Y| at the reference rate
   bool ocv_slope = true;              ///< off: u_0 stays at its value for the first SOC
   GassingLaw gassing = GassingLaw::kThreshold;
-  /// on: Pb2+ depletion limits charging (docs/physics.md#charge_acceptance; not in Fig. 4)
-  bool charge_acceptance = false;
-  /// on: losses warm the block (docs/physics.md#self_heating; not in Fig. 4)
-  bool self_heating = false;
+  bool charge_acceptance = false;  ///< on: Pb2+ depletion limits charging (not in Fig. 4)
+  bool self_heating = false;       ///< on: losses warm the block (not in Fig. 4)
 };
 
 /// @return everything off but r_1's two values: the circuit of the paper's Fig. 3.

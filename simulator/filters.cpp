@@ -41,22 +41,4 @@ BesselFilter::BesselFilter(double cutoff, double rate) {
   delay_ = kHalfPower / warped;  // theta_n delays by 1 at s = 0
 }
 
-void BesselFilter::settle(double value) {
-  for (Section& s : sections_) s.in1 = s.in2 = s.out1 = s.out2 = value;
-}
-
-double BesselFilter::push(double input) {
-  for (Section& section : sections_) input = section.push(input);
-  return input;
-}
-
-double BesselFilter::Section::push(double input) {
-  const double output = gain * (input + 2.0 * in1 + in2) - a1 * out1 - a2 * out2;
-  in2 = in1;
-  in1 = input;
-  out2 = out1;
-  out1 = output;
-  return output;
-}
-
 }  // namespace battery_sof_simulator

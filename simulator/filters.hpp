@@ -33,10 +33,15 @@ class BesselFilter {
   BesselFilter(double cutoff, double rate);
 
   /// Forgets the past: the filter has seen `value` for ever.
-  void settle(double value);
+  void settle(double value) {
+    for (Section& s : sections_) s.in1 = s.in2 = s.out1 = s.out2 = value;
+  }
 
   /// @return the next output for the next input.
-  double push(double input);
+  double push(double input) {
+    for (Section& section : sections_) input = section.push(input);
+    return input;
+  }
 
   double delay() const { return delay_; }  ///< of a slow signal [s]
 
@@ -44,7 +49,13 @@ class BesselFilter {
   struct Section {
     double gain, a1, a2;
     double in1 = 0.0, in2 = 0.0, out1 = 0.0, out2 = 0.0;
-    double push(double input);
+    double push(double input) {
+      const double output = gain * (input + 2.0 * in1 + in2) - a1 * out1 - a2 * out2;
+      in2 = in1;
+      in1 = input;
+      out2 = out1;
+      return out1 = output;
+    }
   };
   std::array<Section, kOrder / 2> sections_;
   double delay_;

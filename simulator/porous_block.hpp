@@ -12,38 +12,32 @@ namespace battery_sof_simulator {
 /// Sulzer et al. 2019 (17 Ah), area scaled to 50 Ah and thickness by 0.8 for a spiral block
 /// (docs/physics.md#porous-electrode), unless said otherwise.
 struct PorousParameters {
-  double capacity_ah = 50.0;             ///< for the state of charge alone [Ah]
-  double area_m2 = 0.174;                ///< of a cell's electrodes [m2]
-  double negative_m = 0.72e-3;           ///< thickness [m]
-  double separator_m = 1.2e-3;           ///< thickness [m]
-  double positive_m = 1.0e-3;            ///< thickness [m]
-  double negative_porosity = 0.53;       ///< when full [1]
-  double separator_porosity = 0.92;      ///< [1]
-  double positive_porosity = 0.57;       ///< when full [1]
-  double grid_ohm = 3e-3;                ///< grids and straps of the block [Ohm]
-  double full_acid_mol_per_m3 = 5650.0;  ///< at full charge
-
+  double capacity_ah = 50.0;                  ///< for the state of charge alone [Ah]
+  double area_m2 = 0.174;                     ///< of a cell's electrodes [m2]
+  double negative_m = 0.72e-3;                ///< thickness [m]
+  double separator_m = 1.2e-3;                ///< thickness [m]
+  double positive_m = 1.0e-3;                 ///< thickness [m]
+  double negative_porosity = 0.53;            ///< when full [1]
+  double separator_porosity = 0.92;           ///< [1]
+  double positive_porosity = 0.57;            ///< when full [1]
+  double grid_ohm = 3e-3;                     ///< grids and straps of the block [Ohm]
+  double full_acid_mol_per_m3 = 5650.0;       ///< at full charge
   double negative_surface_per_m = 2.3e6;      ///< a [1/m]
   double positive_surface_per_m = 2.3e7;      ///< a [1/m]
   double negative_exchange_a_per_m2 = 0.06;   ///< j_0 at full charge
   double positive_exchange_a_per_m2 = 0.004;  ///< j_0 at full charge
   double negative_layer_f_per_m2 = 0.2;
   double positive_layer_f_per_m2 = 1.5;  ///< 0.2 in the source; the paper's block has 1000 F
-
-  double diffusion_factor = 1.0;  ///< of the acid's diffusion coefficient [1]
-
+  double diffusion_factor = 1.0;         ///< of the acid's diffusion coefficient [1]
   bool gassing = false;
   double gas_current_a = 0.05;          ///< of each electrode at its potential below [A]
   double oxygen_potential_v = 1.87;     ///< phi_s - phi_e of the positive [V]
   double hydrogen_potential_v = -0.53;  ///< phi_s - phi_e of the negative; together 2.4 V [V]
   double gas_slope_per_v = 19.0;        ///< of each, 0.12 V a decade [1/V]
-
   bool lead_ion = false;
-  /// largest lasting charging current (docs/physics.md#charge_acceptance) [A]
-  double lead_ion_limit_a = 60.0;
-  double lead_ion_time_s = 15.0;  ///< (docs/physics.md#charge_acceptance) [s]
-
-  int cells_per_region = 15;  ///< of the grid
+  double lead_ion_limit_a = 60.0;  ///< largest lasting charging current [A]
+  double lead_ion_time_s = 15.0;   ///< [s] (both: docs/physics.md#charge_acceptance)
+  int cells_per_region = 15;       ///< of the grid
 };
 
 /// Everything a porous block remembers, at one instant.

@@ -25,16 +25,41 @@ class PowerSource {
   explicit PowerSource(double slew = 3000.0) : slew_(slew) {}
 
   /// @return the battery one step later.
-  template <typename Battery>
-  typename Battery::State step(const Battery& battery, const typename Battery::State& before,
-                               const Demand& demand) const;
+  template <typename Battery, typename State>
+  State step(const Battery& battery, const State& before, const Demand& demand) const {
+    const double reach = slew_ * Battery::kStep;
+    const double lowest = before.current - reach, highest = before.current + reach;
+    const State free = battery.advance(before, std::clamp(demand.current, lowest, highest));
+    if (free.current <= 0.0 || battery.voltage(free) <= demand.voltage_limit) return free;
+    State held = battery.advance(before, 0.0);
+    if (battery.voltage(held) < demand.voltage_limit)
+      held = holdVoltage(battery, before, demand.voltage_limit, free);
+    if (held.current >= lowest) return held;
+    return battery.advance(before, lowest);
+  }
 
  private:
-  template <typename Battery>
-  static typename Battery::State holdVoltage(const Battery& battery,
-                                             const typename Battery::State& before,
-                                             double set_point,
-                                             const typename Battery::State& above);
+  /// The state whose voltage is the set point; the current lies between 0 and the one that exceeds
+  /// it.
+  template <typename Battery, typename State>
+  static State holdVoltage(const Battery& battery, const State& before, double set_point,
+                           const State& above) {
+    double low = 0.0, high = above.current;
+    double x = high, excess = battery.voltage(above) - set_point;
+    double next = std::clamp(before.current, low, high - std::min(kProbe, 0.5 * high));
+    State state = above;
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+      state = battery.advance(before, next);
+      const double next_excess = battery.voltage(state) - set_point;
+      if (std::abs(next_excess) <= kVoltageTolerance) break;
+      (next_excess > 0.0 ? high : low) = next;
+      const double secant = next - next_excess * (next - x) / (next_excess - excess);
+      x = next;
+      excess = next_excess;
+      next = secant > low && secant < high ? secant : 0.5 * (low + high);
+    }
+    return state;
+  }
 
   static constexpr double kVoltageTolerance = 1e-6;  // [V]
   static constexpr double kProbe = 0.5;              // [A], second point of the secant
@@ -42,45 +67,5 @@ class PowerSource {
 
   double slew_;
 };
-
-/// The state whose voltage is the set point; the current lies between 0 and the one that exceeds
-/// it.
-template <typename Battery>
-typename Battery::State PowerSource::holdVoltage(const Battery& battery,
-                                                 const typename Battery::State& before,
-                                                 double set_point,
-                                                 const typename Battery::State& above) {
-  double low = 0.0, high = above.current;
-  double x = high, excess = battery.voltage(above) - set_point;
-  double next = std::clamp(before.current, low, high - std::min(kProbe, 0.5 * high));
-  typename Battery::State state = above;
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    state = battery.advance(before, next);
-    const double next_excess = battery.voltage(state) - set_point;
-    if (std::abs(next_excess) <= kVoltageTolerance) break;
-    (next_excess > 0.0 ? high : low) = next;
-    const double secant = next - next_excess * (next - x) / (next_excess - excess);
-    x = next;
-    excess = next_excess;
-    next = secant > low && secant < high ? secant : 0.5 * (low + high);
-  }
-  return state;
-}
-
-template <typename Battery>
-typename Battery::State PowerSource::step(const Battery& battery,
-                                          const typename Battery::State& before,
-                                          const Demand& demand) const {
-  using State = typename Battery::State;
-  const double reach = slew_ * Battery::kStep;
-  const double lowest = before.current - reach, highest = before.current + reach;
-  const State free = battery.advance(before, std::clamp(demand.current, lowest, highest));
-  if (free.current <= 0.0 || battery.voltage(free) <= demand.voltage_limit) return free;
-  State held = battery.advance(before, 0.0);
-  if (battery.voltage(held) < demand.voltage_limit)
-    held = holdVoltage(battery, before, demand.voltage_limit, free);
-  if (held.current >= lowest) return held;
-  return battery.advance(before, lowest);
-}
 
 }  // namespace battery_sof_simulator

@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <fstream>
+#include <map>
 #include <set>
 #include <sstream>
 #include <type_traits>
@@ -110,13 +111,6 @@ void readMap(const YAML::Node& node, const std::string& prefix, Faults& faults, 
   reader.refuseUnknownKeys();
 }
 
-template <typename Options>
-ProfileOptions readProfileOf(MapReader& reader) {
-  Options options;
-  reader.read(fieldsOf(options));
-  return options;
-}
-
 Phase readPhase(const YAML::Node& node, const std::string& prefix, Faults& faults) {
   Phase phase{0.0, 0.0, 0.0};
   MapReader reader(node, prefix, faults);
@@ -143,22 +137,19 @@ ListedPhases readListedPhases(MapReader& reader, Faults& faults) {
 
 ProfileOptions readProfile(const YAML::Node& node, Faults& faults) {
   MapReader reader(node, "profile", faults);
-  const YAML::Node kind_node = reader.find("kind");
-  const std::string kind =
-      kind_node.IsDefined() && kind_node.IsScalar() ? kind_node.Scalar() : "missing";
-  ProfileOptions profile;
-  if (kind == "alternating") {
-    profile = readProfileOf<AlternatingOptions>(reader);
-  } else if (kind == "long_charges") {
-    profile = readProfileOf<LongChargesOptions>(reader);
-  } else if (kind == "city_drive") {
-    profile = readProfileOf<CityOptions>(reader);
-  } else if (kind == "phases") {
-    profile = readListedPhases(reader, faults);
-  } else {
-    reader.refuse("kind", kind, "alternating, long_charges, city_drive or phases");
-    return profile;
+  const std::map<std::string, ProfileOptions> kinds{{"alternating", AlternatingOptions{}},
+                                                    {"long_charges", LongChargesOptions{}},
+                                                    {"city_drive", CityOptions{}},
+                                                    {"phases", ListedPhases{}}};
+  const YAML::Node kind = reader.find("kind");
+  const std::string name = kind.IsDefined() && kind.IsScalar() ? kind.Scalar() : "missing";
+  if (kinds.count(name) == 0) {
+    reader.refuse("kind", name, "alternating, long_charges, city_drive or phases");
+    return {};
   }
+  ProfileOptions profile = kinds.at(name);
+  std::visit([&](auto& options) { reader.read(fieldsOf(options)); }, profile);
+  if (name == "phases") profile = readListedPhases(reader, faults);
   reader.refuseUnknownKeys();
   return profile;
 }

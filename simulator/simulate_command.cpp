@@ -87,11 +87,12 @@ nlohmann::json jsonOf(const Scenario& scenario, const Simulation& simulation,
 
 std::string textOf(const Simulation& simulation, const std::string& out) {
   char samples[80], charge[80];
-  std::snprintf(samples, sizeof samples, "%zu samples in %.2f s", simulation.samples.size(),
-                simulation.duration);
-  std::snprintf(charge, sizeof charge, "SOC %.4f to %.4f, %.3f Ah charged", simulation.soc_at_start,
-                simulation.soc_at_end, simulation.balance.charge_in / kSecondsPerHour);
-  return std::string(samples) + " written to " + shown(out) + "; " + charge + "\n";
+  std::snprintf(samples, sizeof samples, "%zu samples in %.2f s written to ",
+                simulation.samples.size(), simulation.duration);
+  std::snprintf(charge, sizeof charge, "; SOC %.4f to %.4f, %.3f Ah charged\n",
+                simulation.soc_at_start, simulation.soc_at_end,
+                simulation.balance.charge_in / kSecondsPerHour);
+  return samples + shown(out) + charge;
 }
 
 void printSpectrum(const Scenario& scenario, const std::string& path, std::ostream& out) {

@@ -97,15 +97,14 @@ std::vector<std::string> faultsOf(const std::vector<Insert>& inserts) {
     append(faults, name, faultsOf(ProfileOptions{ListedPhases{inserts[k].phases}}));
     const double earliest = k == 0 ? 0.0 : inserts[k - 1].at;
     if (!(inserts[k].at >= earliest))
-      faults.push_back(name + "at_s is " + std::to_string(inserts[k].at) + ", expected " +
-                       std::to_string(earliest) + " or more");
+      faults.push_back(
+          faultOf(name + "at_s", inserts[k].at, std::to_string(earliest) + " or more"));
   }
   return faults;
 }
 
 void requirePositive(std::vector<std::string>& faults, const char* name, double value) {
-  if (!(value > 0.0) || !std::isfinite(value))
-    faults.push_back(std::string(name) + " is " + std::to_string(value) + ", expected above 0");
+  if (!(value > 0.0) || !std::isfinite(value)) faults.push_back(faultOf(name, value, "above 0"));
 }
 
 std::vector<std::string> faultsOf(const LaterPart& later, double duration) {

@@ -24,9 +24,8 @@ struct Scenario {
   BatteryParameters battery;
   BatteryEffects effects;
   Additions additions;
+  std::optional<PorousParameters> porous;  ///< in place of the three above, at 25 degC
   FullBattery::Start start;
-  /// in place of battery, effects and additions, at 25 degC
-  std::optional<PorousParameters> porous;
   AcquisitionOptions acquisition;
   ProfileOptions profile;
   std::vector<Insert> inserts;  ///< in order of time
@@ -41,12 +40,10 @@ struct Truth {
 };
 
 struct SimulationOptions {
-  int substeps = 1;  ///< integration steps within FullBattery::kStep, >= 1
-  /// shorter or longer than planned [s]; a shorter drive is the same, cut
-  std::optional<double> cut_after;
-  bool keep_truth = false;  ///< 24 bytes a step: 86 MB an hour
-  /// called with the simulated time [s] once a simulated minute
-  std::function<void(double)> progress;
+  int substeps = 1;                 ///< integration steps within FullBattery::kStep, >= 1
+  std::optional<double> cut_after;  ///< another length than planned [s]; a shorter drive is cut
+  bool keep_truth = false;          ///< 24 bytes a step: 86 MB an hour
+  std::function<void(double)> progress;  ///< given the simulated time [s] once a simulated minute
 };
 
 /// A recording and how it came about.

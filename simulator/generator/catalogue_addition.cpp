@@ -83,13 +83,9 @@ struct Addition {
   void alsoTrue(const std::string& id) { draft.effects.push_back(id); }
 };
 
-/// An addition that is a flag of its name, if there is one, and numbers.
-struct PlainAddition {
-  const char* id;
-  std::vector<Number> numbers;
-};
-const std::vector<PlainAddition>& plainAdditions() {
-  static const std::vector<PlainAddition> all{
+/// Additions that are a flag of their name, if there is one, and numbers.
+const std::map<std::string, std::vector<Number>>& plainAdditions() {
+  static const std::map<std::string, std::vector<Number>> all{
       {"fast_arc",
        {{"fast_arc_ohm", As::kAmplitude, {1e-3, 2e-3}},
         {"fast_arc_time_s", As::kLog, {0.05, 0.4}}}},
@@ -291,8 +287,8 @@ void addCapacitanceFall(Addition& s) {
   s.set("capacitance_fall_share", 1.0 - std::pow(1.0 - 0.6, s.scale));
 }
 
-/// Draws the additions that are more than numbers of a flag; whether the id is one of them.
-bool addSpecial(Addition& s, const std::string& id) {
+/// Additions that are more than numbers of a flag.
+const std::map<std::string, void (*)(Addition&)>& specialAdditions() {
   static const std::map<std::string, void (*)(Addition&)> all{
       {"cpe2", addCpe2},
       {"current_dependent_resistance", addCurrentDependence},
@@ -310,9 +306,7 @@ bool addSpecial(Addition& s, const std::string& id) {
       {"aliasing", addAliasing},
       {"gated_tone", addGatedTone},
       {"capacitance_fall", addCapacitanceFall}};
-  const auto found = all.find(id);
-  if (found != all.end()) found->second(s);
-  return found != all.end();
+  return all;
 }
 
 bool isUnlisted(const std::string& id) {
@@ -357,13 +351,13 @@ void addEffect(CatalogueDraft& draft, const std::string& id, Dice& dice, double 
   Addition s{draft, dice, scale};
   if (draft.scenario.porous) return addToPorous(s, id);
   if (s.present() && !isUnlisted(id)) s.alsoTrue(id);
-  if (addSpecial(s, id)) return;
-  const auto& plain = plainAdditions();
-  const auto found = std::find_if(plain.begin(), plain.end(),
-                                  [&](const PlainAddition& one) { return one.id == id; });
-  if (found == plain.end()) throw std::invalid_argument("no effect is called \"" + id + "\"");
+  if (const auto special = specialAdditions().find(id); special != specialAdditions().end())
+    return special->second(s);
+  const auto found = plainAdditions().find(id);
+  if (found == plainAdditions().end())
+    throw std::invalid_argument("no effect is called \"" + id + "\"");
   s.mark(id);
-  s.draw(found->numbers);
+  s.draw(found->second);
   if (id == "dropouts") draft.scenario.acquisition.frozen_s = {0.1, 1.5};
 }
 

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "simulator/fields.hpp"
 #include "simulator/generator/series.hpp"
 
 namespace battery_sof_simulator {
@@ -37,33 +38,6 @@ class PoleCascade {
   std::vector<double> inputs_, outputs_;
 };
 
-/// A channel's filtered series and the filter's delay [s].
-struct Filtered {
-  std::vector<double> series;
-  double delay;
-};
-
-template <typename Filter>
-Filtered through(Filter filter, const std::vector<double>& input) {
-  Filtered filtered{{}, filter.delay()};
-  filtered.series.reserve(input.size());
-  for (double value : input) filtered.series.push_back(filter.push(value));
-  return filtered;
-}
-
-Filtered filtered(const ImperfectChannel& channel, const std::vector<double>& input) {
-  if (channel.poles < 1 || channel.poles > kBesselPoles)
-    throw std::invalid_argument("poles is " + std::to_string(channel.poles) + ", expected 1 to 8");
-  if (!(channel.corner_hz >= 0.1 && channel.corner_hz <= 400.0))
-    throw std::invalid_argument("corner_hz is " + std::to_string(channel.corner_hz) +
-                                ", expected 0.1 to 400");
-  if (channel.poles < kBesselPoles)
-    return through(PoleCascade(channel.poles, channel.corner_hz, input.front()), input);
-  BesselFilter bessel(channel.corner_hz, 1.0 / kStep);
-  bessel.settle(input.front());
-  return through(bessel, input);
-}
-
 double converted(const ImperfectChannel& channel, double value) {
   if (channel.step <= 0.0) return value;
   const double turn = 2.0 * kPi * value / (channel.step * channel.bow_period_steps);
@@ -72,16 +46,33 @@ double converted(const ImperfectChannel& channel, double value) {
   return quantised(bowed, channel.step);
 }
 
-/// One channel's samples, unconverted and without noise.
+/// One channel's samples behind its filter, unconverted and without noise.
+template <typename Filter>
+std::vector<double> lookedThrough(Filter filter, const ImperfectChannel& channel,
+                                  const std::vector<double>& truth,
+                                  const std::vector<double>& instants, std::size_t per_sample) {
+  std::vector<double> seen, samples;
+  seen.reserve(truth.size());
+  for (double value : truth) seen.push_back(filter.push(value));
+  const double lead = filter.delay() * (1.0 - channel.late_share) / kStep;
+  for (double instant : instants)
+    samples.push_back(valueAt(seen, instant * static_cast<double>(per_sample) + lead));
+  return samples;
+}
+
 std::vector<double> looked(const ImperfectChannel& channel, const std::vector<double>& truth,
                            const std::vector<double>& instants, std::size_t per_sample) {
-  const Filtered seen = filtered(channel, truth);
-  const double lead = seen.delay * (1.0 - channel.late_share) / kStep;
-  std::vector<double> samples;
-  samples.reserve(instants.size());
-  for (double instant : instants)
-    samples.push_back(valueAt(seen.series, instant * static_cast<double>(per_sample) + lead));
-  return samples;
+  if (channel.poles < 1 || channel.poles > kBesselPoles)
+    throw std::invalid_argument("poles is " + std::to_string(channel.poles) + ", expected 1 to 8");
+  if (!(channel.corner_hz >= 0.1 && channel.corner_hz <= 400.0))
+    throw std::invalid_argument(faultOf("corner_hz", channel.corner_hz, "0.1 to 400"));
+  if (channel.poles < kBesselPoles) {
+    const PoleCascade poles(channel.poles, channel.corner_hz, truth.front());
+    return lookedThrough(poles, channel, truth, instants, per_sample);
+  }
+  BesselFilter bessel(channel.corner_hz, 1.0 / kStep);
+  bessel.settle(truth.front());
+  return lookedThrough(bessel, channel, truth, instants, per_sample);
 }
 
 /// @param corner_hz lowest and highest corner [Hz].

@@ -8,28 +8,30 @@ namespace battery_sof_simulator {
 namespace {
 
 /// Sensitivities of u2 along a course, by implicit Euler steps.
-class Sensitivities {
- public:
-  explicit Sensitivities(const BatteryParameters& battery) : b_(battery) {}
+struct Sensitivities {
+  double by_capacitance = 0.0, by_beta = 0.0, by_start = 1.0;
 
-  void advance(double u2, double current, double step) {
-    const double half = 0.5 * b_.beta_per_v * u2;
-    const double slope = b_.i0_a * b_.beta_per_v * std::cosh(half);
-    const double reaction = 2.0 * b_.i0_a * std::sinh(half);
-    const double kept = b_.cpe2_capacitance_f / step, all = kept + slope;
-    by_capacitance_ = (kept * by_capacitance_ - (current - reaction)) / all;
-    by_beta_ = (kept * by_beta_ - slope * u2) / all;
-    by_start_ = kept * by_start_ / all;
+  void advance(const BatteryParameters& b, double u2, double current, double step) {
+    const double half = 0.5 * b.beta_per_v * u2;
+    const double slope = b.i0_a * b.beta_per_v * std::cosh(half);
+    const double reaction = 2.0 * b.i0_a * std::sinh(half);
+    const double kept = b.cpe2_capacitance_f / step, all = kept + slope;
+    by_capacitance = (kept * by_capacitance - (current - reaction)) / all;
+    by_beta = (kept * by_beta - slope * u2) / all;
+    by_start = kept * by_start / all;
   }
-  std::array<double, 6> row(double current) const {
-    return {1.0,      std::max(current, 0.0), std::min(current, 0.0), by_capacitance_, by_beta_,
-            by_start_};
-  }
-
- private:
-  BatteryParameters b_;
-  double by_capacitance_ = 0.0, by_beta_ = 0.0, by_start_ = 1.0;
 };
+
+/// Shows every state of a battery under given currents, which it comes to from rest within a step.
+template <typename Look>
+void impose(const LawBattery& battery, const std::vector<double>& current, const Look& look) {
+  if (current.empty()) throw std::invalid_argument("controlledCourse: no current");
+  LawState state = battery.rested();
+  for (std::size_t n = 0; n < current.size(); ++n) {
+    if (n > 0 || current[0] != 0.0) state = battery.advance(state, current[n]);
+    look(n, state);
+  }
+}
 
 }  // namespace
 
@@ -42,25 +44,13 @@ LawBattery::LawBattery(const Scenario& scenario, const Law* law, double strength
       u0_(battery_.voltage(battery_.rested())) {
   requireNone(faultsOf(scenario), "scenario");
   if (!std::isfinite(strength))
-    throw std::invalid_argument("strength is " + std::to_string(strength) + ", expected finite");
-}
-
-LawState LawBattery::rested() const {
-  LawState state;
-  state.base = battery_.rested();
-  if (law_ != nullptr) state.law = law_->rested;
-  return state;
+    throw std::invalid_argument(faultOf("strength", strength, "finite"));
 }
 
 LawInstant LawBattery::instantOf(const LawState& state, double current) const {
-  LawInstant now;
-  now.time = static_cast<double>(state.base.steps) * kStep;
-  now.step = kStep;
-  now.current = current;
-  now.u2 = state.base.cpe2.voltage;
-  now.u_x = u0_ + now.u2;
-  now.charge = state.charge;
-  return now;
+  const double u2 = state.base.cpe2.voltage;
+  return {
+      static_cast<double>(state.base.steps) * kStep, kStep, current, u2, u0_ + u2, state.charge};
 }
 
 LawState LawBattery::advance(const LawState& before, double current_end) const {
@@ -85,10 +75,6 @@ double LawBattery::voltage(const LawState& state) const {
   return base + ohmic(state.current) - ohmic(state.base.current) + strength_ * added;
 }
 
-double LawBattery::ohmic(double current) const {
-  return (current < 0.0 ? r_discharge_ : r_charge_) * current;
-}
-
 Course drivenCourse(const Scenario& scenario, const Law* law, double strength) {
   const LawBattery battery(scenario, law, strength);
   DriveFollower driver(scenario, scenario.duration);
@@ -106,21 +92,6 @@ Course drivenCourse(const Scenario& scenario, const Law* law, double strength) {
   return course;
 }
 
-namespace {
-
-/// Shows every state of a battery under given currents, which it comes to from rest within a step.
-template <typename Look>
-void impose(const LawBattery& battery, const std::vector<double>& current, const Look& look) {
-  if (current.empty()) throw std::invalid_argument("controlledCourse: no current");
-  LawState state = battery.rested();
-  for (std::size_t n = 0; n < current.size(); ++n) {
-    if (n > 0 || current[0] != 0.0) state = battery.advance(state, current[n]);
-    look(n, state);
-  }
-}
-
-}  // namespace
-
 Course controlledCourse(const Scenario& scenario, const Law* law, double strength,
                         const std::vector<double>& current) {
   const LawBattery battery(scenario, law, strength);
@@ -135,16 +106,17 @@ Course controlledCourse(const Scenario& scenario, const Law* law, double strengt
 BaseAnswer baseAnswer(const Scenario& scenario, const std::vector<double>& current,
                       std::size_t per_sample) {
   const LawBattery battery(scenario, nullptr, 0.0);
-  Sensitivities sensitivities(scenario.battery);
+  Sensitivities s;
   BaseAnswer answer;
   impose(battery, current, [&](std::size_t n, const LawState& state) {
     if (n > 0)
-      sensitivities.advance(state.base.cpe2.voltage, 0.5 * (current[n] + current[n - 1]),
-                            battery.kStep);
+      s.advance(scenario.battery, state.base.cpe2.voltage, 0.5 * (current[n] + current[n - 1]),
+                battery.kStep);
     if (n % per_sample != 0) return;
     answer.voltage.push_back(battery.voltage(state));
     answer.u2.push_back(state.base.cpe2.voltage);
-    answer.columns.push_back(sensitivities.row(current[n]));
+    answer.columns.push_back({1.0, std::max(current[n], 0.0), std::min(current[n], 0.0),
+                              s.by_capacitance, s.by_beta, s.by_start});
   });
   return answer;
 }

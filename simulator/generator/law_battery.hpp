@@ -28,13 +28,17 @@ class LawBattery {
   /// @param law not owned; null: none.  @param strength s, finite.
   LawBattery(const Scenario& scenario, const Law* law, double strength);
 
-  LawState rested() const;
+  LawState rested() const {
+    return {battery_.rested(), law_ != nullptr ? law_->rested : Law::State{}};
+  }
   LawState advance(const LawState& before, double current_end) const;
   double voltage(const LawState& state) const;  ///< [V]
 
  private:
   LawInstant instantOf(const LawState& state, double current) const;
-  double ohmic(double current) const;
+  double ohmic(double current) const {
+    return (current < 0.0 ? r_discharge_ : r_charge_) * current;
+  }
 
   FullBattery battery_;
   const Law* law_;

@@ -340,7 +340,7 @@ Law bentEmf(Dice& dice, const Circumstances& drive) {
 }
 
 /// Hysteresis of charge as a sum of plays, each of which follows only after its own width.
-///     y_k <- clamp(y_k, q - w_k, q + w_k),   v = V sum_k a_k (y_k - y_k(0)) / span,  a_k ~ w_k^-0.5
+///     y_k <- clamp(y_k, q - w_k, q + w_k),  v = V sum_k a_k (y_k - y_k(0)) / span,  a_k ~ w_k^-0.5
 /// Prandtl's and Ishlinskii's operator (Krasnosel'skii and Pokrovskii 1989), as used for batteries'
 /// open-circuit voltage; it depends on the path, not on time, and forgets smaller loops.
 Law sumOfPlays(Dice& dice, const Circumstances& drive) {
@@ -365,8 +365,8 @@ Law sumOfPlays(Dice& dice, const Circumstances& drive) {
 }
 
 /// Many small parts of the active mass that switch at charges of their own, back later than forth.
-///     dh_k = 2 dq / w while charging above a_k, or while discharging below b_k < a_k;  -1 <= h_k <= 1
-///     v = V sum_k h_k / 16
+///     dh_k = 2 dq / w while charging above a_k, or while discharging below b_k < a_k
+///     v = V sum_k h_k / 16,  -1 <= h_k <= 1
 /// Preisach (1935); Mayergoyz, Mathematical Models of Hysteresis (1991).
 Law preisachParts(Dice& dice, const Circumstances& drive) {
   static constexpr std::size_t kParts = 16;

@@ -237,7 +237,8 @@ Law ringingChannel(Dice& dice, const Circumstances& drive) {
 }
 
 /// A consumer past the sensor that a thermostat switches.
-///     i_shown = i + s 1 A g(t),   g: 1 for a share 0.3 to 0.7 of each period of 40 to 200 s, edges of 1 s
+///     i_shown = i + s 1 A g(t)
+///     g: 1 for a share 0.3 to 0.7 of each period of 40 to 200 s, edges of 1 s
 /// A relay's cycle, not a constant load. The battery's current is below what is shown.
 Law thermostatLoad(Dice& dice, const Circumstances& drive) {
   const double period = std::min(dice.between({40.0, 200.0}), drive.duration / 8.0),

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "simulator/fields.hpp"
 #include "simulator/generator/law_scenario.hpp"
 #include "simulator/generator/series.hpp"
 
@@ -34,15 +35,14 @@ struct Grid {
     return static_cast<double>(steps[to] - steps[to - 1]) * kStep > kGap * interval;
   }
   /// Value of a quantity at a step between sample `to` and the one before it.
-  template <typename Quantity>
-  double between(std::size_t to, long step, Quantity of) const {
+  double between(std::size_t to, long step, double RecordedSample::*of) const {
     const double share = static_cast<double>(step - steps[to - 1]) /
                          static_cast<double>(std::max(1L, steps[to] - steps[to - 1]));
-    return of(samples[to - 1]) + share * (of(samples[to]) - of(samples[to - 1]));
+    return samples[to - 1].*of + share * (samples[to].*of - samples[to - 1].*of);
   }
   double current(std::size_t to, long step) const {
     if (isGap(to) && step < steps[to]) return 0.0;
-    return between(to, step, [](const RecordedSample& one) { return one.current; });
+    return between(to, step, &RecordedSample::current);
   }
 };
 
@@ -100,8 +100,7 @@ Course courseOf(const Grid& grid) {
   for (std::size_t to = 1; to < grid.samples.size(); ++to)
     for (long step = grid.steps[to - 1] + 1; step <= grid.steps[to]; ++step) {
       course.current.push_back(grid.current(to, step));
-      course.voltage.push_back(
-          grid.between(to, step, [](const RecordedSample& one) { return one.voltage; }));
+      course.voltage.push_back(grid.between(to, step, &RecordedSample::voltage));
     }
   return course;
 }
@@ -132,8 +131,7 @@ void requireSound(const std::vector<RecordedSample>& measured, const InjectionOr
     throw std::invalid_argument("recording has " + std::to_string(measured.size()) +
                                 " samples, expected 3 or more");
   if (!std::isfinite(order.strength))
-    throw std::invalid_argument("strength is " + std::to_string(order.strength) +
-                                ", expected finite");
+    throw std::invalid_argument(faultOf("strength", order.strength, "finite"));
 }
 
 }  // namespace
