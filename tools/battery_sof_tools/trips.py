@@ -40,7 +40,7 @@ def trips_of(pair, data):
 
 
 def played(binary, trips, parked, folder):
-    """Rows of trips_experiment about the last trip."""
+    """Rows of trips_experiment, a list a trip."""
     paths = []
     for n, trip in enumerate(trips):
         paths.append(os.path.join(folder, f"trip_{n}.csv"))
@@ -49,7 +49,36 @@ def played(binary, trips, parked, folder):
     if out.returncode:
         raise SystemExit(out.stderr)
     rows = list(csv.DictReader(io.StringIO(out.stdout)))
-    return [row for row in rows if row["trip"] == os.path.basename(paths[-1])]
+    return [[row for row in rows if row["trip"] == os.path.basename(path)] for path in paths]
+
+
+# What parking changes in the long run (src/estimation/posterior.cpp): of a value, of u_dc [V]; and how soon [s].
+PARKED, PARKED_U_DC_V, PARKED_TIME = 0.05, 0.08, 86400.0
+
+
+def change(name, first, second):
+    """(change of a parameter from trip to trip, standard error of the two fits): of the value, of u_dc [V]."""
+    (a, std_a), (b, std_b) = ((float(row["measured"]), float(row["expected"])) for row in (first, second))
+    scale = 1.0 if name == "u_dc" else 0.5 * (a + b)
+    return (b - a) / scale, np.hypot(std_a, std_b) / scale
+
+
+def changes(pairs, parked):
+    """Rows of a table: each base parameter's change between the fits of two trips, by car, and what parking allows."""
+    names, seen = ("r_discharge", "r_charge", "c2", "beta", "u_dc"), {}
+    for pair, (first, second) in pairs:
+        rows = [{row["kind"]: row for row in trip if row["kind"] in names and row["basis"] == "this_trip"} for trip in (first, second)]
+        for name in set(rows[0]) & set(rows[1]):
+            seen.setdefault(name, {}).setdefault("small_car" if pair == "small_car" else "start-stop car", []).append(change(name, rows[0][name], rows[1][name]))
+    allowed = np.sqrt(1.0 - np.exp(-parked / PARKED_TIME))
+    spread = lambda some: np.sqrt(max(0.0, np.mean([d**2 - s**2 for d, s in some])))  # beyond the fits' own errors
+    out = []
+    for name in (one for one in names if one in seen):
+        shown = (lambda x: f"{1e3 * x:.0f} mV") if name == "u_dc" else (lambda x: f"{100.0 * x:.0f} %")
+        cells_of = [f"{len(seen[name][car])}: {shown(np.sqrt(np.mean([d**2 for d, _ in seen[name][car]])))}, {shown(spread(seen[name][car]))}" if car in seen[name] else "-"
+                    for car in ("start-stop car", "small_car")]
+        out.append([name, *cells_of, shown(allowed * (PARKED_U_DC_V if name == "u_dc" else PARKED))])
+    return out
 
 
 def figures(rows):
@@ -101,16 +130,20 @@ def main(given=None):
     parser.add_argument("--json")
     a = parser.parse_args(given)
     binary = program(a.build, "trips_experiment")
-    played_rows = {"state_file": [], "no_state_file": []}
+    played_rows, pairs = {"state_file": [], "no_state_file": []}, []
     with tempfile.TemporaryDirectory() as folder:
         for pair in PAIRS:
             trips = trips_of(pair, a.data)
-            played_rows["state_file"].append(figures(played(binary, trips, a.parked, folder)))
-            played_rows["no_state_file"].append(figures(played(binary, trips[1:], a.parked, folder)))
+            both = played(binary, trips, a.parked, folder)
+            pairs.append((pair, both))
+            played_rows["state_file"].append(figures(both[-1]))
+            played_rows["no_state_file"].append(figures(played(binary, trips[1:], a.parked, folder)[-1]))
     results = {which: {age: pooled(rows, age) for _, _, age in AGES} for which, rows in played_rows.items()}
     for title, which in (("second trip, state file of the first", "state_file"), ("the same trip, no state file", "no_state_file")):
         print(title + "\n")
         print("\n".join(table(HEAD, [cells(age, one) for age, one in results[which].items()])) + "\n")
+    print("parameters, from the last fit of a trip to the last of the next: pairs, RMS of the change, the same beyond the fits' own errors\n")
+    print("\n".join(table(("parameter", "start-stop car", "small_car", f"parking of {a.parked:.0f} s allows"), changes(pairs, a.parked))))
     if a.json:
         write_json(a.json, results)
     return 0

@@ -41,7 +41,7 @@ class Rivals {
     const StreamSample sample{time_, 0.0, drivenBattery().u_dc};
     base_.follow(sample, 5.0);
     extended_.follow(sample, 5.0);
-    selector.add(sample, base_, {{of_base}, {}}, extended_, {{of_extended}, {}});
+    selector.add(sample, base_, {{of_base}, {}, {}}, extended_, {{of_extended}, {}, {}});
   }
 
   ModelSelector selector;

@@ -183,6 +183,7 @@ MEASUREMENTS = {
     "last_quarter": Measurement(tuple(split_command(path, n) for n, path in enumerate(("ev_12v/load.csv", "ageing_bench/cycles.csv", "solar_vrla/ten_days.csv", "agm_bench/full_cycle.csv"))),
                                 scored, 1, True),
     "trips": Measurement(("scripts/trips BUILD --data DATA --json OUT/trips.json",), lambda out, _: read_json(os.path.join(out, "trips.json")), 2, True),
+    "stop_voltage": Measurement(("scripts/stops BUILD --data DATA --json OUT/stops.json",), lambda out, _: read_json(os.path.join(out, "stops.json")), 1, True),
     "diagnosis": Measurement(("scripts/diagnose_measured BUILD --data DATA --json OUT/measured.json",), diagnosed, 3, True),
     "small_car": Measurement((f"BUILD/devel/lib/battery_sof/sof diagnose {SMALL_CAR} --threads 1 --json OUT/answer.json --report OUT/page.html",
                               "scripts/page_pictures OUT/page.html OUT/docs/pictures"), one_diagnosis, 0.5, True, tuple(f"pictures/{one}" for one in PICTURES)),
