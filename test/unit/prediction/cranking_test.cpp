@@ -48,8 +48,20 @@ TEST(PredictCranking, EqualsABruteForceSimulation) {
         query.i_load = i_load;
         query.t_stop = t_stop;
         query.t_cranking = t_cranking;
-        EXPECT_NEAR(predictCranking(model, query).u_min->value, byBruteForce(model, query), 1e-9);
+        EXPECT_NEAR(predictCranking(model, query, 1000.0).u_min->value, byBruteForce(model, query),
+                    1e-9);
       }
+}
+
+TEST(PredictCranking, BeyondOnePercentOfTheChargeTheOpenCircuitVoltageFalls) {
+  const FittedModel model = driveModel();
+  CrankingQuery query = usualQuery();
+  query.i_load = -60.0;
+  query.t_stop = 60.0;  // 1 Ah: 2 % of 50 Ah
+  const Interval constant = *predictCranking(model, query, 1000.0).u_min,
+                 fallen = *predictCranking(model, query, 50.0).u_min;
+  EXPECT_NEAR(fallen.value, constant.value - 0.012, 1e-9);
+  EXPECT_GT(fallen.upper - fallen.lower, constant.upper - constant.lower);
 }
 
 TEST(PredictCranking, FindsTheMinimumAtTheBeginningWhenTheBatteryRecoversDuringTheCrank) {
@@ -153,9 +165,9 @@ TEST(PredictCranking, IsNotValidBeyondWhatTheWindowExcited) {
   EXPECT_TRUE(answer.u_min.has_value());
 }
 
-TEST(PredictCranking, IsNotValidWhenTheStopTakesMoreThanOnePercentOfTheCharge) {
+TEST(PredictCranking, IsNotValidWhenTheStopTakesMoreThanTwoPercentOfTheCharge) {
   CrankingQuery query = usualQuery();
-  query.t_stop = 120.0;  // 25 A for 120 s: 0.83 Ah of 50 Ah
+  query.t_stop = 240.0;  // 25 A for 240 s: 1.67 Ah of 50 Ah
   EXPECT_FALSE(predictCranking(driveModel(), query, 50.0).valid);
   EXPECT_TRUE(predictCranking(driveModel(), query, 100.0).valid);
 }
@@ -190,8 +202,9 @@ TEST(PredictCranking, AProfileThatBeginsLateIsHeldFromTheBeginning) {
   late.load = {{20.0, 30.0}, {-25.0, -25.0}};
   EXPECT_NEAR(predictCranking(model, late).u_min->value, predictCranking(model, held).u_min->value,
               1e-9);
-  late.load.current = {-100.0, -100.0};  // 30 s of it: 0.83 Ah of 50 Ah
-  EXPECT_FALSE(predictCranking(model, late, 50.0).valid);
+  late.load.current = {-100.0, -100.0};  // 30 s of it: 0.83 Ah
+  EXPECT_TRUE(predictCranking(model, late, 50.0).valid);
+  EXPECT_FALSE(predictCranking(model, late, 40.0).valid);
 }
 
 TEST(PredictCranking, AnInrushMakesTheMinimumEarly) {

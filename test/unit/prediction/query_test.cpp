@@ -49,14 +49,14 @@ TEST(ExtrapolationOf, GivesEachReasonAlone) {
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.max_voltage = 15.4; }),
             "it goes to 15.40 V but the window's highest voltage was 15.00 V");
   EXPECT_TRUE(
-      holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 0.6; }), "it moves 0.60 Ah"));
+      holds(reasonFor(model, [](QueryRange& r) { r.charge_moved = 1.1; }), "it moves 1.10 Ah"));
 }
 
 TEST(ExtrapolationOf, AllowsWhatIsWithinReach) {
   const FittedModel model = knownModel();
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.min_current = -499.0; }), "");
   EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.max_voltage = 15.2; }), "");
-  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 0.5; }), "");
+  EXPECT_EQ(reasonFor(model, [](QueryRange& r) { r.charge_moved = 1.0; }), "");
 }
 
 TEST(ExtrapolationOf, NoBatteryHasAVoltageBelowZeroOrAboveSixteenVoltsABlock) {

@@ -20,6 +20,7 @@ FittedModel battery() { return uncertainModel(0.01, {"fresh_sulphate"}); }
 FittedModel wrongBy(double volts, const Series& series) {
   FittedModel model = battery();
   model.fit.source = detectControlMode(series).rule;
+  model.fit.source->min_current = -5.0;  // [A]
   model.fit.scores.current_rmse = 0.5;
   model.fit.scores.rmse = 0.15;
   model.fit.parameters.u_dc -= volts;
