@@ -12,7 +12,7 @@ namespace {
 using battery_sof::tableOne;
 
 constexpr int kUnknowns = 6;
-constexpr double kMaxFirstState = 2.0;  // [V], as in searchRobust()
+constexpr double kMaxFirstState = 2.0;  // [V], as in searchWindow()
 // Ceres' own default. Down to 1e-14 it costs Ceres up to one evaluation more and changes no
 // parameter by 1e-5.
 constexpr double kFunctionTolerance = 1e-6;

@@ -45,9 +45,8 @@ DriveWindow simulatedWindow() {
   window.max_gap = gapThreshold(window.series);
   if (window.series.size() < kFourMinutes || !holdsCrank(window.series))
     throw std::runtime_error("benchmark window: " + choice.message + ", but no crank or too short");
-  const IdentifyOptions options;
-  window.samples =
-      fitSamples(window.series, window.range(), options.crank_weight, options.crank_weight_current);
+  const std::vector<char> none;
+  window.samples = WindowSamples(window.series, window.range(), {}, window.max_gap, none).copied();
   return window;
 }
 

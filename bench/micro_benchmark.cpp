@@ -54,32 +54,20 @@ BENCHMARK_CAPTURE(sweepAndNormalEquations, avx2, InstructionSet::kAvx2)
 BENCHMARK_CAPTURE(sweepAndNormalEquations, plain, InstructionSet::kPlain)
     ->Name("ours: one pass, neither of them");
 
-void sweep(benchmark::State& state) {
-  std::vector<HeldCurrent> held;
-  for (const auto& sample : window().samples) held.push_back(sample.held);
-  const OverpotentialSweep states(held, BaseParameters{}.i0);
-  for (auto _ : state)
-    states.runInLanes({}, widestInstructionSet(),
-                      [](Eigen::Index, const OverpotentialStates& block) {
-                        benchmark::DoNotOptimize(block.u_c2);
-                        benchmark::ClobberMemory();
-                      });
-  countSamples(state);
-}
-BENCHMARK(sweep)->Name("ours: of the widest's pass, the sweep alone");
-
 void stepWithDerivatives(benchmark::State& state) {
-  const OverpotentialStep step{BaseParameters{}};
+  const BaseParameters p;
   const Samples& samples = window().samples;
   for (auto _ : state) {
-    Overpotential u;
-    for (const auto& sample : samples)
-      u = step.advance(u, sample.held.current, sample.held.duration);
-    benchmark::DoNotOptimize(u);
+    ClosedFormSlopes at{};
+    for (const auto& sample : samples) {
+      at = closedFormSlopes(at.w, sample.held.current, p.i0,
+                            0.5 * p.beta * sample.held.duration / p.c2);
+      benchmark::DoNotOptimize(at);
+    }
   }
   countSamples(state);
 }
-BENCHMARK(stepWithDerivatives)->Name("ours: OverpotentialStep::advance");
+BENCHMARK(stepWithDerivatives)->Name("ours: closedFormSlopes(), sample by sample");
 
 /// Ceres' evaluation as its solver calls it; the product J'J is not in it.
 void jets(benchmark::State& state, CeresForm form) {

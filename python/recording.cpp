@@ -4,14 +4,13 @@
 #include "battery_sof/sample_list.hpp"
 #include "bindings.hpp"
 #include "recording/resample.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof::python {
 
 namespace py = pybind11;
 
 namespace {
-
-constexpr double kZeroCelsius = 273.15;  // [K], definition of the degree Celsius
 
 void requireLength(const std::vector<double>& values, std::size_t length, const char* name) {
   if (values.size() != length)

@@ -27,12 +27,14 @@ enum class SampleFate {
   kOutOfRange,
 };
 
+/// [A], above the short-circuit current of any 12 V starter battery
+inline constexpr double kMaxCurrent = 5000.0;
+
 /// Limits beyond which a value is not a measurement.
 struct IntakeLimits {
-  /// [A], above the short-circuit current of any 12 V starter battery
-  double max_abs_current = 5000.0;
-  double max_abs_voltage = 100.0;  ///< [V], a 12 V sensor's full scale with ample room
-  double max_abs_time = 1e10;      ///< [s], the year 2286: milliseconds since 1970 are no seconds
+  double max_abs_current = kMaxCurrent;  ///< [A]
+  double max_abs_voltage = 100.0;        ///< [V], a 12 V sensor's full scale with ample room
+  double max_abs_time = 1e10;  ///< [s], the year 2286: milliseconds since 1970 are no seconds
   /// [s], nearer stamps are one instant; the step of a stamp since 1970 is 2.4e-7 s
   double min_interval = 1e-7;
 };

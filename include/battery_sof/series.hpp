@@ -58,6 +58,8 @@ struct Recording {
 
 /// @return median of the sampling intervals [s]; 0 for fewer than two samples.
 double medianInterval(const Series& series);
+/// The same between the samples of a range alone.
+double medianInterval(const std::vector<double>& time, IndexRange range);
 
 /**
  * @brief The interval above which two neighbouring samples are not joined: max(10 * median
@@ -67,6 +69,8 @@ double medianInterval(const Series& series);
  * tenth of its rest time constant (50 s, docs/physics.md#base-circuit).
  */
 double gapThreshold(const Series& series);
+/// The same where the median interval is known [s].
+double gapThreshold(double median_interval);
 
 /// @return ranges of samples without an interval above max_gap [s], in order; none for an empty
 /// series.

@@ -9,13 +9,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "util/constants.hpp"
 #include "util/number_text.hpp"
 
 namespace battery_sof {
 
 namespace {
 
-constexpr double kZeroCelsius = 273.15;  // [K], by definition
 constexpr double kNanosecondsPerSecond = 1e9;
 // [s], the double nearest to ros::TIME_MAX
 constexpr double kLastTime = 4294967296.0;

@@ -11,7 +11,6 @@
 #include "baseline/charge_phases.hpp"
 #include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
-#include "recording/sampling.hpp"
 #include "util/student.hpp"
 
 namespace battery_sof {

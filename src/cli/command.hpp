@@ -16,7 +16,7 @@
 #include "bag/bag_storage.hpp"
 #include "battery_sof/csv.hpp"
 #include "cli/sof.hpp"
-#include "estimation/known_parameter.hpp"
+#include "estimation/parameter_space.hpp"
 #include "progress.hpp"
 #include "recording/resample.hpp"
 

@@ -20,7 +20,6 @@ constexpr double kBlocks = 30.0, kShortestBlock = 10.0, kLongestBlock = 60.0;  /
 constexpr double kWindow = 10.0, kShortestWindow = 1.0;                        // [s]
 // [s], as currentAtVoltage()
 constexpr double kStep = 0.1;
-constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
 
 void requireOneSize(const char* function, const Series& series, IndexRange range,
                     const std::vector<double>& modelled, const std::vector<char>& masked) {

@@ -5,7 +5,7 @@
 
 #include "battery_sof/series.hpp"
 #include "diagnosis/diagnosis.hpp"
-#include "estimation/known_parameter.hpp"
+#include "estimation/parameter_space.hpp"
 
 namespace battery_sof {
 

@@ -8,7 +8,7 @@
 #include "battery_sof/series.hpp"
 #include "diagnosis/explanation.hpp"
 #include "estimation/fitted_model.hpp"
-#include "recording/control_mode_overview.hpp"
+#include "recording/control_mode.hpp"
 #include "regression/discrepancy_curve.hpp"
 #include "regression/discrepancy_fit.hpp"
 

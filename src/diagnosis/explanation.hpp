@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "diagnosis/row_simulation.hpp"
-#include "estimation/known_parameter.hpp"
+#include "estimation/parameter_space.hpp"
 #include "regression/discrepancy_fit.hpp"
 
 namespace battery_sof {

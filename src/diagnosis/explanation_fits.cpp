@@ -15,7 +15,7 @@ constexpr double kMinSampleFraction = 0.02;
 constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;
 constexpr int kSampleFractionPasses = 8, kPolishes = 2;
 constexpr double kPolished = 1e-3;  // ln evidence
-constexpr double kCrankCurrent = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
+constexpr double kHeavyDischarge = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
 // steps of a voltage channel's random walk over the training part
 constexpr int kRandomWalk = 24;
 constexpr double kMaxRandomWalk = 0.0012;  // [V] a root minute, of a voltage channel
@@ -372,7 +372,7 @@ Eigen::VectorXd ExplanationFits::beyondBase(const Eigen::VectorXd& part) const {
 double ExplanationFits::crankOf(const Eigen::VectorXd& part) const {
   double sum = 0.0, cranks = 0.0;
   for (std::size_t n = 0; n < counted_.size(); ++n) {
-    if (!(rows_.currentOf(counted_[n]) < kCrankCurrent)) continue;
+    if (!(rows_.currentOf(counted_[n]) < kHeavyDischarge)) continue;
     sum += std::abs(part[static_cast<Eigen::Index>(n)]);
     cranks += 1.0;
   }

@@ -11,13 +11,6 @@ constexpr double kWideShape = 0.7;
 
 }  // namespace
 
-void FitCoordinate::take(const KnownParameter& known) {
-  const double at = std::clamp(known.value, lower, upper),
-               share = known.logarithmic ? known.std : known.std / std::abs(at);
-  centre = of(at);
-  std = logarithmic ? share : share * std::abs(at) / unit;
-}
-
 FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double span) {
   FitCoordinate c;
   c.row = row;

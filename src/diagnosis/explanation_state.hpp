@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "diagnosis/row_simulation.hpp"
-#include "estimation/known_parameter.hpp"
+#include "estimation/parameter_space.hpp"
 #include "model/battery_model.hpp"
 #include "model/effect.hpp"
 #include "model/mechanism.hpp"
@@ -19,22 +19,6 @@
 namespace battery_sof {
 
 constexpr double kWideStrength = 2.0;  // standard deviation of a strength, in magnitudes
-
-/// A parameter or first state as it is searched: its logarithm, or the multiple of its magnitude
-/// from where it vanishes.
-struct FitCoordinate {
-  Eigen::Index row = 0;  // of (parameters, states)
-  bool logarithmic = false, strength = false, instant = false;
-  double zero = 0.0, unit = 1.0, centre = 0.0, std = 1.0, lower = -1e300, upper = 1e300;
-
-  double of(double value) const { return logarithmic ? std::log(value) : (value - zero) / unit; }
-  double value(double x) const {
-    return std::clamp(logarithmic ? std::exp(x) : zero + unit * x, lower, upper);
-  }
-  double slope(double value) const { return logarithmic ? value : unit; }  // d value / d x
-  // in place of the catalogue's prior
-  void take(const KnownParameter& known);
-};
 
 /// Coordinate of a parameter of an effect, of the base circuit, and of a first state. @param span
 /// of the recording [s].

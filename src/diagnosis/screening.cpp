@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "recording/checks.hpp"
-#include "recording/clipped_current.hpp"
+#include "recording/fit_mask.hpp"
 
 namespace battery_sof {
 namespace {

@@ -7,7 +7,6 @@
 #include "baseline/ridge.hpp"
 #include "diagnosis/comparison.hpp"
 #include "prediction/both_ways.hpp"
-#include "recording/clipped_current.hpp"
 #include "recording/fit_mask.hpp"
 
 namespace battery_sof {

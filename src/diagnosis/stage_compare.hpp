@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "recording/control_mode_overview.hpp"
+#include "recording/control_mode.hpp"
 #include "stage_name.hpp"
 
 namespace battery_sof {

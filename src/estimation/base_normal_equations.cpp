@@ -1,17 +1,88 @@
 #include "estimation/base_normal_equations.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace battery_sof {
+namespace {
+
+using LaneArray = Eigen::Map<const Eigen::Array<double, kLanes, 1>>;
+
+BaseMatrix joined(const ScoreProducts& products) {
+  BaseMatrix total;
+  for (int j = 0; j < kScoreColumns; ++j)
+    for (int k = 0; k <= j; ++k) total(j, k) = total(k, j) = LaneArray(products.sums[j][k]).sum();
+  return total;
+}
+
+}  // namespace
+
+BaseResidual::BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives,
+                           std::size_t size, const ResidualSums& full_blocks)
+    : blocks_(std::move(blocks)),
+      derivatives_(std::move(derivatives)),
+      size_(size),
+      squares_(LaneArray(full_blocks.squares).sum()) {
+  const std::size_t full = size_ / kBlockSize * kBlockSize;
+  double sum = LaneArray(full_blocks.residual).sum(), lagged = LaneArray(full_blocks.lagged).sum();
+  for (std::size_t n = kLaneSteps; n < full; n += kLaneSteps) lagged += at(n) * at(n - 1);
+  for (std::size_t n = full; n < size_; ++n) {
+    sum += at(n);
+    squares_ += at(n) * at(n);
+    if (n > 0) lagged += at(n) * at(n - 1);
+  }
+  lag_one_ = lagOneOf(sum, lagged);
+}
+
+/// @param sum of e(n).  @param lagged of e(n) e(n - 1).
+double BaseResidual::lagOneOf(double sum, double lagged) const {
+  const double count = static_cast<double>(size_), mean = sum / count;
+  const double power = squares_ - count * mean * mean;
+  if (size_ < 3 || !(power > 0.0)) return 0.0;
+  const double ends = at(0) + at(size_ - 1);
+  return (lagged - mean * (2.0 * sum - ends) + (count - 1.0) * mean * mean) / power;
+}
+
+BaseMatrix BaseResidual::bartlettProducts(Eigen::Index width) const {
+  if (width <= kLaneSteps)
+    return movingProducts(static_cast<int>(width)) / static_cast<double>(width);
+  return bartlettSum(scoreSums(), (width + kScoreSteps / 2) / kScoreSteps);
+}
+
+BaseMatrix BaseResidual::movingProducts(int width) const {
+  static const MeasuredBlock kNothing = {};  // what comes after the last sample
+  const InstructionSet set = widestInstructionSet();
+  MovingScores moving = {};
+  ScoreProducts products = {};
+  for (std::size_t block = 0; block < blocks_.size(); ++block)
+    addMovingProducts(blocks_[block], derivatives_[block].derivatives, width, moving, products,
+                      set);
+  addMovingProducts(kNothing, derivatives_.back().derivatives, width, moving, products, set);
+  return joined(products);
+}
+
+BartlettSums BaseResidual::scoreSums() const {
+  BartlettSums rows(static_cast<Eigen::Index>(blocks_.size()) * kLanes * kScoreSums, kScoreColumns);
+  ScoreSums sums;
+  for (std::size_t block = 0; block < blocks_.size(); ++block) {
+    addUpScores(blocks_[block], derivatives_[block].derivatives, sums, widestInstructionSet());
+    const auto first = static_cast<Eigen::Index>(block) * kLanes * kScoreSums;
+    for (int lane = 0; lane < kLanes; ++lane)
+      for (int k = 0; k < kScoreSums; ++k)
+        for (int j = 0; j < kScoreColumns; ++j)
+          rows(first + Eigen::Index{lane} * kScoreSums + k, j) = sums.scores[k][j][lane];
+  }
+  return rows;
+}
+
 namespace {
 
 static_assert(kLinearColumns == kColumnLogC2 && kLinearColumns + kStateColumns == kBaseColumns);
 
 /// The SIMD lanes' sums as the symmetric matrix of all columns, without the linear ones
 /// among themselves.
-Eigen::Matrix<double, kBaseColumns, kBaseColumns> joined(const LaneProducts& products) {
-  using LaneArray = Eigen::Map<const Eigen::Array<double, kLanes, 1>>;
-  Eigen::Matrix<double, kBaseColumns, kBaseColumns> total;
+BaseSums joined(const LaneProducts& products) {
+  BaseSums total;
   for (int j = 0; j < kStateColumns; ++j) {
     const int row = kLinearColumns + j;
     for (int k = 0; k < kLinearColumns; ++k)
@@ -47,11 +118,11 @@ void addLinear(const MeasuredBlock& block, Eigen::Matrix3d& sums) {
 BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point,
                                    InstructionSet set) const {
   LaneProducts products = {};
-  sweep_.runInLanes(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
+  sweep_.run(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
     addProducts(measured_[static_cast<std::size_t>(block)], states, products, set);
   });
-  BaseSums total{joined(products)};
-  total.weighted.topLeftCorner<kLinearColumns, kLinearColumns>() = linear_;
+  BaseSums total = joined(products);
+  total.topLeftCorner<kLinearColumns, kLinearColumns>() = linear_;
   return total;
 }
 
@@ -77,49 +148,6 @@ BaseResidual BaseNormalEquations::residual(const OverpotentialSweep::Point& poin
   left.information.topLeftCorner<kLinearColumns, kLinearColumns>() = linear_;
   left.last = last;
   return left;
-}
-
-Eigen::Matrix<double, kBaseColumns, 1> BaseNormalEquations::means(
-    const OverpotentialSweep::Point& point) const {
-  const Columns all = columns(point);
-  Eigen::VectorXd present(size_);
-  for (Eigen::Index n = 0; n < size_; ++n) {
-    const auto place = static_cast<std::size_t>(n);
-    present[n] =
-        measured_[place / kBlockSize].weight[lanePosition(static_cast<int>(place % kBlockSize))] >
-                0.0
-            ? 1.0
-            : 0.0;
-  }
-  return all.transpose() * present / std::max(present.sum(), 1.0);
-}
-
-BaseNormalEquations::Columns BaseNormalEquations::columns(
-    const OverpotentialSweep::Point& point) const {
-  Columns all(sweep_.blocks() * kBlockSize, kBaseColumns);
-  sweep_.run(point, [&](Eigen::Index block, const OverpotentialSweep::States& states) {
-    const MeasuredBlock& measured = measured_[static_cast<std::size_t>(block)];
-    auto rows = all.middleRows<kBlockSize>(block * kBlockSize);
-    for (int k = 0; k < kBlockSize; ++k) {
-      const int place = lanePosition(k);
-      rows(k, kColumnDischarge) = measured.discharge[place];
-      rows(k, kColumnCharge) = measured.charge[place];
-      rows(k, kColumnTarget) = measured.voltage[place] - states.u_c2[k];
-    }
-    rows.col(kColumnOne).setOnes();
-    rows.col(kColumnLogC2) = states.d_log_c2;
-    rows.col(kColumnLogBeta) = states.d_log_beta;
-    rows.col(kColumnInitial) = states.d_initial;
-  });
-  all.conservativeResize(size_, kBaseColumns);
-  return all;
-}
-
-std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range,
-                                                    double weight, double weight_current) {
-  const std::vector<char> none;
-  return WindowSamples(series, range, {weight, weight_current}, gapThreshold(series), none)
-      .copied();
 }
 
 std::vector<BaseNormalEquations::Sample> WindowSamples::copied() const {

@@ -5,11 +5,63 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "estimation/base_residual.hpp"
-#include "estimation/products_kernel.hpp"
+#include "estimation/base_kernel.hpp"
+#include "estimation/covariance.hpp"
+#include "model/base_model.hpp"
+#include "model/input_sequence.hpp"
 #include "model/overpotential_sweep.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
+
+/// A matrix over the six unknowns of the base model, in the order of BaseColumn.
+using BaseMatrix = Eigen::Matrix<double, kScoreColumns, kScoreColumns>;
+
+/**
+ * @brief What a fit of the base model leaves over its window, and what its covariance is made of.
+ *
+ * BaseNormalEquations::residual() makes it and hands its memory over: a window takes no more of it
+ * than its search did.
+ */
+class BaseResidual {
+ public:
+  /// @param blocks leaveResidual()'s.  @param derivatives of the same blocks.  @param size samples,
+  /// the last block's rest without weight.
+  /// @param full_blocks sums over the blocks without such a rest.
+  BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives,
+               std::size_t size, const ResidualSums& full_blocks);
+
+  BaseMatrix information = BaseMatrix::Zero();  ///< A = sum_n W(n)^2 column_j column_k
+  Overpotential last;                           ///< at the window's last sample
+
+  /// @return e of the window's n-th sample, u_b - u_m [V].
+  double at(std::size_t n) const {
+    return blocks_[n / kBlockSize].voltage[lanePosition(static_cast<int>(n % kBlockSize))];
+  }
+  /// sum of e(n)^2 over all samples, those without weight too [V^2]
+  double squares() const { return squares_; }
+  double lagOne() const { return lag_one_; }  ///< lagOneCorrelation() of e
+
+  /**
+   * @brief B of the sandwich (sandwichParts()).
+   *
+   * Up to kLaneSteps samples of width exactly; from there on over sums of kScoreSteps samples, the
+   * width rounded to a multiple of them (bartlettSum()): standard errors are those of
+   * sandwichParts() to 3 %.
+   * @param width L [samples], at least 1.
+   */
+  BaseMatrix bartlettProducts(Eigen::Index width) const;
+
+ private:
+  BaseMatrix movingProducts(int width) const;
+  BartlettSums scoreSums() const;
+  double lagOneOf(double sum, double lagged) const;
+
+  std::vector<MeasuredBlock> blocks_;
+  std::vector<SweptBlock> derivatives_;
+  std::size_t size_;
+  double squares_ = 0.0, lag_one_ = 0.0;
+};
 
 /// Columns of the base model's Jacobian with the residual without ohmic drop and u_dc.
 enum BaseColumn {
@@ -23,10 +75,8 @@ enum BaseColumn {
   kBaseColumns,
 };
 
-/// Everything a search needs of one pass over the window.
-struct BaseSums {
-  Eigen::Matrix<double, kBaseColumns, kBaseColumns> weighted;  ///< sum_n W(n)^2 column_j column_k
-};
+/// sum_n W(n)^2 column_j column_k: everything a search needs of one pass over the window.
+using BaseSums = Eigen::Matrix<double, kBaseColumns, kBaseColumns>;
 
 /**
  * @brief Simulation, derivatives and normal equations of the base model in one pass, without
@@ -37,8 +87,6 @@ struct BaseSums {
  */
 class BaseNormalEquations {
  public:
-  using Columns = Eigen::Matrix<double, Eigen::Dynamic, kBaseColumns>;
-
   /// One sample as the pass sees it; coarse passes average several into one.
   struct Sample {
     HeldCurrent held;
@@ -59,15 +107,8 @@ class BaseNormalEquations {
   /// r_charge [Ohm], u_dc [V] there.
   BaseResidual residual(const OverpotentialSweep::Point& point, const Eigen::Vector3d& linear) &&;
 
-  /// @return mean of every column over the samples with a weight, unweighted (paper, eq. 4).
-  Eigen::Matrix<double, kBaseColumns, 1> means(const OverpotentialSweep::Point& point) const;
-
-  /// @return all columns, one row a sample.
-  Columns columns(const OverpotentialSweep::Point& point) const;
-
   /// [V], taken off the voltage to keep sums well scaled
   double offset() const { return offset_; }
-  Eigen::Index size() const { return size_; }
 
  private:
   Eigen::Index size_;
@@ -80,8 +121,8 @@ class BaseNormalEquations {
 
 /// Weights of eq. 3.
 struct CrankWeight {
-  double factor = 10.0;     ///< W [1]
-  double current = -150.0;  ///< [A], W applies below
+  double factor = 10.0;            ///< W [1]
+  double current = kCrankCurrent;  ///< [A], W applies below
 };
 
 /// What neighbouring samples add up to.
@@ -128,10 +169,6 @@ class WindowSamples {
   double max_gap_;
   std::vector<SampleSums> fives_;  // averages of ten and of twenty are made of them
 };
-
-/// @return a copy of the WindowSamples of a recording without masked samples.
-std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range,
-                                                    double weight, double weight_current);
 
 /// @return every `factor` neighbouring samples averaged into one, as a cheap first approach to the
 /// optimum.

@@ -5,8 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "estimation/fit_description.hpp"
+#include "estimation/fit_quality.hpp"
 #include "estimation/levenberg_marquardt.hpp"
+#include "estimation/parameter_space.hpp"
 
 namespace battery_sof {
 namespace {
@@ -30,8 +31,8 @@ struct LinearSolution {
 
 /// Solves for the free linear parameters with the others held at value.
 LinearSolution solveFree(const BaseSums& sums, LinearSolution solution) {
-  const Eigen::Matrix3d G = sums.weighted.topLeftCorner<3, 3>();
-  const Eigen::Vector3d target = sums.weighted.col(kColumnTarget).head<3>();
+  const Eigen::Matrix3d G = sums.topLeftCorner<3, 3>();
+  const Eigen::Vector3d target = sums.col(kColumnTarget).head<3>();
   Eigen::Matrix3d A = G;
   Eigen::Vector3d b = target;
   for (int j = 0; j < 3; ++j) {
@@ -45,7 +46,7 @@ LinearSolution solveFree(const BaseSums& sums, LinearSolution solution) {
   const Eigen::Vector3d solved = A.ldlt().solve(b);
   for (int j = 0; j < 3; ++j)
     if (solution.free[j]) solution.value[j] = solved[j];
-  solution.cost = sums.weighted(kColumnTarget, kColumnTarget) - 2.0 * target.dot(solution.value) +
+  solution.cost = sums(kColumnTarget, kColumnTarget) - 2.0 * target.dot(solution.value) +
                   solution.value.dot(G * solution.value);
   return solution;
 }
@@ -63,7 +64,7 @@ bool insideBounds(const LinearSolution& solution) {
 LinearSolution solveLinear(const BaseSums& sums, const std::array<double, 4>& initial) {
   LinearSolution start;
   for (int j = 0; j < 2; ++j) {
-    start.free[j] = sums.weighted(j, j) > 0.0;
+    start.free[j] = sums(j, j) > 0.0;
     start.value[j] = initial[j];
   }
   LinearSolution unbounded = solveFree(sums, start);
@@ -86,12 +87,12 @@ LinearSolution solveLinear(const BaseSums& sums, const std::array<double, 4>& in
 /// Normal equations of (ln c2, ln beta, first state) after the free linear parameters are
 /// eliminated.
 void eliminate(const BaseSums& sums, const LinearSolution& linear, NormalEquations& reduced) {
-  const Eigen::Matrix3d S = sums.weighted.block<3, 3>(kColumnLogC2, kColumnLogC2);
-  const Eigen::Matrix3d cross = sums.weighted.block<3, 3>(0, kColumnLogC2);
+  const Eigen::Matrix3d S = sums.block<3, 3>(kColumnLogC2, kColumnLogC2);
+  const Eigen::Matrix3d cross = sums.block<3, 3>(0, kColumnLogC2);
   reduced.cost = std::max(linear.cost, 0.0);
-  reduced.gradient = -(sums.weighted.col(kColumnTarget).segment<3>(kColumnLogC2) -
-                       cross.transpose() * linear.value);
-  Eigen::Matrix3d G = sums.weighted.topLeftCorner<3, 3>();
+  reduced.gradient =
+      -(sums.col(kColumnTarget).segment<3>(kColumnLogC2) - cross.transpose() * linear.value);
+  Eigen::Matrix3d G = sums.topLeftCorner<3, 3>();
   Eigen::Matrix3d projected = cross;
   for (int j = 0; j < 3; ++j) {
     if (linear.free[j]) continue;
@@ -108,13 +109,29 @@ void eliminate(const BaseSums& sums, const LinearSolution& linear, NormalEquatio
 void follow(const BaseSums& sums, const Eigen::Vector3d& step, LinearSolution& linear) {
   LinearSolution moved = linear;
   BaseSums after = sums;
-  after.weighted.col(kColumnTarget).head<3>() -= sums.weighted.block<3, 3>(0, kColumnLogC2) * step;
+  after.col(kColumnTarget).head<3>() -= sums.block<3, 3>(0, kColumnLogC2) * step;
   moved = solveFree(after, moved);
   if (insideBounds(moved)) linear = moved;
 }
 
+/// ln c2, ln beta and the first state [V].
+const std::array<FitCoordinate, 3>& searched() {
+  static const std::array<FitCoordinate, 3> all = [] {
+    std::array<FitCoordinate, 3> space;
+    for (std::size_t k = 0; k < 2; ++k) {
+      space[k].logarithmic = true;
+      space[k].lower = tableOne()[k + 2].lower;
+      space[k].upper = tableOne()[k + 2].upper;
+    }
+    space[2].lower = -kMaxFirstState;
+    space[2].upper = kMaxFirstState;
+    return space;
+  }();
+  return all;
+}
+
 OverpotentialSweep::Point pointOf(const Eigen::VectorXd& x) {
-  return {std::exp(x[0]), std::exp(x[1]), x[2]};
+  return {searched()[0].value(x[0]), searched()[1].value(x[1]), searched()[2].value(x[2])};
 }
 
 /// Residual (exp(10 d) - 1) V for a relative excess d beyond a bound, and its slope to the
@@ -134,6 +151,12 @@ Penalty penaltyOf(const ParameterInfo& info, double value) {
   return {growth - 1.0, (below ? -1.0 : 1.0) * kPenaltySteepness * growth * info.magnitude / bound};
 }
 
+/// A window as the paper's search sees it.
+struct PaperWindow {
+  BaseNormalEquations weighted, unweighted;  // eq. 3; eq. 4
+  FirstSample first;
+};
+
 /// What a point means in the paper's search: u_dc of eq. 4 with the normal equations of eq. 3.
 struct PaperPoint {
   std::array<double, 4> theta{};
@@ -142,16 +165,17 @@ struct PaperPoint {
   NormalEquations equations;
 };
 
-PaperPoint evaluateAsInPaper(const BaseNormalEquations& equations, const FirstSample& first,
-                             double u_dc_before, const Eigen::VectorXd& x) {
+PaperPoint evaluateAsInPaper(const PaperWindow& window, double u_dc_before,
+                             const Eigen::VectorXd& x) {
   PaperPoint p;
   for (int j = 0; j < 4; ++j) p.theta[j] = x[j] * tableOne()[j].magnitude;
+  const FirstSample& first = window.first;
   const double r = first.current < 0.0 ? p.theta[0] : p.theta[1];
   // Beyond the bounds the penalty decides; the simulation only has to stay defined there.
   p.point = {std::max(p.theta[2], 1e-3 * tableOne()[2].lower),
              std::max(p.theta[3], 1e-3 * tableOne()[3].lower),
              first.voltage - r * first.current - u_dc_before};  // eq. 5
-  const BaseSums sums = equations.sums(p.point);
+  const BaseSums sums = window.weighted.sums(p.point);
 
   // Columns of d u_ac / d x and of u_b - u_ac as combinations of the pass's columns.
   Eigen::Matrix<double, kBaseColumns, 4> T = Eigen::Matrix<double, kBaseColumns, 4>::Zero();
@@ -166,12 +190,13 @@ PaperPoint evaluateAsInPaper(const BaseNormalEquations& equations, const FirstSa
   e[kColumnCharge] = -p.theta[1];
 
   // eq. 4: the mean goes into u_dc, so every column counts with its mean taken off.
-  const Eigen::Matrix<double, kBaseColumns, 1> mean = equations.means(p.point);
-  const Eigen::Matrix<double, kBaseColumns, 1> ones = sums.weighted.col(kColumnOne);
-  const Eigen::Matrix<double, kBaseColumns, kBaseColumns> centred =
-      sums.weighted - mean * ones.transpose() - ones * mean.transpose() +
-      sums.weighted(kColumnOne, kColumnOne) * mean * mean.transpose();
-  p.u_dc = equations.offset() + mean.dot(e);
+  const BaseSums plain = window.unweighted.sums(p.point);
+  const Eigen::Matrix<double, kBaseColumns, 1> mean =
+      plain.col(kColumnOne) / plain(kColumnOne, kColumnOne);
+  const Eigen::Matrix<double, kBaseColumns, 1> ones = sums.col(kColumnOne);
+  const BaseSums centred = sums - mean * ones.transpose() - ones * mean.transpose() +
+                           sums(kColumnOne, kColumnOne) * mean * mean.transpose();
+  p.u_dc = window.weighted.offset() + mean.dot(e);
   p.equations = {std::max(e.dot(centred * e), 0.0), -T.transpose() * (centred * e),
                  T.transpose() * centred * T};
   for (int j = 0; j < 4; ++j) {
@@ -183,17 +208,13 @@ PaperPoint evaluateAsInPaper(const BaseNormalEquations& equations, const FirstSa
   return p;
 }
 
-}  // namespace
-
-namespace {
-
 BaseFit search(const BaseNormalEquations& equations, const IdentifyOptions& options,
                const BaseFit& start, double trusted_gain) {
   LinearSolution linear;  // of the best point so far
   BaseSums best;
   const auto evaluate = [&](const Eigen::VectorXd& x, NormalEquations& at) {
     const BaseSums sums = equations.sums(pointOf(x));
-    if (!sums.weighted.allFinite()) return false;
+    if (!sums.allFinite()) return false;
     const LinearSolution solution = solveLinear(sums, options.initial);
     eliminate(sums, solution, at);
     if (solution.cost < linear.cost) {
@@ -205,12 +226,16 @@ BaseFit search(const BaseNormalEquations& equations, const IdentifyOptions& opti
   MinimizeOptions settings;
   settings.max_iterations = options.max_iterations;
   settings.trusted_gain = trusted_gain;
-  const auto& c2 = tableOne()[2];
-  const auto& beta = tableOne()[3];
-  settings.lower = Eigen::Vector3d(std::log(c2.lower), std::log(beta.lower), -kMaxFirstState);
-  settings.upper = Eigen::Vector3d(std::log(c2.upper), std::log(beta.upper), kMaxFirstState);
-  const Eigen::VectorXd x0 = Eigen::Vector3d(std::log(start.parameters.c2),
-                                             std::log(start.parameters.beta), start.u_c2_first);
+  const std::array<double, 3> from{start.parameters.c2, start.parameters.beta, start.u_c2_first};
+  Eigen::VectorXd x0(3);
+  for (auto* bound : {&settings.lower, &settings.upper}) bound->resize(3);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const FitCoordinate& c = searched()[k];
+    const auto j = static_cast<Eigen::Index>(k);
+    settings.lower[j] = c.of(c.lower);
+    settings.upper[j] = c.of(c.upper);
+    x0[j] = c.of(from[k]);
+  }
   const MinimizeResult found = minimize(evaluate, x0, settings);
   if (!found.last_step.isZero(0.0)) follow(best, found.last_step, linear);
 
@@ -219,11 +244,11 @@ BaseFit search(const BaseNormalEquations& equations, const IdentifyOptions& opti
   fit.parameters.r_discharge = linear.value[0];
   fit.parameters.r_charge = linear.value[1];
   fit.parameters.u_dc = linear.value[2] + equations.offset();
-  fit.parameters.c2 = std::clamp(point.c2, c2.lower, c2.upper);
-  fit.parameters.beta = std::clamp(point.beta, beta.lower, beta.upper);
+  fit.parameters.c2 = point.c2;
+  fit.parameters.beta = point.beta;
   fit.u_c2_first = point.u_c2_first;
   fit.cost = found.at.cost;
-  fit.status = fitStatusOf(found.status);
+  fit.status = found.status;
   fit.iterations = found.iterations + (found.last_step.isZero(0.0) ? 0 : 1);
   return fit;
 }
@@ -239,35 +264,31 @@ BaseFit startOf(const IdentifyOptions& options) {
 
 }  // namespace
 
-BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions& options,
-                     const BaseFit& start) {
-  return search(equations, options, start, 0.0);
-}
-
-template <typename Samples>
-BaseFit searchWindow(const Samples& samples, const BaseNormalEquations& equations,
+BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& equations,
                      const IdentifyOptions& options) {
   BaseFit start = startOf(options);
   if (samples.size() >= kCoarseFrom) {
     const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), start.parameters.i0);
-    const BaseFit wished = searchRobust(coarse, options, start);
+    const BaseFit wished = search(coarse, options, start, 0.0);
     start = wished;
     // A start far off may lead nowhere; Table I's own costs little on averages.
     if (options.initial != IdentifyOptions{}.initial || wished.status != FitStatus::kConverged) {
-      const BaseFit usual = searchRobust(coarse, options, startOf({}));
+      const BaseFit usual = search(coarse, options, startOf({}), 0.0);
       if (usual.cost < wished.cost) start = usual;
     }
   }
   return search(equations, options, start, kTrustedGain);
 }
 
-template BaseFit searchWindow(const std::vector<BaseNormalEquations::Sample>&,
-                              const BaseNormalEquations&, const IdentifyOptions&);
-template BaseFit searchWindow(const WindowSamples&, const BaseNormalEquations&,
-                              const IdentifyOptions&);
-
-BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOptions& options,
+BaseFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,
                         const FirstSample& first) {
+  auto weighted = samples.copied();
+  weighted.front().weight = 0.0;
+  auto unweighted = weighted;
+  for (auto& sample : unweighted) sample.weight = sample.weight > 0.0 ? 1.0 : 0.0;
+  const double i0 = BaseParameters{}.i0;
+  const PaperWindow window{BaseNormalEquations(weighted, i0), BaseNormalEquations(unweighted, i0),
+                           first};
   Eigen::VectorXd x(4);
   for (int j = 0; j < 4; ++j) x[j] = options.initial[j] / tableOne()[j].magnitude;
   double u_dc = BaseParameters{}.u_dc;  // Table I: 12 V at the first iteration
@@ -277,23 +298,23 @@ BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOpti
   fit.status = FitStatus::kIterationLimit;
   for (fit.iterations = 0; fit.iterations < options.max_iterations; ++fit.iterations) {
     const auto evaluate = [&](const Eigen::VectorXd& trial, NormalEquations& at) {
-      at = evaluateAsInPaper(equations, first, u_dc, trial).equations;
+      at = evaluateAsInPaper(window, u_dc, trial).equations;
       return std::isfinite(at.cost) && at.hessian.allFinite();
     };
     const MinimizeResult step = minimize(evaluate, x, one_step);
     const double u_dc_before = u_dc;
     x = step.x;
-    u_dc = evaluateAsInPaper(equations, first, u_dc, x).u_dc;
+    u_dc = evaluateAsInPaper(window, u_dc, x).u_dc;
     one_step.initial_damping = step.damping;
     // Converged for this u_dc; done once u_dc itself stands still (1 uV, far below any sensor).
     const bool u_dc_stands = std::abs(u_dc - u_dc_before) < 1e-6;
-    if (step.status == MinimizeStatus::kStalled ||
-        (step.status == MinimizeStatus::kConverged && u_dc_stands)) {
-      fit.status = fitStatusOf(step.status);
+    if (step.status == FitStatus::kStalled ||
+        (step.status == FitStatus::kConverged && u_dc_stands)) {
+      fit.status = step.status;
       break;
     }
   }
-  const PaperPoint end = evaluateAsInPaper(equations, first, u_dc, x);
+  const PaperPoint end = evaluateAsInPaper(window, u_dc, x);
   fit.parameters.r_discharge = end.theta[0];
   fit.parameters.r_charge = end.theta[1];
   fit.parameters.c2 = end.point.c2;

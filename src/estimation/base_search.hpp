@@ -17,23 +17,16 @@ struct BaseFit {
 /**
  * @brief Default search: c2, beta (as logarithms) and the first state by Levenberg-Marquardt inside
  * Table I's bounds; r_discharge, r_charge and u_dc solved exactly, inside their bounds, at every
- * point (variable projection, Kaufman 1975).
- */
-BaseFit searchRobust(const BaseNormalEquations& equations, const IdentifyOptions& options,
-                     const BaseFit& start);
-
-/**
- * @brief The default search over a window: long windows are first approached on averages of twenty
+ * point (variable projection, Kaufman 1975). Long windows are first approached on averages of twenty
  * samples.
  *
  * A last step that promises less than 1e-5 of the cost (0.5 standard errors in 24,000 samples) is
  * taken on the strength of the linearised model; its error is of second order. The optimum is that
  * of all samples to better than 1e-4.
  *
- * @param samples as of BaseNormalEquations, those that the equations were made of.
+ * @param equations of the samples.
  */
-template <typename Samples>
-BaseFit searchWindow(const Samples& samples, const BaseNormalEquations& equations,
+BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& equations,
                      const IdentifyOptions& options);
 
 /// First samples of a window, which the paper's start (eq. 5) rests on.
@@ -46,11 +39,13 @@ struct FirstSample {
  * @brief The paper's search: four normalised tunables, eqs. 3, 4 and 5, exponential penalty beyond
  * the bounds.
  *
+ * The first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
+ *
  * The penalty adds the squared residual (exp(10 d) - 1) 1 V for a relative excess d beyond a bound.
  * The paper gives no constants: ten per cent beyond a bound costs as much as one sample wrong by
  * 1.7 V.
  */
-BaseFit searchAsInPaper(const BaseNormalEquations& equations, const IdentifyOptions& options,
+BaseFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,
                         const FirstSample& first);
 
 }  // namespace battery_sof

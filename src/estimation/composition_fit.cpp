@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "elimination.hpp"
-#include "estimation/fit_description.hpp"
 #include "estimation/parallel.hpp"
 
 namespace battery_sof {
@@ -45,7 +44,7 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   };
   const MinimizeResult result = minimize(evaluate, elimination.reduced(x), options);
   CompositionFit fit;
-  fit.status = fitStatusOf(result.status);
+  fit.status = result.status;
   fit.iterations = result.iterations;
   fit.passes = 0;
   // A refused trial may have come last, or the last step promised much: once more at the optimum
@@ -87,7 +86,7 @@ Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::Vect
   Eigen::VectorXd x = first;
   for (Eigen::Index k = 0; k < problem.size(); ++k) {
     // Where the voltage is linear any start is as good as another.
-    if (problem.isLinear()[static_cast<std::size_t>(k)]) continue;
+    if (problem[k].linear) continue;
     const double low = problem.lower()[k], high = problem.upper()[k];
     const double span = high - low;
     // The middle half: at the very bounds a composition may be blind.

@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "estimation/fitted_model.hpp"
-#include "estimation/known_parameter.hpp"
 #include "estimation/levenberg_marquardt.hpp"
 #include "estimation/noise_model.hpp"
+#include "estimation/parameter_space.hpp"
 #include "model/simulation.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
 
@@ -38,19 +39,12 @@ struct FitCost {
   std::optional<NoiseModel> noise;
   /// W of eq. 3 below crank_weight_current [1]; without noise only
   double crank_weight = 10.0;
-  double crank_weight_current = -150.0;  ///< [A]
+  double crank_weight_current = kCrankCurrent;  ///< [A]
   /// with what is known beforehand of parameters and first states
   bool priors = true;
   /// errors in both variables, in place of eq. 3's weights
   std::optional<ChannelErrors> channels = std::nullopt;
   std::vector<KnownParameter> known = {};  ///< priors in place of the catalogue's
-};
-
-/// Parameters and first states of a composition.
-struct CompositionPoint {
-  Eigen::VectorXd parameters;  ///< in the order of BatteryModel::parameters()
-  /// at the first sample, in the order of BatteryModel::states()
-  Eigen::VectorXd state;
 };
 
 /**
@@ -60,43 +54,25 @@ struct CompositionPoint {
  *     or, with errors in both variables,   E(x) = sum_n rho(e_n / sigma_n) + sum_j ((x_j - x_j0) / s_j)^2 / independent
  *
  * with e = u_b - u_m, w = W^2 times the samples averaged, v the innovations of e (Whitening), E_0 =
- * (10 mV)^2 times the samples that 5 s of correlation hold. Coordinates: free parameters
- * (logarithms where ParameterInfo says so, else in units of their magnitude), then the first states
- * that are estimated. Those in which the voltage is linear can be solved for the others (variable
- * projection), see Elimination.
+ * (10 mV)^2 times the samples that 5 s of correlation hold. Coordinates in which the voltage is
+ * linear can be solved for the others (variable projection), see Elimination.
  *
  * One pass goes through the sequence once: simulation, sensitivities, whitening and normal
  * equations, nothing stored but the sums. Holds references to model and inputs.
  */
-class CompositionProblem {
+class CompositionProblem : public ParameterSpace {
  public:
   /// of the cost: half a standard error in 24,000 samples
   static constexpr double kNegligibleShare = 1e-5;
 
-  /**
-   * @param free names of parameters to set free although they are held by default.
-   * @param fixed names of parameters that stay at `start`.
-   * @throws std::invalid_argument for unknown names, an empty sequence, or more than
-   * Simulation::kMaxTangents coordinates.
-   */
+  /// @param free, fixed as of ParameterSpace.  @throws std::invalid_argument likewise, and for an
+  /// empty sequence.
   CompositionProblem(const BatteryModel& model, const InputSequence& inputs, const FitCost& cost,
                      const CompositionPoint& start, const std::vector<std::string>& free = {},
                      const std::vector<std::string>& fixed = {});
 
-  Eigen::Index size() const { return static_cast<Eigen::Index>(coordinates_.size()); }
-  Eigen::VectorXd coordinatesOf(const CompositionPoint& point) const;
-  CompositionPoint pointAt(const Eigen::VectorXd& x) const;
-  const Eigen::VectorXd& lower() const { return lower_; }
-  const Eigen::VectorXd& upper() const { return upper_; }
-
-  /// d(parameters, first state) / d(coordinates) at x.
-  Eigen::MatrixXd seedsAt(const Eigen::VectorXd& x) const;
-
   /// One pass. @return false when the model has no finite voltage there.
   bool evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const;
-
-  /// Which coordinates the voltage is linear in.
-  const std::vector<bool>& isLinear() const { return linear_; }
 
   /// Residual at x [V], or [A] where the voltage is the input, one a sample, not whitened.
   Eigen::VectorXd residual(const Eigen::VectorXd& x) const;
@@ -114,30 +90,12 @@ class CompositionProblem {
   /// Takes the weights of ChannelErrors at a point; they are those of the start until then.
   void reweigh(const CompositionPoint& point);
 
-  /// Row of the parameter vector, or of the state vector behind it, that a coordinate moves.
-  Eigen::Index rowOf(Eigen::Index coordinate) const {
-    return coordinates_[static_cast<std::size_t>(coordinate)].row;
-  }
-
  private:
-  struct Coordinate {
-    Eigen::Index row;  // of (parameters, state)
-    bool logarithmic;
-    double scale;                                 // linear: unit of the coordinate
-    std::optional<double> prior_mean, prior_std;  // in coordinates
-  };
-  void addParameter(Eigen::Index row, const ParameterInfo& info);
-  void addState(Eigen::Index row, const StateInfo& info);
-  void takeKnown(const ParameterInfo& info, Coordinate& coordinate) const;
   void addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const;
 
   const BatteryModel& model_;
   const InputSequence& inputs_;
   FitCost cost_;
-  CompositionPoint start_;
-  std::vector<Coordinate> coordinates_;
-  std::vector<bool> linear_;
-  Eigen::VectorXd lower_, upper_;
   std::optional<Whitening> whitening_;
   std::vector<double> precision_;  // 1 / sigma^2 of ChannelErrors
   double prior_weight_ = 1.0;

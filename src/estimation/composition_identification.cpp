@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "estimation/covariance.hpp"
-#include "estimation/fit_description.hpp"
+#include "estimation/fit_quality.hpp"
 #include "estimation/residual_filter.hpp"
 #include "estimation/window_history.hpp"
 
@@ -60,12 +60,38 @@ struct Fitted {
   std::optional<ChannelErrors> channels = std::nullopt;
 };
 
+FitCost costOf(const IdentifyOptions& options, const std::optional<NoiseModel>& noise,
+               const std::optional<ChannelErrors>& channels = std::nullopt) {
+  return {noise,
+          options.crank_weight,
+          options.crank_weight_current,
+          true,
+          channels,
+          knownOf(options.priors, options.effects)};
+}
+
+/// A window and its inputs; compressed is empty for short ones.
+struct Window {
+  Window(const Series& of, IndexRange samples, const std::vector<char>& masked,
+         const std::vector<char>& voltage_controlled = {})
+      : series(of), range(samples), full(inputSequence(of, samples, masked, voltage_controlled)) {
+    if (samples.size() > kCompressFrom && voltage_controlled.empty())
+      compressed = compressedInputs(of, samples, {}, masked);
+  }
+  const Series& series;
+  IndexRange range;
+  InputSequence full, compressed;
+
+  const InputSequence& searched() const { return compressed.samples.empty() ? full : compressed; }
+  /// Those that the errors are taken from.
+  const InputSequence& judged() const {
+    return range.size() <= kFullRateErrors ? full : searched();
+  }
+};
+
 Fitted search(const BatteryModel& model, const InputSequence& inputs,
               const IdentifyOptions& options, const BaseFit& base) {
-  FitCost cost;
-  cost.crank_weight = options.crank_weight;
-  cost.crank_weight_current = options.crank_weight_current;
-  cost.known = knownOf(options.priors, options.effects);
+  FitCost cost = costOf(options, std::nullopt);
   CompositionSearch search;
   search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
   search.more_starts = model.effects().empty() ? 0 : options.more_starts;
@@ -95,9 +121,7 @@ Fitted search(const BatteryModel& model, const InputSequence& inputs,
 /// depend on where they are taken twice.
 Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
                       const IdentifyOptions& options, const BaseFit& base) {
-  FitCost cost;
-  cost.channels.emplace();
-  cost.known = knownOf(options.priors, options.effects);
+  const FitCost cost = costOf(options, std::nullopt, ChannelErrors());
   CompositionSearch search;
   search.eliminate = false;
   search.tolerance = kEnough;
@@ -194,14 +218,6 @@ std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model,
   return estimates;
 }
 
-/// What was fitted: the window and its inputs; compressed is empty for short ones.
-struct Window {
-  const Series& series;
-  IndexRange range;
-  const InputSequence& full;
-  const InputSequence& compressed;
-};
-
 /// Scores of a residual that is a voltage's or, where the voltage is the input, a current's.
 FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequence& inputs,
                          const Eigen::VectorXd& residual, double crank_current) {
@@ -236,10 +252,9 @@ FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, Ind
 
 FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options,
                       const Fitted& fitted) {
-  const FitCost cost{fitted.noise, options.crank_weight, options.crank_weight_current,
-                     true,         fitted.channels,      knownOf(options.priors, options.effects)};
+  const FitCost cost = costOf(options, fitted.noise, fitted.channels);
   const auto& [series, range, full, compressed] = on;
-  const InputSequence& for_errors = range.size() <= kFullRateErrors ? full : compressed;
+  const InputSequence& for_errors = on.judged();
   const CompositionProblem problem(model, for_errors, cost, fitted.fit.point);
   const Pass pass = passOver(model, for_errors, problem, fitted.fit);
   // A pass over the whole window has its residual already; otherwise weights play no part in one.
@@ -275,22 +290,17 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   return found;
 }
 
-}  // namespace
-
-namespace {
-
 FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range,
                              const IdentifyOptions& options, const BaseFit& base) {
   const Series sound = repaired(series, options.source->repair);
   std::vector<char> masked = options.source->repair.dropped;
   for (std::size_t n = 0; n < options.masked.size(); ++n)
     masked[n] = masked[n] || options.masked[n];
-  const InputSequence inputs =
-      inputSequence(sound, range, masked, options.source->voltage_controlled);
-  FittedModel found = completed(model, {sound, range, inputs, inputs}, options,
-                                searchBothWays(model, inputs, options, base));
+  const Window window(sound, range, masked, options.source->voltage_controlled);
+  FittedModel found =
+      completed(model, window, options, searchBothWays(model, window.full, options, base));
   found.fit.voltage_lag = options.source->repair.lag;
-  followWindow(found, sound, range, inputs, *options.source);
+  followWindow(found, sound, range, window.full, *options.source);
   return found;
 }
 
@@ -300,44 +310,33 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const BaseFit& base) {
   const BatteryModel model(options.effects, options.discrepancy);
   if (options.source) return identifyBothWays(model, series, range, options, base);
-  const InputSequence full = inputSequence(series, range, options.masked);
-  const InputSequence compressed = range.size() > kCompressFrom
-                                       ? compressedInputs(series, range, {}, options.masked)
-                                       : InputSequence();
-  const InputSequence& inputs = range.size() > kCompressFrom ? compressed : full;
-  Fitted fitted = search(model, inputs, options, base);
-  if (range.size() > kCompressFrom && range.size() <= kFullRateErrors && !fitted.noise) {
+  const Window window(series, range, options.masked);
+  Fitted fitted = search(model, window.searched(), options, base);
+  if (&window.judged() != &window.searched() && !fitted.noise) {
     // The compressed optimum is off by a share of a standard error; from there two passes at full
     // rate end it.
-    const FitCost cost{
-        fitted.noise, options.crank_weight, options.crank_weight_current,
-        true,         std::nullopt,         knownOf(options.priors, options.effects)};
-    const CompositionProblem over_all(model, full, cost, fitted.fit.point);
+    const CompositionProblem over_all(model, window.full, costOf(options, fitted.noise),
+                                      fitted.fit.point);
     CompositionSearch last;
     last.max_iterations = kLastIterations;
     fitted.fit = fitComposition(over_all, {fitted.fit.point}, last);
-    fitted.samples = static_cast<Eigen::Index>(full.samples.size());
+    fitted.samples = static_cast<Eigen::Index>(window.full.samples.size());
   }
-  return completed(model, {series, range, full, compressed}, options, fitted);
+  return completed(model, window, options, fitted);
 }
 
 FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options,
                            const CompositionPoint& optimum, const NoiseModel& noise) {
   const BatteryModel model(options.effects, options.discrepancy);
-  const InputSequence full = inputSequence(series, range, options.masked);
-  const InputSequence compressed = range.size() > kCompressFrom
-                                       ? compressedInputs(series, range, {}, options.masked)
-                                       : InputSequence();
-  const InputSequence& inputs = range.size() > kCompressFrom ? compressed : full;
-  const FitCost cost{noise, options.crank_weight, options.crank_weight_current,
-                     true,  std::nullopt,         knownOf(options.priors, options.effects)};
-  const CompositionProblem problem(model, inputs, cost, optimum);
-  Fitted fitted{{}, noise, static_cast<Eigen::Index>(inputs.samples.size()), std::nullopt};
+  const Window window(series, range, options.masked);
+  const CompositionProblem problem(model, window.searched(), costOf(options, noise), optimum);
+  Fitted fitted{
+      {}, noise, static_cast<Eigen::Index>(window.searched().samples.size()), std::nullopt};
   fitted.fit.point = optimum;
   fitted.fit.x = problem.coordinatesOf(optimum);
   if (!problem.evaluate(fitted.fit.x, fitted.fit.at))
     throw std::invalid_argument("completedModel: the model has no finite voltage at the optimum");
-  return completed(model, {series, range, full, compressed}, options, fitted);
+  return completed(model, window, options, fitted);
 }
 
 }  // namespace battery_sof

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "util/text.hpp"
-
 namespace battery_sof {
 namespace {
 
@@ -18,10 +16,10 @@ constexpr double kPriorCorrelation = 5.0;  // [s]
 constexpr double kShortestReach = 0.1, kLongestReach = 60.0;
 constexpr Eigen::Index kRows = 64;  // of the Jacobian held at a time
 
-void requireKnown(const BatteryModel& model, const std::vector<std::string>& names) {
-  for (const std::string& name : names)
-    if (!model.parameterRow(name))
-      throw std::invalid_argument("parameter \"" + name + "\" is not one of the composition's");
+/// @throws std::invalid_argument for a sequence without a sample.
+double lengthOf(const InputSequence& inputs) {
+  if (inputs.samples.empty()) throw std::invalid_argument("the input sequence has no sample");
+  return inputs.samples.back().step.time - inputs.first_time;
 }
 
 double meanInterval(const InputSequence& inputs) {
@@ -54,120 +52,25 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSeq
                                        const FitCost& cost, const CompositionPoint& start,
                                        const std::vector<std::string>& free,
                                        const std::vector<std::string>& fixed)
-    : model_(model), inputs_(inputs), cost_(cost), start_(start) {
-  requireKnown(model, free);
-  requireKnown(model, fixed);
-  if (inputs.samples.empty()) throw std::invalid_argument("the input sequence has no sample");
-  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
-    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
-    if ((!info.held || contains(free, info.name)) && !contains(fixed, info.name))
-      addParameter(j, info);
-  }
-  for (Eigen::Index j = 0; j < model.stateCount(); ++j)
-    if (model.states()[static_cast<std::size_t>(j)].initial_std)
-      addState(model.parameterCount() + j, model.states()[static_cast<std::size_t>(j)]);
-  if (size() > Simulation::kMaxTangents)
-    throw std::invalid_argument("the composition has " + std::to_string(size()) +
-                                " unknowns, at most " + std::to_string(Simulation::kMaxTangents) +
-                                " can be fitted at once");
+    : ParameterSpace(model, start, lengthOf(inputs), cost.known, free, fixed),
+      model_(model),
+      inputs_(inputs),
+      cost_(cost) {
   if (cost.noise) {
     whitening_.emplace(*cost.noise, inputs.samples);
   } else if (cost.channels) {
     prior_weight_ = 1.0 / cost.channels->independent;
+    for (FitCoordinate& c : coordinates_) {
+      c.linear = false;  // a current that answers to a voltage is linear in nothing
+      // What is known of a first state does not weigh more because errors last for long.
+      if (c.row >= model.parameterCount()) c.std = 1.0 / std::sqrt(cost.channels->independent);
+    }
     reweigh(start);
   } else {
     const double interval = meanInterval(inputs);
     prior_weight_ = kPriorError * kPriorError *
                     (interval > 0.0 ? std::max(1.0, kPriorCorrelation / interval) : 1.0);
   }
-}
-
-void CompositionProblem::addParameter(Eigen::Index row, const ParameterInfo& info) {
-  Coordinate coordinate{row, info.logarithmic, 1.0, std::nullopt, std::nullopt};
-  if (!info.logarithmic)
-    coordinate.scale = info.magnitude != 0.0 ? std::abs(info.magnitude) : std::abs(info.upper);
-  const auto in = [&](double value) {
-    return info.logarithmic ? std::log(value) : value / coordinate.scale;
-  };
-  if (info.prior_std) {
-    coordinate.prior_mean = in(info.magnitude);
-    coordinate.prior_std = info.logarithmic ? *info.prior_std : *info.prior_std / coordinate.scale;
-  }
-  takeKnown(info, coordinate);
-  coordinates_.push_back(coordinate);
-  // A current that answers to a voltage is linear in nothing.
-  linear_.push_back(info.linear && !cost_.channels);
-  lower_.conservativeResize(size());
-  upper_.conservativeResize(size());
-  const double length = inputs_.samples.back().step.time - inputs_.first_time;
-  lower_[size() - 1] = in(info.lower);
-  upper_[size() - 1] = in(info.instant ? std::clamp(length, info.lower, info.upper) : info.upper);
-}
-
-/// A spread of logarithms is taken for that share of the value, and the other way round, where the
-/// search has other coordinates.
-void CompositionProblem::takeKnown(const ParameterInfo& info, Coordinate& coordinate) const {
-  const KnownParameter* known = find(cost_.known, info.name);
-  if (!known) return;
-  const double value = std::clamp(known->value, info.lower, info.upper);
-  if (info.logarithmic) {
-    coordinate.prior_mean = std::log(value);
-    coordinate.prior_std = known->logarithmic ? known->std : known->std / std::abs(value);
-  } else {
-    coordinate.prior_mean = value / coordinate.scale;
-    coordinate.prior_std =
-        (known->logarithmic ? known->std * std::abs(value) : known->std) / coordinate.scale;
-  }
-}
-
-void CompositionProblem::addState(Eigen::Index row, const StateInfo& info) {
-  const double scale = *info.initial_std;
-  // What is known of a first state does not weigh more because errors last for long.
-  const double std = cost_.channels ? 1.0 / std::sqrt(cost_.channels->independent) : 1.0;
-  coordinates_.push_back({row, false, scale, info.rest / scale, std});
-  linear_.push_back(false);
-  lower_.conservativeResize(size());
-  upper_.conservativeResize(size());
-  lower_[size() - 1] = info.lower / scale;
-  upper_[size() - 1] = info.upper / scale;
-}
-
-Eigen::VectorXd CompositionProblem::coordinatesOf(const CompositionPoint& point) const {
-  Eigen::VectorXd x(size());
-  for (Eigen::Index k = 0; k < size(); ++k) {
-    const Coordinate& c = coordinates_[static_cast<std::size_t>(k)];
-    const Eigen::Index state = c.row - model_.parameterCount();
-    const double value = state < 0 ? point.parameters[c.row] : point.state[state];
-    x[k] = c.logarithmic ? std::log(value) : value / c.scale;
-  }
-  return x.cwiseMax(lower_).cwiseMin(upper_);
-}
-
-CompositionPoint CompositionProblem::pointAt(const Eigen::VectorXd& x) const {
-  CompositionPoint point = start_;
-  for (Eigen::Index k = 0; k < size(); ++k) {
-    const Coordinate& c = coordinates_[static_cast<std::size_t>(k)];
-    const Eigen::Index state = c.row - model_.parameterCount();
-    const double value = c.logarithmic ? std::exp(x[k]) : x[k] * c.scale;
-    (state < 0 ? point.parameters[c.row] : point.state[state]) = value;
-  }
-  for (Eigen::Index j = 0; j < model_.stateCount(); ++j)
-    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2)
-      point.state[j] = point.state[0];
-  return point;
-}
-
-Eigen::MatrixXd CompositionProblem::seedsAt(const Eigen::VectorXd& x) const {
-  const Eigen::Index parameters = model_.parameterCount();
-  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(parameters + model_.stateCount(), size());
-  for (Eigen::Index k = 0; k < size(); ++k) {
-    const Coordinate& c = coordinates_[static_cast<std::size_t>(k)];
-    seeds(c.row, k) = c.logarithmic ? std::exp(x[k]) : c.scale;
-  }
-  for (Eigen::Index j = 0; j < model_.stateCount(); ++j)
-    if (model_.states()[static_cast<std::size_t>(j)].begins_as_u_c2)
-      seeds.row(parameters + j) = seeds.row(parameters);
-  return seeds;
 }
 
 void CompositionProblem::reweigh(const CompositionPoint& point) {
@@ -240,21 +143,17 @@ bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equ
 
 void CompositionProblem::addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const {
   for (Eigen::Index k = 0; k < size(); ++k) {
-    const Coordinate& c = coordinates_[static_cast<std::size_t>(k)];
-    if (!c.prior_std) continue;
-    const double away = (x[k] - *c.prior_mean) / *c.prior_std;
+    const double std = (*this)[k].std, away = (x[k] - (*this)[k].centre) / std;
     equations.cost += prior_weight_ * away * away;
-    equations.gradient[k] += prior_weight_ * away / *c.prior_std;
-    equations.hessian(k, k) += prior_weight_ / (*c.prior_std * *c.prior_std);
+    equations.gradient[k] += prior_weight_ * away / std;
+    equations.hessian(k, k) += prior_weight_ / (std * std);
   }
 }
 
 Eigen::VectorXd CompositionProblem::priorPrecision() const {
   Eigen::VectorXd precision = Eigen::VectorXd::Zero(size());
-  if (!cost_.priors) return precision;
-  for (Eigen::Index k = 0; k < size(); ++k)
-    if (const auto std = coordinates_[static_cast<std::size_t>(k)].prior_std)
-      precision[k] = 1.0 / (*std * *std);
+  for (Eigen::Index k = 0; cost_.priors && k < size(); ++k)
+    precision[k] = 1.0 / ((*this)[k].std * (*this)[k].std);
   return precision;
 }
 

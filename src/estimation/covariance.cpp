@@ -9,19 +9,6 @@ namespace {
 
 constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
 
-/// Pseudo-inverse of a symmetric matrix after scaling its diagonal to one.
-Eigen::MatrixXd scaledInverse(const Eigen::MatrixXd& A) {
-  const Eigen::VectorXd scale =
-      A.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * A *
-                                                             scale.asDiagonal());
-  const double floor = 1e-12 * std::max(eigen.eigenvalues().maxCoeff(), 1e-300);
-  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
-      [floor](double value) { return value > floor ? 1.0 / value : 0.0; });
-  return scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
-         eigen.eigenvectors().transpose() * scale.asDiagonal();
-}
-
 }  // namespace
 
 double lagOneCorrelation(const Eigen::VectorXd& residual) {
@@ -84,17 +71,21 @@ Eigen::Matrix<double, 6, 6> bartlettSum(const BartlettSums& sums, Eigen::Index w
   return B / static_cast<double>(width);
 }
 
-Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A) { return scaledInverse(A); }
-
-Eigen::MatrixXd combined(const Sandwich& parts) {
-  const Eigen::MatrixXd A_inverse = scaledInverse(parts.A);
-  return A_inverse * parts.B * A_inverse;
+Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A) {
+  const Eigen::VectorXd scale =
+      A.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * A *
+                                                             scale.asDiagonal());
+  const double floor = 1e-12 * std::max(eigen.eigenvalues().maxCoeff(), 1e-300);
+  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
+      [floor](double value) { return value > floor ? 1.0 / value : 0.0; });
+  return scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
+         eigen.eigenvectors().transpose() * scale.asDiagonal();
 }
 
-Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
-                                   const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
-                                   Eigen::Index width) {
-  return combined(sandwichParts(jacobian, residual, weight, width));
+Eigen::MatrixXd combined(const Sandwich& parts) {
+  const Eigen::MatrixXd A_inverse = informationInverse(parts.A);
+  return A_inverse * parts.B * A_inverse;
 }
 
 }  // namespace battery_sof

@@ -15,34 +15,33 @@ double lagOneCorrelation(const Eigen::VectorXd& residual);
  */
 Eigen::Index bartlettWidth(double rho, Eigen::Index samples);
 
+/// The two parts of a sandwich: more of either, as of priors, can be added before they are combined.
+struct Sandwich {
+  Eigen::MatrixXd A, B;
+};
+
 /**
  * @brief Covariance of a weighted least-squares estimate whose residuals are neither white nor
- * weighted by their variance.
+ * weighted by their variance, V = A^-1 B A^-1, in its parts.
  *
- *     V = A^-1 B A^-1,  A = J'W^2J,  B = sum_l (1 - |l|/L) sum_n g_n g_(n-l)',  g_n = W_n^2 e_n J_n   (Newey, West 1987)
+ *     A = J'W^2J,  B = sum_l (1 - |l|/L) sum_n g_n g_(n-l)',  g_n = W_n^2 e_n J_n   (Newey, West 1987)
  *
  * in one pass: with that kernel B is the mean outer product of L-sample sums of g.
  *
  * @param jacobian n x p, d u_m / d theta.  @param residual n, u_b - u_m.  @param weight n, W^2.
  * @param width L [samples].
- * @return p x p; rows and columns of parameters that the data say nothing about (zero columns, or
- * directions with an
- *   eigenvalue below 1e-12 of the largest after scaling) are zero or enlarged as the pseudo-inverse leaves them.
  */
-Eigen::MatrixXd sandwichCovariance(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
-                                   const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
-                                   Eigen::Index width);
-
-/// The two parts of a sandwich, A = J'W^2J and B: more of either, as of priors, can be added before
-/// they are combined.
-struct Sandwich {
-  Eigen::MatrixXd A, B;
-};
-
-/// @return the parts of sandwichCovariance(), same arguments.
 Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
                        const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
                        Eigen::Index width);
+
+/// @return A^-1 B A^-1, p x p, with informationInverse().
+Eigen::MatrixXd combined(const Sandwich& parts);
+
+/// @return pseudo-inverse of A after scaling its diagonal to one: rows and columns of parameters that
+/// the data say nothing about (zero columns, or directions with an eigenvalue below 1e-12 of the
+/// largest) are zero or enlarged as it leaves them.
+Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A);
 
 /// Sums of g over as many samples each, one row a sum, in order.
 using BartlettSums = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
@@ -57,11 +56,5 @@ using BartlettSums = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
  * @param width L / m, in sums of m samples.
  */
 Eigen::Matrix<double, 6, 6> bartlettSum(const BartlettSums& sums, Eigen::Index width);
-
-/// @return A^-1 B A^-1 with the pseudo-inverse of sandwichCovariance().
-Eigen::MatrixXd combined(const Sandwich& parts);
-
-/// @return A^-1 alone, likewise.
-Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A);
 
 }  // namespace battery_sof

@@ -20,7 +20,7 @@ Elimination::Elimination(const CompositionProblem& problem, bool eliminate,
                          const Eigen::VectorXd& start)
     : problem_(problem), full_(start) {
   for (Eigen::Index k = 0; k < problem.size(); ++k)
-    (eliminate && problem.isLinear()[static_cast<std::size_t>(k)] ? linear_ : others_).push_back(k);
+    (eliminate && problem[k].linear ? linear_ : others_).push_back(k);
 }
 
 bool Elimination::evaluate(const Eigen::VectorXd& y, NormalEquations& equations) {

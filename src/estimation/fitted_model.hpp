@@ -9,6 +9,7 @@
 #include "baseline/baseline_predictor.hpp"
 #include "battery_sof/parameter_estimate.hpp"
 #include "estimation/event_history.hpp"
+#include "estimation/levenberg_marquardt.hpp"
 #include "estimation/noise_model.hpp"
 #include "estimation/residual_regression.hpp"
 #include "model/battery_model.hpp"
@@ -16,15 +17,6 @@
 #include "recording/control_mode.hpp"
 
 namespace battery_sof {
-
-/// How an identification ended.
-enum class FitStatus {
-  kConverged,       ///< the relative step or the relative gain fell below its tolerance
-  kIterationLimit,  ///< stopped by the iteration limit, still improving
-  kStalled,         ///< no step lowers the cost and the gradient is not small
-  kWindowTooShort,  ///< fewer samples than parameters need
-  kNotExcited,      ///< the current never changes, or none of the four tunables is determined
-};
 
 /// @return "converged", "iteration_limit", "stalled", "window_too_short", "not_excited".
 std::string toString(FitStatus status);

@@ -5,11 +5,6 @@
 #include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
-namespace {
-
-constexpr double kLookBack = 300.0;  // [s], of a source's past that its judgement rests on
-
-}  // namespace
 
 Follower::Follower(const FittedModel& model, bool uncertain)
     : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)),
@@ -56,7 +51,7 @@ InputSequence inputsOf(const Fit& fit, const Series& series, IndexRange range) {
   std::vector<char> controlled(series.size(), 0);
   ControlModeDetector watch(*fit.source);
   std::size_t n = range.first;
-  while (n > 0 && series.time[range.first] - series.time[n - 1] < kLookBack) --n;
+  while (n > 0 && series.time[range.first] - series.time[n - 1] < kControlModeLookBack) --n;
   for (; n < range.last; ++n)
     controlled[n] = watch.add(series.time[n], series.current[n], series.voltage[n]);
   VoltageRepair repair;

@@ -7,14 +7,13 @@
 #include "estimation/base_search.hpp"
 #include "estimation/composition_identification.hpp"
 #include "estimation/covariance.hpp"
-#include "estimation/fit_description.hpp"
+#include "estimation/fit_quality.hpp"
 #include "estimation/follower.hpp"
 #include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
 #include "recording/events.hpp"
-#include "recording/sampling.hpp"
 #include "recording/series_blocks.hpp"
-#include "util/number_text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -50,29 +49,19 @@ std::vector<Event> cranksOf(const Window& window, double current) {
                       gapThreshold(is_whole ? interval : medianInterval(series.time, range)));
 }
 
-void requirePositiveOption(bool ok, const char* name, double value, const char* expected) {
-  if (ok) return;
-  ClassicStream message;
-  message << name << " is " << value << ", expected " << expected;
-  throw std::invalid_argument(message.str());
-}
-
 void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
-  requirePositiveOption(std::isfinite(options.crank_weight) && options.crank_weight >= 1.0,
-                        "crank_weight", options.crank_weight, "at least 1");
-  requirePositiveOption(
-      std::isfinite(options.crank_weight_current) && options.crank_weight_current < 0.0,
-      "crank_weight_current [A]", options.crank_weight_current, "below 0");
-  requirePositiveOption(options.max_iterations > 0, "max_iterations", options.max_iterations,
-                        "at least 1");
+  requireThat(options.crank_weight >= 1.0, "crank_weight", options.crank_weight, "at least 1");
+  requireThat(options.crank_weight_current < 0.0, "crank_weight_current [A]",
+              options.crank_weight_current, "below 0");
+  requireThat(options.max_iterations > 0, "max_iterations", options.max_iterations, "at least 1");
   for (std::size_t j = 0; j < options.initial.size(); ++j) {
     const auto& info = tableOne()[j];
     const double value = options.initial[j];
-    requirePositiveOption(value >= info.lower && value <= info.upper,
-                          ("initial " + info.name).c_str(), value, "inside Table I's bounds");
+    requireThat(value >= info.lower && value <= info.upper, "initial " + info.name, value,
+                "inside Table I's bounds");
   }
-  requirePositiveOption(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
-  requirePositiveOption(options.threads >= 0, "threads", options.threads, "at least 0");
+  requireThat(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
+  requireThat(options.threads >= 0, "threads", options.threads, "at least 0");
   BatteryModel known(options.effects, options.discrepancy);
   if (!options.masked.empty() && options.masked.size() != series.size())
     throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) +
@@ -90,14 +79,6 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
     throw std::invalid_argument("window of samples " + std::to_string(range.first) + " to " +
                                 std::to_string(range.last) + " in a recording of " +
                                 std::to_string(series.size()));
-}
-
-/// Paper: the first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
-BaseFit searchPaper(const WindowSamples& window, const FirstSample& first,
-                    const IdentifyOptions& options) {
-  auto samples = window.copied();
-  samples.front().weight = 0.0;
-  return searchAsInPaper(BaseNormalEquations(samples, BaseParameters{}.i0), options, first);
 }
 
 bool atBound(const ParameterInfo& info, double value) {
@@ -210,21 +191,18 @@ bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
 /// A window that no model can be fitted to, and why.
 std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& options) {
   const auto& [series, range, interval, excited] = window;
-  ClassicStream message;
-  FitStatus status = FitStatus::kNotExcited;
   const double span = excited.max_current - excited.min_current;
-  if (range.size() < kMinFitSamples) {
-    status = FitStatus::kWindowTooShort;
-    message << "the window has " << range.size() << " samples, at least " << kMinFitSamples
-            << " are needed";
-  } else if (span < kMinCurrentSpan) {
-    message << "the current moves by " << span << " A in the window, at least " << kMinCurrentSpan
-            << " A are needed to distinguish a resistance from an offset";
-  } else {
-    return std::nullopt;
-  }
+  const bool is_short = range.size() < kMinFitSamples;
+  if (!is_short && !(span < kMinCurrentSpan)) return std::nullopt;
+  const std::string message =
+      is_short ? format("the window has %zu samples, at least %zu are needed", range.size(),
+                        kMinFitSamples)
+               : format(
+                     "the current moves by %g A in the window, at least %g A are needed to "
+                     "distinguish a resistance from an offset",
+                     span, kMinCurrentSpan);
   return unfitted(series, range, excited, BatteryModel(options.effects, options.discrepancy),
-                  status, message.str());
+                  is_short ? FitStatus::kWindowTooShort : FitStatus::kNotExcited, message);
 }
 
 double windowQualityOf(const Fit& fit, const WindowSamples& samples, double duration) {
@@ -240,7 +218,7 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
                               window.maxGap(), options.masked);
   BaseNormalEquations equations(samples, BaseParameters{}.i0);
   const FirstSample first = {series.current[range.first], series.voltage[range.first]};
-  const BaseFit fit = options.start == FitStart::kPaper ? searchPaper(samples, first, options)
+  const BaseFit fit = options.start == FitStart::kPaper ? searchAsInPaper(samples, options, first)
                                                         : searchWindow(samples, equations, options);
   const std::vector<Event> cranks = cranksOf(window, EventLimits().crank_current);
   const bool includes_cranks = options.crank_weight_current == EventLimits().crank_current;

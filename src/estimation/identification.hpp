@@ -7,8 +7,9 @@
 
 #include "battery_sof/series.hpp"
 #include "estimation/fitted_model.hpp"
-#include "estimation/known_parameter.hpp"
+#include "estimation/parameter_space.hpp"
 #include "recording/control_mode.hpp"
+#include "recording/events.hpp"
 #include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
@@ -27,9 +28,9 @@ enum class FitStart {
 /// Settings of an identification; the defaults are the paper's, but for the start.
 struct IdentifyOptions {
   FitStart start = FitStart::kRobust;
-  double crank_weight = 10.0;            ///< W of eq. 3 at high-rate discharge [1], >= 1
-  double crank_weight_current = -150.0;  ///< [A], W applies below
-  int max_iterations = 20;               ///< paper, section V
+  double crank_weight = 10.0;                   ///< W of eq. 3 at high-rate discharge [1], >= 1
+  double crank_weight_current = kCrankCurrent;  ///< [A], W applies below
+  int max_iterations = 20;                      ///< paper, section V
   /// Start values r_discharge [Ohm], r_charge [Ohm], c2 [F], beta [1/V]; Table I's magnitudes when
   /// not set.
   std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};

@@ -98,12 +98,12 @@ void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& opti
     } else {
       damping.reject();
       if (damping.lambda() > kHopelessDamping || (tiny && !cut)) {
-        result.status = MinimizeStatus::kStalled;
+        result.status = FitStatus::kStalled;
         return;
       }
     }
   }
-  result.status = MinimizeStatus::kIterationLimit;
+  result.status = FitStatus::kIterationLimit;
 }
 
 }  // namespace

@@ -36,7 +36,14 @@ struct NormalEquations {
 /// then refused).
 using EvaluateNormalEquations = std::function<bool(const Eigen::VectorXd& x, NormalEquations&)>;
 
-enum class MinimizeStatus { kConverged, kIterationLimit, kStalled };
+/// How a search or an identification ended; the last two are an identification's alone.
+enum class FitStatus {
+  kConverged,       ///< the relative step or the relative gain fell below its tolerance
+  kIterationLimit,  ///< stopped by the iteration limit, still improving
+  kStalled,         ///< no step lowers the cost and the gradient is not small
+  kWindowTooShort,  ///< fewer samples than parameters need
+  kNotExcited,      ///< the current never changes, or none of the four tunables is determined
+};
 
 struct MinimizeOptions {
   int max_iterations = 20;        ///< accepted and refused steps together
@@ -54,7 +61,7 @@ struct MinimizeOptions {
 struct MinimizeResult {
   Eigen::VectorXd x;
   NormalEquations at;  ///< at x
-  MinimizeStatus status = MinimizeStatus::kConverged;
+  FitStatus status = FitStatus::kConverged;
   int iterations = 0;
   double damping = 0.0;  ///< at the end; lets a search be continued
   /// x minus the point that `at` belongs to; zero unless a step was trusted

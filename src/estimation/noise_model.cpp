@@ -6,7 +6,7 @@
 
 #include "estimation/levenberg_marquardt.hpp"
 #include "estimation/noise_filter.hpp"
-#include "util/number_text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -14,17 +14,11 @@ namespace {
 constexpr std::size_t kMinSamples = 30;
 
 void requireSound(const NoiseModel& noise) {
-  const auto require = [](bool ok, const char* name, double value, const char* expected) {
-    if (ok && std::isfinite(value)) return;
-    ClassicStream text;
-    text << name << " is " << value << ", expected " << expected;
-    throw std::invalid_argument(text.str());
-  };
-  require(noise.white_std > 0.0, "white_std [V]", noise.white_std, "a finite value above 0");
-  require(noise.ar_std >= 0.0, "ar_std [V]", noise.ar_std, "a finite value, at least 0");
-  require(noise.ar_time > 0.0, "ar_time [s]", noise.ar_time, "a finite value above 0");
-  require(noise.walk_std >= 0.0, "walk_std [V/sqrt(s)]", noise.walk_std,
-          "a finite value, at least 0");
+  constexpr char kAbove[] = "a finite value above 0", kAtLeast[] = "a finite value, at least 0";
+  requireThat(noise.white_std > 0.0, "white_std [V]", noise.white_std, kAbove);
+  requireThat(noise.ar_std >= 0.0, "ar_std [V]", noise.ar_std, kAtLeast);
+  requireThat(noise.ar_time > 0.0, "ar_time [s]", noise.ar_time, kAbove);
+  requireThat(noise.walk_std >= 0.0, "walk_std [V/sqrt(s)]", noise.walk_std, kAtLeast);
 }
 
 using Four = Eigen::AutoDiffScalar<Eigen::Vector4d>;

@@ -6,7 +6,9 @@
 #include <limits>
 
 #include "estimation/base_normal_equations.hpp"
-#include "util/number_text.hpp"
+#include "recording/events.hpp"
+#include "util/constants.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -33,7 +35,7 @@ Eigen::Matrix<double, 6, 6> information(const WindowSamples& samples) {
     averages[k].weight = static_cast<double>(std::min(factor, samples.size() - k * factor));
   const BaseParameters nominal;
   const BaseNormalEquations equations(averages, nominal.i0);
-  return equations.sums({nominal.c2, nominal.beta, 0.0}).weighted.topLeftCorner<6, 6>();
+  return equations.sums({nominal.c2, nominal.beta, 0.0}).topLeftCorner<6, 6>();
 }
 
 /// Relative standard errors of r_discharge, r_charge, c2, beta; infinite where nothing is known.
@@ -92,10 +94,8 @@ std::vector<IndexRange> candidates(const Series& series, IndexRange searched, do
 }
 
 std::string describeChoice(const Series& series, IndexRange range, double window_quality) {
-  ClassicStream text;
-  text << "window " << series.time[range.first] << " to " << series.time[range.last - 1] << " s, "
-       << range.size() << " samples, window quality " << window_quality;
-  return text.str();
+  return format("window %g to %g s, %zu samples, window quality %g", series.time[range.first],
+                series.time[range.last - 1], range.size(), window_quality);
 }
 
 }  // namespace
@@ -163,7 +163,8 @@ double windowQuality(double rmse, double excitation) {
 
 namespace {
 
-constexpr double kRest = 0.5;  // [A], where a run of one direction ends, as rests go (EventLimits)
+// [A], where a run of one direction ends
+constexpr double kRest = EventLimits{}.rest_current;
 
 /// Where a run ends that flows at sample n. @param sign 1 charging, -1 discharging.
 std::size_t endOfRun(const Series& series, std::size_t n, std::size_t last, double sign,
@@ -194,7 +195,8 @@ double chargeSwing(const Series& series, IndexRange range, double max_gap) {
   double charge = 0.0, lowest = 0.0, highest = 0.0;
   for (std::size_t n = range.first + 1; n < range.last; ++n) {
     const double dt = series.time[n] - series.time[n - 1];
-    if (dt <= max_gap) charge += 0.5 * (series.current[n - 1] + series.current[n]) * dt / 3600.0;
+    if (dt <= max_gap)
+      charge += 0.5 * (series.current[n - 1] + series.current[n]) * dt / kSecondsPerHour;
     lowest = std::min(lowest, charge);
     highest = std::max(highest, charge);
   }

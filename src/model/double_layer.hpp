@@ -1,16 +1,109 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <type_traits>
 #include <vector>
 
-#include "capacitance_ladder.hpp"
+#include "effects/effect_definition.hpp"
 #include "layer_flow.hpp"
 #include "layer_parts.hpp"
-#include "step_trail.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof {
+
+/**
+ * @brief A fractional capacitance as a capacitance and a ladder of relaxing ones (Foster form;
+ * docs/physics.md#constant-phase-element).
+ *
+ *     C w_c^g d^(1-g) u / dt^(1-g)  =  C [ h du/dt + sum_k l_k (u - v_k) ],   dv_k/dt = w_k (u - v_k)
+ *     h = sinc(pi g) (w_c / w_hi)^g,   l_k = g sinc(pi g) w_c^g w_k^(1-g) ln(ratio)
+ *
+ * on a grid w_k of constant ratio that ends half a step below w_hi; g = 0 gives h = 1 and l_k = 0
+ * exactly.
+ */
+template <typename S>
+struct Ladder {
+  // w_c [rad/s], keeps the meaning of C: docs/physics.md#cpe2
+  static constexpr double kCorner = 0.3;
+  static constexpr double kSlowest = 1e-5, kFastest = 1e3;  // [rad/s]
+
+  S head;                            // h [1]
+  std::array<S, kLadderRungs> rung;  // l_k [rad/s]
+
+  static double rate(int k) {
+    static const std::array<double, kLadderRungs> rates = [] {
+      std::array<double, kLadderRungs> all;
+      for (int j = 0; j < kLadderRungs; ++j)
+        all[j] = kSlowest * std::pow(kFastest / kSlowest, j / (kLadderRungs - 1.0));
+      return all;
+    }();
+    return rates[k];
+  }
+  static double logRatio() { return std::log(kFastest / kSlowest) / (kLadderRungs - 1); }
+
+  explicit Ladder(const S& dispersion) {
+    using std::exp;
+    using std::sin;
+    const S angle = S(kPi * dispersion);
+    const S sinc = valueOf(angle) < 1e-4 ? S(1.0 - angle * angle / 6.0) : S(sin(angle) / angle);
+    const double fastest_edge = std::log(kFastest) + 0.5 * logRatio();
+    head = S(sinc * exp(S(dispersion * (std::log(kCorner) - fastest_edge))));
+    for (int k = 0; k < kLadderRungs; ++k)
+      rung[k] = S(dispersion * sinc * exp(S(dispersion * std::log(kCorner / rate(k)))) *
+                  (rate(k) * logRatio()));
+  }
+};
+
+/**
+ * @brief Where the implicit Euler steps of one hold ended, for the next trial of the same hold
+ * under another current.
+ *
+ * Trials of a hold make the same steps from the same state; only the current differs, and by
+ * little. Each root is then known from the last trial's and its slope to the current: to second
+ * order in the change.
+ */
+class StepTrail {
+ public:
+  /// One step's root under one current.
+  struct Root {
+    double length = 0.0, current = 0.0;        ///< of the step [s], held [A]
+    double u = 0.0, to_current = 0.0;          ///< [V], du / di of the whole trial up to here [Ohm]
+    double slope = 0.0, activity_slope = 0.0;  ///< of the balance at u [A/V], of the activity [1/V]
+  };
+  void clear() {
+    roots_.clear();
+    begin();
+  }
+  /// At the beginning of a trial.
+  void begin() {
+    next_ = 0;
+    follows_ = true;
+  }
+  /// @return the last trial's root of the step that comes; none once a trial has gone another way.
+  const Root* hint(double length) {
+    follows_ = follows_ && next_ < roots_.size() && roots_[next_].length == length;
+    return follows_ ? &roots_[next_] : nullptr;
+  }
+  /// The step's root in this trial.
+  void leave(const Root& root) {
+    if (!follows_) roots_.resize(next_);
+    if (next_ < roots_.size())
+      roots_[next_] = root;
+    else
+      roots_.push_back(root);
+    ++next_;
+  }
+  /// Goes on to the next step and leaves what is known of this one.
+  void skip() { ++next_; }
+
+ private:
+  std::vector<Root> roots_;
+  std::size_t next_ = 0;
+  bool follows_ = true;
+};
 
 /// Where one implicit Euler step at a source's voltage ends.
 struct SourceStep {
@@ -184,7 +277,7 @@ class DoubleLayer {
       ladder_.assign(1, Ladder<S>(present.dispersion));
       dispersion_ = valueOf(present.dispersion);
     }
-    present_slope_ = toSlope(present);
+    present_slope_ = converted<Slope>(present, [](const S& x) { return Slope(valueOf(x)); });
     const auto take = [&](const BoundEffect& bound) {
       std::vector<Slope> own;
       for (std::size_t j = 0; j < bound.effect->info.parameters.size(); ++j)

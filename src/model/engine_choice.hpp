@@ -30,22 +30,15 @@ class Simulation::Engine {
 };
 
 /**
- * @brief A simulation in one arithmetic: of values alone, or of as many tangents as the name says.
+ * @brief A simulation in one arithmetic: N tangents, 0 for values alone.
+ *
  * One file each (engine_of_*.cpp): a compiler inlines less where a file grows too large, and these
  * steps are where the time goes.
  *
  * @param seeds at most as many columns.
  */
-std::unique_ptr<Simulation::Engine> engineOfValues(const BatteryModel& model,
-                                                   const ModelPoint& start,
-                                                   const Eigen::Ref<const Eigen::MatrixXd>& seeds);
-std::unique_ptr<Simulation::Engine> engineOf8(const BatteryModel& model, const ModelPoint& start,
-                                              const Eigen::Ref<const Eigen::MatrixXd>& seeds);
-std::unique_ptr<Simulation::Engine> engineOf16(const BatteryModel& model, const ModelPoint& start,
-                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds);
-std::unique_ptr<Simulation::Engine> engineOf24(const BatteryModel& model, const ModelPoint& start,
-                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds);
-std::unique_ptr<Simulation::Engine> engineOf48(const BatteryModel& model, const ModelPoint& start,
-                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds);
+template <int N>
+std::unique_ptr<Simulation::Engine> engineOf(const BatteryModel& model, const ModelPoint& start,
+                                             const Eigen::Ref<const Eigen::MatrixXd>& seeds);
 
 }  // namespace battery_sof

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/driving_current.hpp"
-#include "model/steps_taken.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
 
@@ -92,7 +91,7 @@ InputStep inputStep(double time_before, double current_before, double time, doub
 int InputStep::rampPieces() const {
   constexpr double kBend = 0.03;  // k [1/(A^2 s^2)]
   constexpr double kMost = 16.0;
-  // nothing moves in it, and parts of the shortest of numbers are nothing
+  // parts of the shortest of numbers are nothing
   if (duration < kShortestStep) return 1;
   const double change = std::abs(slope) * duration,
                largest = std::max(std::abs(current), std::abs(current - slope * duration));
@@ -105,7 +104,7 @@ double MissedCrank::add(double duration, double current, bool voltage_controlled
   if (!voltage_controlled) {
     const double charge = std::max(-current, 0.0) * std::min(duration, kLongest);
     drawn_ += charge;
-    if (current < kSeenBelow) seen_ += charge;
+    if (current < kEngineTurns) seen_ += charge;
     return 0.0;
   }
   const bool started = drawn_ >= kCharge && duration > kSlowestSeen;

@@ -8,6 +8,28 @@
 
 namespace battery_sof {
 
+inline constexpr double kShortestStep = 1e-7;  ///< [s], in which nothing moves
+
+/// A current held over the interval that ends at a sample.
+struct HeldCurrent {
+  double current = 0.0;   ///< [A]
+  double duration = 0.0;  ///< [s]
+};
+
+/**
+ * @brief The current a model is driven with between two neighbouring samples.
+ *
+ *     i_held = (i(n-1) + i(n)) / 2   within a recording; second order for a current linear between samples
+ *     i_held = 0                     across a gap (duration > max_gap): the battery is taken to rest
+ *
+ * @param max_gap [s], see gapThreshold().
+ */
+inline HeldCurrent heldCurrent(double time_before, double current_before, double time,
+                               double current, double max_gap) {
+  const double duration = time - time_before;
+  return {duration > max_gap ? 0.0 : 0.5 * (current_before + current), duration};
+}
+
 /**
  * @brief A measured current as a function of time: linear between samples, zero across gaps.
  *
@@ -75,14 +97,13 @@ InputStep inputStep(double time_before, double current_before, double time, doub
  *
  * A crank lasts half a second or less; of samples a second apart some cranks show none. A discharge
  * that drew as much as a crank and ended with a source's voltage ended with a crank, too: an engine
- * that was started. The crank's charge less what samples below -60 A showed of it is what was
+ * that was started. The crank's charge less what samples below kEngineTurns showed of it is what was
  * missed.
  */
 class MissedCrank {
  public:
   /// [As], of a crank; start-stop recordings: 60 to 250
   static constexpr double kCharge = 150.0;
-  static constexpr double kSeenBelow = -60.0;  ///< [A]
   static constexpr double kSlowestSeen = 0.5;  ///< [s], between samples that see every crank
 
   /// @return [As], >= 0; above 0 only where the voltage is the input again.

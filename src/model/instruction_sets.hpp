@@ -36,3 +36,21 @@ BATTERY_SOF_INLINE const typename Register<kWidth>::InMemory& at(const double* v
 }
 
 }  // namespace battery_sof
+
+#define BATTERY_SOF_LIST(...) __VA_ARGS__
+
+/// Defines `void name(parameters, InstructionSet set)`: kernel<kWidth>(arguments) compiled for every
+/// InstructionSet, with as many lanes side by side as its registers hold.
+#if BATTERY_SOF_X86_DISPATCH
+#define BATTERY_SOF_DISPATCH(name, kernel, parameters, arguments)                             \
+  BATTERY_SOF_TARGET_AVX2 static void name##Avx2 parameters { kernel<4> arguments; }          \
+  BATTERY_SOF_TARGET_AVX512 static void name##Avx512 parameters { kernel<kLanes> arguments; } \
+  void name(BATTERY_SOF_LIST parameters, InstructionSet set) {                                \
+    if (set == InstructionSet::kAvx512) return name##Avx512 arguments;                        \
+    if (set == InstructionSet::kAvx2) return name##Avx2 arguments;                            \
+    kernel<2> arguments;                                                                      \
+  }
+#else
+#define BATTERY_SOF_DISPATCH(name, kernel, parameters, arguments) \
+  void name(BATTERY_SOF_LIST parameters, InstructionSet) { kernel<2> arguments; }
+#endif

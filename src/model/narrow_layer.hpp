@@ -3,9 +3,13 @@
 #include <array>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
+#include "bound_composition.hpp"
 #include "double_layer.hpp"
+#include "narrow_layer.hpp"
+#include "tangents.hpp"
 
 namespace battery_sof {
 
@@ -18,12 +22,14 @@ class LayerOf {
   /// As DoubleLayer::advance().
   virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
                        LayerPace& pace, S& u, S* log_activity, S* ladder) = 0;
-  /// As DoubleLayer::atSource().
-  virtual SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance,
-                              double duration, double u) = 0;
-  /// As DoubleLayer::imbalance().
-  virtual S imbalance(const S* p, const Present<S>& present, const S& current, double duration,
-                      const S& before, double u) const = 0;
+  /// As DoubleLayer::atSource(), and imbalance(): a current that follows from a voltage depends on
+  /// every tangent, so it is stepped in the wide layer alone (LayerChoice::behindSource()).
+  virtual SourceStep atSource(const S*, const Present<S>&, double, double, double, double) {
+    throw std::logic_error("a narrow layer has no step at a source");
+  }
+  virtual S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const {
+    throw std::logic_error("a narrow layer has no step at a source");
+  }
   /// As DoubleLayer::useTrail().
   virtual void useTrail(StepTrail* trail) = 0;
 };
@@ -93,14 +99,6 @@ class NarrowLayer final : public LayerOf<S> {
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) scatter(rungs[k], ladder[k]);
   }
-  // A current that follows from a voltage depends on every tangent: it is stepped in the wide
-  // layer (LayerChoice::behindSource()).
-  SourceStep atSource(const S*, const Present<S>&, double, double, double, double) override {
-    throw std::logic_error("a narrow layer has no step at a source");
-  }
-  S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const override {
-    throw std::logic_error("a narrow layer has no step at a source");
-  }
   void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
  private:
@@ -119,19 +117,7 @@ class NarrowLayer final : public LayerOf<S> {
     return narrow;
   }
   Present<Dual<N>> gathered(const Present<S>& f) const {
-    return {gathered(f.r_discharge),
-            gathered(f.r_charge),
-            gathered(f.c2),
-            gathered(f.beta),
-            gathered(f.u_dc),
-            gathered(f.i0),
-            gathered(f.alpha),
-            gathered(f.acceptance),
-            gathered(f.warming),
-            gathered(f.dispersion),
-            gathered(f.reactivity),
-            gathered(f.inverse_supply),
-            f.time};
+    return converted<Dual<N>>(f, [this](const S& x) { return gathered(x); });
   }
   void scatter(const Dual<N>& narrow, S& x) const {
     x.value() = narrow.value();
@@ -198,12 +184,6 @@ class LocalLayer final : public LayerOf<S> {
     chain(local_u, u);
     if (log_activity) chain(local_activity, *log_activity);
   }
-  SourceStep atSource(const S*, const Present<S>&, double, double, double, double) override {
-    throw std::logic_error("a local layer has no step at a source");
-  }
-  S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const override {
-    throw std::logic_error("a local layer has no step at a source");
-  }
   void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
  private:
@@ -233,20 +213,10 @@ class LocalLayer final : public LayerOf<S> {
     present_.time = present.time;
   }
   void takePresent(const Present<S>& f) {
-    const auto number = [](const S& x) { return Dual<N>(x.value()); };
-    present_ = {number(f.r_discharge),
-                number(f.r_charge),
-                own(f.c2, kC2),
-                own(f.beta, kBeta),
-                own(f.u_dc, kUDc),
-                number(f.i0),
-                number(f.alpha),
-                number(f.acceptance),
-                number(f.warming),
-                number(f.dispersion),
-                number(f.reactivity),
-                number(f.inverse_supply),
-                f.time};
+    present_ = converted<Dual<N>>(f, [](const S& x) { return Dual<N>(x.value()); });
+    present_.c2 = own(f.c2, kC2);
+    present_.beta = own(f.beta, kBeta);
+    present_.u_dc = own(f.u_dc, kUDc);
     if (!shape_.adapts) return;
     Eigen::Index k = shape_.firstFree() + static_cast<Eigen::Index>(shape_.parameters.size());
     Dual<N>* locals[] = {&present_.i0,      &present_.alpha,      &present_.acceptance,
@@ -258,6 +228,79 @@ class LocalLayer final : public LayerOf<S> {
   Shape shape_;
   std::vector<Dual<N>> p_;
   Present<Dual<N>> present_;
+};
+
+/// The double layer of a composition in arithmetic T.
+template <typename T>
+DoubleLayer<T> layerOf(const BoundComposition& bound) {
+  std::vector<BoundEffect> side;
+  BoundEffect activity{nullptr, 0};
+  for (const BoundComposition::Member& member : bound.members) {
+    const BoundEffect own{member.effect, member.parameter};
+    if (member.effect->hooks.side_current) side.push_back(own);
+    if (member.effect->hooks.activity) activity = own;
+  }
+  return DoubleLayer<T>(side, activity.effect ? &activity : nullptr, bound.ladder_state >= 0,
+                        bound.limits_reaction);
+}
+
+/// Layers for a simulation in arithmetic S, each in the narrowest arithmetic that serves.
+template <typename S>
+class LayerChoice {
+ public:
+  explicit LayerChoice(const BoundComposition& bound) : bound_(bound) {}
+
+  /// @param tangents those that can reach the layer while the current is given.
+  std::unique_ptr<LayerOf<S>> underCurrent(const std::vector<int>& tangents) const {
+    std::unique_ptr<LayerOf<S>> layer = narrow<8>(tangents);
+    if (!layer) layer = narrow<16>(tangents);
+    if (!layer) layer = narrow<24>(tangents);
+    return layer ? std::move(layer) : wide();
+  }
+
+  /// Every tangent may reach it: a current that follows from a voltage depends on all of them.
+  std::unique_ptr<LayerOf<S>> behindSource() const {
+    std::unique_ptr<LayerOf<S>> layer = local<8>();
+    if (!layer) layer = local<16>();
+    return layer ? std::move(layer) : wide();
+  }
+
+ private:
+  std::unique_ptr<LayerOf<S>> wide() const {
+    return std::make_unique<WideLayer<S>>(layerOf<S>(bound_));
+  }
+  std::size_t parameterCount() const {
+    return static_cast<std::size_t>(bound_.model.parameterCount());
+  }
+
+  /// @return nothing unless N tangents suffice and are fewer than those of S.
+  template <int N>
+  std::unique_ptr<LayerOf<S>> narrow(const std::vector<int>& tangents) const {
+    if constexpr (N < Width<S>::value) {
+      typename NarrowLayer<S, N>::Shape shape{tangents, parameterCount(), bound_.ladder_state >= 0,
+                                              bound_.adapts};
+      if (tangents.size() <= static_cast<std::size_t>(N))
+        return std::make_unique<NarrowLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
+    }
+    return nullptr;
+  }
+
+  /// @return nothing unless the layer has implicit steps, into which at most N quantities flow,
+  /// fewer than S has tangents.
+  template <int N>
+  std::unique_ptr<LayerOf<S>> local() const {
+    if constexpr (N < Width<S>::value) {
+      typename LocalLayer<S, N>::Shape shape{bound_.parametersOfLayer(), parameterCount(),
+                                             bound_.activity_state >= 0, bound_.adapts};
+      const bool is_implicit =
+          !shape.parameters.empty() && !bound_.limits_reaction && bound_.ladder_state < 0;
+      if (is_implicit && shape.inputs() <= N)
+        return std::make_unique<LocalLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
+    }
+    return nullptr;
+  }
+
+  const BoundComposition& bound_;
 };
 
 }  // namespace battery_sof

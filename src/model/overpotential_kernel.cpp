@@ -39,6 +39,7 @@ struct alignas(64) Trajectory {
   double x[kLanes], y[kLanes];  ///< at each lane's end
 };
 
+template <int>
 BATTERY_SOF_INLINE void share(const HeldBlock& held, double i0, DrivenBlock& driven) {
   for (int n = 0; n < kBlockSize; ++n) {
     const CurrentShares shares = sharesOf(held.current[n], i0);
@@ -183,28 +184,6 @@ BATTERY_SOF_INLINE void sweep(const DrivenBlock& driven, const OverpotentialScal
     finish<kWidth>(scale, lane, start, along, states);
 }
 
-#if BATTERY_SOF_X86_DISPATCH
-BATTERY_SOF_TARGET_AVX2 void shareAvx2(const HeldBlock& held, double i0, DrivenBlock& driven) {
-  share(held, i0, driven);
-}
-
-BATTERY_SOF_TARGET_AVX512 void shareAvx512(const HeldBlock& held, double i0, DrivenBlock& driven) {
-  share(held, i0, driven);
-}
-
-BATTERY_SOF_TARGET_AVX2 void sweepAvx2(const DrivenBlock& driven, const OverpotentialScale& scale,
-                                       OverpotentialCarried& carried, OverpotentialStates& states) {
-  sweep<4>(driven, scale, carried, states);
-}
-
-BATTERY_SOF_TARGET_AVX512 void sweepAvx512(const DrivenBlock& driven,
-                                           const OverpotentialScale& scale,
-                                           OverpotentialCarried& carried,
-                                           OverpotentialStates& states) {
-  sweep<8>(driven, scale, carried, states);
-}
-#endif
-
 }  // namespace
 
 InstructionSet widestInstructionSet() {
@@ -217,24 +196,11 @@ InstructionSet widestInstructionSet() {
   return InstructionSet::kPlain;
 }
 
-void shareCurrents(const HeldBlock& held, double i0, DrivenBlock& driven, InstructionSet set) {
-#if BATTERY_SOF_X86_DISPATCH
-  if (set == InstructionSet::kAvx512) return shareAvx512(held, i0, driven);
-  if (set == InstructionSet::kAvx2) return shareAvx2(held, i0, driven);
-#endif
-  static_cast<void>(set);
-  share(held, i0, driven);
-}
-
-void sweepOverpotential(const DrivenBlock& driven, const OverpotentialScale& scale,
-                        OverpotentialCarried& carried, OverpotentialStates& states,
-                        InstructionSet set) {
-#if BATTERY_SOF_X86_DISPATCH
-  if (set == InstructionSet::kAvx512) return sweepAvx512(driven, scale, carried, states);
-  if (set == InstructionSet::kAvx2) return sweepAvx2(driven, scale, carried, states);
-#endif
-  static_cast<void>(set);
-  sweep<2>(driven, scale, carried, states);
-}
+BATTERY_SOF_DISPATCH(shareCurrents, share, (const HeldBlock& held, double i0, DrivenBlock& driven),
+                     (held, i0, driven))
+BATTERY_SOF_DISPATCH(sweepOverpotential, sweep,
+                     (const DrivenBlock& driven, const OverpotentialScale& scale,
+                      OverpotentialCarried& carried, OverpotentialStates& states),
+                     (driven, scale, carried, states))
 
 }  // namespace battery_sof

@@ -13,6 +13,9 @@
 namespace battery_sof {
 namespace {
 
+using Kind = RegressorKind;
+using Group = RegressorGroup;
+
 // [s]
 constexpr std::array<double, 10> kTimes = {0.3,   1.0,   3.0,    10.0,   30.0,
                                            100.0, 300.0, 1000.0, 3000.0, 10000.0};
@@ -45,7 +48,7 @@ class Library {
     return time >= 0.9 * context_.interval && time < context_.span / 3.0;
   }
 
-  void add(Mechanism mechanism, RegressorKind kind, double time = 0.0, double scale = 0.0,
+  void add(Mechanism mechanism, Kind kind, double time = 0.0, double scale = 0.0,
            double charge = 0.0) {
     regressors_.push_back({kind, mechanism, time, scale, charge});
   }
@@ -53,98 +56,96 @@ class Library {
   void takeMemories() {
     for (const double time : kTimes) {
       if (!fits(time)) continue;
-      add(Mechanism::kAcceptance, RegressorKind::kChargeMemory, time);
-      add(Mechanism::kAcid, RegressorKind::kDischargeMemory, time);
+      add(Mechanism::kAcceptance, Kind::kChargeMemory, time);
+      add(Mechanism::kAcid, Kind::kDischargeMemory, time);
       takeMemory(time >= kSlowMemory ? Mechanism::kAcid : Mechanism::kStructure, time);
       if (time == 3.0 || time == 30.0 || time == 300.0 || time == 3000.0) {
-        add(Mechanism::kAcceptance, RegressorKind::kLogChargeMemory, time, 5.0);
-        add(Mechanism::kAcid, RegressorKind::kLogDischargeMemory, time, 20.0);
-        add(Mechanism::kAcceptance, RegressorKind::kMemoryOfCharging, time, 2.0);
+        add(Mechanism::kAcceptance, Kind::kLogChargeMemory, time, 5.0);
+        add(Mechanism::kAcid, Kind::kLogDischargeMemory, time, 20.0);
+        add(Mechanism::kAcceptance, Kind::kMemoryOfCharging, time, 2.0);
       }
     }
   }
 
   /// Alike in both directions of the current.
   void takeMemory(Mechanism mechanism, double time) {
-    add(mechanism, RegressorKind::kMemory, time);
+    add(mechanism, Kind::kMemory, time);
     if (time != 1.0 && time != 10.0 && time != 100.0 && time != 1000.0) return;
-    add(mechanism, RegressorKind::kCompressedMemory, time, 5.0);
-    add(mechanism, RegressorKind::kMemoryOfCompressed, time, 5.0);
+    add(mechanism, Kind::kCompressedMemory, time, 5.0);
+    add(mechanism, Kind::kMemoryOfCompressed, time, 5.0);
   }
 
   void takeReserves() {
     for (const double time : {10.0, 100.0, 1000.0})
       for (const double scale : {50.0, 500.0}) {
         if (!fits(time)) continue;
-        add(Mechanism::kAcceptance, RegressorKind::kFresh, time, scale);
-        add(Mechanism::kAcceptance, RegressorKind::kFreshCharging, time, scale);
+        add(Mechanism::kAcceptance, Kind::kFresh, time, scale);
+        add(Mechanism::kAcceptance, Kind::kFreshCharging, time, scale);
       }
     for (const double scale : {50.0, 200.0, 800.0})
       for (const double time : {20.0, 60.0, 200.0})
-        if (fits(time)) add(Mechanism::kAcceptance, RegressorKind::kAcceptanceReserve, time, scale);
+        if (fits(time)) add(Mechanism::kAcceptance, Kind::kAcceptanceReserve, time, scale);
     for (const double scale : {500.0, 2000.0})
       for (const double time : {30.0, 300.0})
-        if (fits(time)) add(Mechanism::kAcid, RegressorKind::kDischargeReserve, time, scale);
+        if (fits(time)) add(Mechanism::kAcid, Kind::kDischargeReserve, time, scale);
     for (const double scale : {10.0, 30.0, 100.0, 300.0, 1000.0})
-      add(Mechanism::kOpenCircuit, RegressorKind::kSinceCharge, 0.0, scale);
+      add(Mechanism::kOpenCircuit, Kind::kSinceCharge, 0.0, scale);
   }
 
   void takeStatic() {
     for (const double scale : {1.0, 5.0, 25.0})
-      add(Mechanism::kStructure, RegressorKind::kCompressed, 0.0, scale);
-    add(Mechanism::kStructure, RegressorKind::kSaturating, 0.0, 3.0);
+      add(Mechanism::kStructure, Kind::kCompressed, 0.0, scale);
+    add(Mechanism::kStructure, Kind::kSaturating, 0.0, 3.0);
     for (const double scale : {5.0, 50.0})
-      add(Mechanism::kStructure, RegressorKind::kLogMagnitude, 0.0, scale);
-    add(Mechanism::kStructure, RegressorKind::kSmallCurrent, 0.0, 10.0);
-    add(Mechanism::kStructure, RegressorKind::kRest, 0.0, 5.0);
+      add(Mechanism::kStructure, Kind::kLogMagnitude, 0.0, scale);
+    add(Mechanism::kStructure, Kind::kSmallCurrent, 0.0, 10.0);
+    add(Mechanism::kStructure, Kind::kRest, 0.0, 5.0);
   }
 
   void takeCharge() {
-    add(Mechanism::kOpenCircuit, RegressorKind::kCharge);
-    add(Mechanism::kOpenCircuit, RegressorKind::kChargeSquared);
+    add(Mechanism::kOpenCircuit, Kind::kCharge);
+    add(Mechanism::kOpenCircuit, Kind::kChargeSquared);
     for (const double time : {100.0, 1000.0})
-      if (fits(time)) add(Mechanism::kOpenCircuit, RegressorKind::kSlowCharge, time);
+      if (fits(time)) add(Mechanism::kOpenCircuit, Kind::kSlowCharge, time);
     for (const double scale : {100.0, 400.0, 1600.0})
-      add(Mechanism::kOpenCircuit, RegressorKind::kPath, 0.0, scale);
+      add(Mechanism::kOpenCircuit, Kind::kPath, 0.0, scale);
   }
 
   void takeEdges() {
-    add(Mechanism::kInstrument, RegressorKind::kChange);
-    add(Mechanism::kInstrument, RegressorKind::kChangeBefore);
+    add(Mechanism::kInstrument, Kind::kChange);
+    add(Mechanism::kInstrument, Kind::kChangeBefore);
     if (context_.interval >= kFastest) return;
     for (const double time : kEdgeTimes)
-      if (time >= 0.4 * context_.interval) add(Mechanism::kStructure, RegressorKind::kEdge, time);
+      if (time >= 0.4 * context_.interval) add(Mechanism::kStructure, Kind::kEdge, time);
   }
 
   void takeOverpotential() {
     const double scale = context_.beta / 4.0;
-    add(Mechanism::kStructure, RegressorKind::kOverpotentialMagnitude);
-    add(Mechanism::kStructure, RegressorKind::kOverpotentialSquared, 0.0, scale);
-    add(Mechanism::kStructure, RegressorKind::kOverpotentialCubed, 0.0, scale);
-    add(Mechanism::kStructure, RegressorKind::kOverpotentialLogCosh, 0.0, scale);
+    add(Mechanism::kStructure, Kind::kOverpotentialMagnitude);
+    add(Mechanism::kStructure, Kind::kOverpotentialSquared, 0.0, scale);
+    add(Mechanism::kStructure, Kind::kOverpotentialCubed, 0.0, scale);
+    add(Mechanism::kStructure, Kind::kOverpotentialLogCosh, 0.0, scale);
     for (const double widths : kOnsets) takeHigh(context_.high + widths * context_.high_width);
   }
 
   /// Where a side reaction sets in is the electrode's and the acid's: several voltages.
   void takeHigh(double onset) {
-    add(Mechanism::kSideReactions, RegressorKind::kHighOverpotential, onset, context_.high_width);
+    add(Mechanism::kSideReactions, Kind::kHighOverpotential, onset, context_.high_width);
     for (const double time : {3.0, 10.0, 30.0, 100.0, 300.0})
       if (fits(time))
-        add(Mechanism::kSideReactions, RegressorKind::kHighMemory, onset, context_.high_width,
-            time);
-    add(Mechanism::kSideReactions, RegressorKind::kHighSum, onset, context_.high_width);
+        add(Mechanism::kSideReactions, Kind::kHighMemory, onset, context_.high_width, time);
+    add(Mechanism::kSideReactions, Kind::kHighSum, onset, context_.high_width);
   }
 
   void takeTime() {
-    for (const RegressorKind kind :
-         {RegressorKind::kTimeCurrent, RegressorKind::kTimeMagnitude,
-          RegressorKind::kTimeSquaredCurrent, RegressorKind::kTimeOverpotential})
+    for (const Kind kind : {Kind::kTimeCurrent, Kind::kTimeMagnitude, Kind::kTimeSquaredCurrent,
+                            Kind::kTimeOverpotential})
       add(Mechanism::kAgeing, kind, 0.0, context_.span);
     for (const double time : {300.0, 1000.0, 3000.0})
-      if (fits(time)) add(Mechanism::kAgeing, RegressorKind::kWarmCurrent, time);
-    add(Mechanism::kInstrument, RegressorKind::kTime, 0.0, context_.span);
+      if (fits(time)) add(Mechanism::kAgeing, Kind::kWarmCurrent, time);
+    add(Mechanism::kInstrument, Kind::kTime, 0.0, context_.span);
     for (int k = 1; k <= kSteps; ++k)
-      add(Mechanism::kInstrument, RegressorKind::kStepCurrent, context_.span * k / (kSteps + 1.0));
+      add(Mechanism::kInstrument, Kind::kStepCurrent, context_.span * k / (kSteps + 1.0));
   }
 
   RegressorContext context_;
@@ -152,7 +153,7 @@ class Library {
 };
 
 struct KindInfo {
-  RegressorKind kind;
+  Kind kind;
   const char* id;
   RegressorGroup group;
   /// the words hold the scale, then the time; else the other way round, or neither
@@ -161,83 +162,67 @@ struct KindInfo {
 };
 
 constexpr KindInfo kKinds[] = {
-    {RegressorKind::kChargeMemory, "charge_memory", RegressorGroup::kCharge, false,
-     "memory of charging over %g s"},
-    {RegressorKind::kDischargeMemory, "discharge_memory", RegressorGroup::kDischarge, false,
+    {Kind::kChargeMemory, "charge_memory", Group::kCharge, false, "memory of charging over %g s"},
+    {Kind::kDischargeMemory, "discharge_memory", Group::kDischarge, false,
      "memory of discharging over %g s"},
-    {RegressorKind::kMemory, "memory", RegressorGroup::kCurrent, false,
-     "memory of the current over %g s"},
-    {RegressorKind::kLogChargeMemory, "log_charge_memory", RegressorGroup::kCharge, false,
+    {Kind::kMemory, "memory", Group::kCurrent, false, "memory of the current over %g s"},
+    {Kind::kLogChargeMemory, "log_charge_memory", Group::kCharge, false,
      "memory of charging over %g s"},
-    {RegressorKind::kLogDischargeMemory, "log_discharge_memory", RegressorGroup::kDischarge, false,
+    {Kind::kLogDischargeMemory, "log_discharge_memory", Group::kDischarge, false,
      "memory of discharging over %g s"},
-    {RegressorKind::kCompressedMemory, "compressed_memory", RegressorGroup::kCurrent, false,
+    {Kind::kCompressedMemory, "compressed_memory", Group::kCurrent, false,
      "memory of the current over %g s"},
-    {RegressorKind::kMemoryOfCompressed, "memory_of_compressed", RegressorGroup::kCurrent, false,
+    {Kind::kMemoryOfCompressed, "memory_of_compressed", Group::kCurrent, false,
      "memory of the current over %g s"},
-    {RegressorKind::kMemoryOfCharging, "memory_of_charging", RegressorGroup::kCharge, false,
+    {Kind::kMemoryOfCharging, "memory_of_charging", Group::kCharge, false,
      "memory of charging over %g s"},
-    {RegressorKind::kFresh, "fresh", RegressorGroup::kCharge, false,
+    {Kind::kFresh, "fresh", Group::kCharge, false, "what was discharged in the last %g s (%g As)"},
+    {Kind::kFreshCharging, "fresh_charging", Group::kCharge, false,
      "what was discharged in the last %g s (%g As)"},
-    {RegressorKind::kFreshCharging, "fresh_charging", RegressorGroup::kCharge, false,
-     "what was discharged in the last %g s (%g As)"},
-    {RegressorKind::kAcceptanceReserve, "acceptance_reserve", RegressorGroup::kCharge, true,
+    {Kind::kAcceptanceReserve, "acceptance_reserve", Group::kCharge, true,
      "a reserve of %g As that charging empties and %g s refill"},
-    {RegressorKind::kDischargeReserve, "discharge_reserve", RegressorGroup::kDischarge, true,
+    {Kind::kDischargeReserve, "discharge_reserve", Group::kDischarge, true,
      "a reserve of %g As that discharging empties and %g s refill"},
-    {RegressorKind::kSinceCharge, "since_charge", RegressorGroup::kDischarge, true,
-     "the first %g As of a discharge"},
-    {RegressorKind::kCompressed, "compressed", RegressorGroup::kStatic, true,
+    {Kind::kSinceCharge, "since_charge", Group::kDischarge, true, "the first %g As of a discharge"},
+    {Kind::kCompressed, "compressed", Group::kStatic, true,
      "a static curve of the current, bent at %g A"},
-    {RegressorKind::kSaturating, "saturating", RegressorGroup::kStatic, true,
+    {Kind::kSaturating, "saturating", Group::kStatic, true,
      "a static curve of the current, bent at %g A"},
-    {RegressorKind::kLogMagnitude, "log_magnitude", RegressorGroup::kStatic, true,
+    {Kind::kLogMagnitude, "log_magnitude", Group::kStatic, true,
      "a static curve of the current, bent at %g A"},
-    {RegressorKind::kSmallCurrent, "small_current", RegressorGroup::kStatic, true,
+    {Kind::kSmallCurrent, "small_current", Group::kStatic, true,
      "a static curve of the current, bent at %g A"},
-    {RegressorKind::kRest, "rest", RegressorGroup::kStatic, true,
-     "a static curve of the current, bent at %g A"},
-    {RegressorKind::kCharge, "charge", RegressorGroup::kChargeCounted, false, "charge moved"},
-    {RegressorKind::kChargeSquared, "charge_squared", RegressorGroup::kChargeCounted, false,
-     "charge moved"},
-    {RegressorKind::kSlowCharge, "slow_charge", RegressorGroup::kChargeCounted, false,
-     "charge moved, %g s late"},
-    {RegressorKind::kPath, "path", RegressorGroup::kChargeCounted, true,
-     "the direction of the last %g As"},
-    {RegressorKind::kEdge, "edge", RegressorGroup::kEdges, false,
-     "edges of the current within %g s"},
-    {RegressorKind::kChange, "change", RegressorGroup::kEdges, false, "edges of the current"},
-    {RegressorKind::kChangeBefore, "change_before", RegressorGroup::kEdges, false,
-     "edges of the current"},
-    {RegressorKind::kOverpotentialMagnitude, "overpotential_magnitude", RegressorGroup::kKinetics,
-     false, "curvature of the kinetics"},
-    {RegressorKind::kOverpotentialSquared, "overpotential_squared", RegressorGroup::kKinetics,
-     false, "curvature of the kinetics"},
-    {RegressorKind::kOverpotentialCubed, "overpotential_cubed", RegressorGroup::kKinetics, false,
+    {Kind::kRest, "rest", Group::kStatic, true, "a static curve of the current, bent at %g A"},
+    {Kind::kCharge, "charge", Group::kChargeCounted, false, "charge moved"},
+    {Kind::kChargeSquared, "charge_squared", Group::kChargeCounted, false, "charge moved"},
+    {Kind::kSlowCharge, "slow_charge", Group::kChargeCounted, false, "charge moved, %g s late"},
+    {Kind::kPath, "path", Group::kChargeCounted, true, "the direction of the last %g As"},
+    {Kind::kEdge, "edge", Group::kEdges, false, "edges of the current within %g s"},
+    {Kind::kChange, "change", Group::kEdges, false, "edges of the current"},
+    {Kind::kChangeBefore, "change_before", Group::kEdges, false, "edges of the current"},
+    {Kind::kOverpotentialMagnitude, "overpotential_magnitude", Group::kKinetics, false,
      "curvature of the kinetics"},
-    {RegressorKind::kOverpotentialLogCosh, "overpotential_log_cosh", RegressorGroup::kKinetics,
-     false, "curvature of the kinetics"},
-    {RegressorKind::kHighOverpotential, "high_overpotential", RegressorGroup::kHighVoltage, false,
-     "high voltage"},
-    {RegressorKind::kHighMemory, "high_memory", RegressorGroup::kHighVoltage, false,
-     "high voltage"},
-    {RegressorKind::kHighSum, "high_sum", RegressorGroup::kHighVoltage, false, "high voltage"},
-    {RegressorKind::kTimeCurrent, "time_current", RegressorGroup::kTime, false,
+    {Kind::kOverpotentialSquared, "overpotential_squared", Group::kKinetics, false,
+     "curvature of the kinetics"},
+    {Kind::kOverpotentialCubed, "overpotential_cubed", Group::kKinetics, false,
+     "curvature of the kinetics"},
+    {Kind::kOverpotentialLogCosh, "overpotential_log_cosh", Group::kKinetics, false,
+     "curvature of the kinetics"},
+    {Kind::kHighOverpotential, "high_overpotential", Group::kHighVoltage, false, "high voltage"},
+    {Kind::kHighMemory, "high_memory", Group::kHighVoltage, false, "high voltage"},
+    {Kind::kHighSum, "high_sum", Group::kHighVoltage, false, "high voltage"},
+    {Kind::kTimeCurrent, "time_current", Group::kTime, false, "a resistance that drifts"},
+    {Kind::kTimeMagnitude, "time_magnitude", Group::kTime, false, "a resistance that drifts"},
+    {Kind::kTimeSquaredCurrent, "time_squared_current", Group::kTime, false,
      "a resistance that drifts"},
-    {RegressorKind::kTimeMagnitude, "time_magnitude", RegressorGroup::kTime, false,
-     "a resistance that drifts"},
-    {RegressorKind::kTimeSquaredCurrent, "time_squared_current", RegressorGroup::kTime, false,
-     "a resistance that drifts"},
-    {RegressorKind::kTimeOverpotential, "time_overpotential", RegressorGroup::kTime, false,
-     "kinetics that drift"},
-    {RegressorKind::kWarmCurrent, "warm_current", RegressorGroup::kTime, false,
+    {Kind::kTimeOverpotential, "time_overpotential", Group::kTime, false, "kinetics that drift"},
+    {Kind::kWarmCurrent, "warm_current", Group::kTime, false,
      "a resistance that follows the heat of %g s"},
-    {RegressorKind::kTime, "time", RegressorGroup::kTime, false, "a drift of the voltage"},
-    {RegressorKind::kStepCurrent, "step_current", RegressorGroup::kTime, false,
-     "a resistance that steps at %g s"},
+    {Kind::kTime, "time", Group::kTime, false, "a drift of the voltage"},
+    {Kind::kStepCurrent, "step_current", Group::kTime, false, "a resistance that steps at %g s"},
 };
 
-const KindInfo& infoOf(RegressorKind kind) {
+const KindInfo& infoOf(Kind kind) {
   for (const KindInfo& info : kKinds)
     if (info.kind == kind) return info;
   throw std::logic_error("a regressor of an unknown kind");

@@ -5,33 +5,28 @@
 #include <stdexcept>
 
 #include "engine_choice.hpp"
-#include "util/number_text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
 void requireFinite(const Eigen::VectorXd& values, const char* what) {
   for (Eigen::Index j = 0; j < values.size(); ++j)
-    if (!std::isfinite(values[j])) {
-      ClassicStream text;
-      text << what << " " << j << " is " << values[j] << ", expected a finite number";
-      throw std::invalid_argument(text.str());
-    }
+    requireThat(true, what + std::to_string(j), values[j], "a finite number");
 }
 
 void requireSize(Eigen::Index size, Eigen::Index expected, const char* what) {
   if (size == expected) return;
-  ClassicStream text;
-  text << what << ": " << size << " given, the composition has " << expected;
-  throw std::invalid_argument(text.str());
+  throw std::invalid_argument(
+      format("%s: %td given, the composition has %td", what, size, expected));
 }
 
 void requireSound(const BatteryModel& model, const ModelPoint& start,
                   const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
   requireSize(start.parameters.size(), model.parameterCount(), "parameters");
   requireSize(start.state.size(), model.stateCount(), "states");
-  requireFinite(start.parameters, "parameter");
-  requireFinite(start.state, "state");
+  requireFinite(start.parameters, "parameter ");
+  requireFinite(start.state, "state ");
   requireValid(baseParameters(start.parameters));
   if (seeds.cols() == 0) return;
   requireSize(seeds.rows(), model.parameterCount() + model.stateCount(), "rows of seeds");
@@ -44,11 +39,11 @@ void requireSound(const BatteryModel& model, const ModelPoint& start,
 std::unique_ptr<Simulation::Engine> engineFor(const BatteryModel& model, const ModelPoint& start,
                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
   const Eigen::Index tangents = seeds.cols();
-  if (tangents == 0) return engineOfValues(model, start, seeds);
-  if (tangents <= 8) return engineOf8(model, start, seeds);
-  if (tangents <= 16) return engineOf16(model, start, seeds);
-  if (tangents <= 24) return engineOf24(model, start, seeds);
-  return engineOf48(model, start, seeds);
+  if (tangents == 0) return engineOf<0>(model, start, seeds);
+  if (tangents <= 8) return engineOf<8>(model, start, seeds);
+  if (tangents <= 16) return engineOf<16>(model, start, seeds);
+  if (tangents <= 24) return engineOf<24>(model, start, seeds);
+  return engineOf<48>(model, start, seeds);
 }
 
 }  // namespace
@@ -76,12 +71,10 @@ Simulation::~Simulation() = default;
 void Simulation::advance(const InputStep& step) { engine_->advance(step); }
 
 double Simulation::advanceAtVoltage(double voltage, double duration, double max_current) {
-  if (!std::isfinite(voltage) || !std::isfinite(max_current) || !(duration > 0.0)) {
-    ClassicStream text;
-    text << "advanceAtVoltage(" << voltage << " V, " << duration << " s, " << max_current
-         << " A): expected finite values and a duration above 0";
-    throw std::invalid_argument(text.str());
-  }
+  if (!std::isfinite(voltage) || !std::isfinite(max_current) || !(duration > 0.0))
+    throw std::invalid_argument(
+        format("advanceAtVoltage(%g V, %g s, %g A): expected finite values and a duration above 0",
+               voltage, duration, max_current));
   return engine_->advanceAtVoltage(voltage, duration, max_current);
 }
 

@@ -101,4 +101,11 @@ class EngineOf final : public Simulation::Engine {
   S current_error_ = S(0.0);  // [A], measured less what followed
 };
 
+template <int N>
+std::unique_ptr<Simulation::Engine> engineOf(const BatteryModel& model, const ModelPoint& start,
+                                             const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+  return std::make_unique<EngineOf<std::conditional_t<N == 0, double, Dual<N>>>>(model, start,
+                                                                                 seeds);
+}
+
 }  // namespace battery_sof

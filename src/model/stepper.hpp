@@ -10,7 +10,7 @@
 #include "cloned.hpp"
 #include "composed_effects.hpp"
 #include "discrepancy_run.hpp"
-#include "layer_choice.hpp"
+#include "model/narrow_layer.hpp"
 #include "model/simulation.hpp"
 
 namespace battery_sof {

@@ -7,14 +7,14 @@
 #include "estimation/follower.hpp"
 #include "prediction/event_corrections.hpp"
 #include "prediction/prediction_interval.hpp"
+#include "util/constants.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
-constexpr double kLongest = 3600.0;                             // [s]
-constexpr double kFirstStep = 0.02;                             // [s]
+constexpr double kLongest = 3600.0;  // [s]
+constexpr double kFirstStep = 0.02;  // [s]
 constexpr double kGrowth = 1.15;
 constexpr double kSteps = 100.0;  // longest step is t_sof2 / kSteps, at least kFirstStep
 
@@ -122,7 +122,7 @@ QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
   range.beyond_identified = mean.beyond_identified;
   range.max_voltage = query.u_boost;
   range.charge_duration = query.t_sof2;
-  range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / 3600.0;
+  range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / kSecondsPerHour;
   range.temperature = query.temperature;
   range.evidence = evidenceFor(model, query);
   return range;

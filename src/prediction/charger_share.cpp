@@ -4,8 +4,6 @@ namespace battery_sof {
 namespace {
 
 constexpr double kBlock = 10.0;  // [s]
-// [s], of a source's past that its judgement rests on, as inputsOf()
-constexpr double kLookBack = 300.0;
 
 }  // namespace
 
@@ -15,7 +13,7 @@ ChargerShare::ChargerShare(const ControlModeRule& rule)
 ChargerShare::ChargerShare(const Series& series, const ControlModes& source)
     : seen_(source.seen), watch_(ControlModeDetector(source.rule)) {
   for (std::size_t n = 0; n < series.size(); ++n) {
-    if (series.time[n] >= series.time.back() - kLookBack)
+    if (series.time[n] >= series.time.back() - kControlModeLookBack)
       watch_->add(series.time[n], series.current[n], series.voltage[n]);
     count(series.time[n], source.voltage_controlled[n]);
   }

@@ -6,15 +6,15 @@
 #include "battery_sof/intake.hpp"
 #include "prediction/event_corrections.hpp"
 #include "prediction/prediction_interval.hpp"
+#include "util/constants.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kLongestStop = 86400.0;                        // [s], a day
-constexpr double kLongestCrank = 60.0;                          // [s], no starter survives more
-constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
-constexpr double kLooks[] = {0.0, 0.05, 0.2, 0.5, 1.0};         // of a crank's time
+constexpr double kLongestStop = 86400.0;                 // [s], a day
+constexpr double kLongestCrank = 60.0;                   // [s], no starter survives more
+constexpr double kLooks[] = {0.0, 0.05, 0.2, 0.5, 1.0};  // of a crank's time
 
 void add(std::string& faults, const std::string& fault) {
   if (fault.empty()) return;
@@ -38,12 +38,12 @@ double lowestCurrent(const CrankingQuery& query) {
 
 /// Charge out of the battery while it stands [Ah].
 double chargeOfStop(const CrankingQuery& query) {
-  if (query.load.empty()) return -query.i_load * query.t_stop / 3600.0;
+  if (query.load.empty()) return -query.i_load * query.t_stop / kSecondsPerHour;
   double charge = -query.load.current.front() * query.load.time.front();
   for (std::size_t n = 1; n < query.load.time.size(); ++n)
     charge -= 0.5 * (query.load.current[n] + query.load.current[n - 1]) *
               (query.load.time[n] - query.load.time[n - 1]);
-  return std::abs(charge) / 3600.0;
+  return std::abs(charge) / kSecondsPerHour;
 }
 
 /// Runs a profile from where the simulation stands; look(simulation, seconds since the beginning)

@@ -7,7 +7,7 @@
 
 #include "battery_sof/intake.hpp"
 #include "estimation/follower.hpp"
-#include "model/steps_taken.hpp"
+#include "model/input_sequence.hpp"
 #include "prediction/prediction_interval.hpp"
 #include "prediction/query.hpp"
 #include "prediction/state_tracker.hpp"
@@ -16,10 +16,9 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
-constexpr double kLongestProfile = 86400.0;                     // [s]
-constexpr double kSameTime = 1e-6;                              // [s]
-constexpr double kSameCurrent = 1e-6;                           // [A]
+constexpr double kLongestProfile = 86400.0;  // [s]
+constexpr double kSameTime = 1e-6;           // [s]
+constexpr double kSameCurrent = 1e-6;        // [A]
 // [s], samples that the first state is taken from
 constexpr double kStartSpan = 1.0;
 

@@ -4,17 +4,17 @@
 #include <cmath>
 
 #include "battery_sof/intake.hpp"
-#include "model/steps_taken.hpp"
+#include "model/input_sequence.hpp"
 #include "prediction/prediction_interval.hpp"
 #include "recording/series_blocks.hpp"
+#include "util/constants.hpp"
 #include "util/number_text.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kMaxCurrent = IntakeLimits{}.max_abs_current;  // [A]
-constexpr double kLongestProfile = 86400.0;                     // [s], a day
+constexpr double kLongestProfile = 86400.0;  // [s], a day
 constexpr std::size_t kMaxPoints = 100000;
 constexpr double kVoltageReach = 0.3;  // [V] a block above the window's highest
 // [V], of a discrepancy model held at its range's end: relevant to a crank
@@ -177,7 +177,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   if (temperature && seen.temperature)
     reasons.add(std::abs(*temperature - *seen.temperature) > kTemperatureReach,
                 format("the battery is at %.0f degC, in the window it was at %.0f degC",
-                       *temperature - 273.15, *seen.temperature - 273.15));
+                       *temperature - kZeroCelsius, *seen.temperature - kZeroCelsius));
   addCharging(reasons, fit, range);
   if (range.charges && range.evidence.is_supported) return reasons.text();
   // With fresh_sulphate one resistance serves both signs.

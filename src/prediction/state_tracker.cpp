@@ -21,9 +21,6 @@ constexpr double kUsualCurrentError = 3.0;                             // [A], w
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
-// [s], of a source's past that its judgement rests on, as inputsOf()
-constexpr double kLookBack = 300.0;
-
 void append(Series& series, double time, double current, double voltage) {
   series.time.push_back(time);
   series.current.push_back(current);
@@ -49,7 +46,8 @@ StateTracker::StateTracker(const FittedModel& model, double max_gap)
 void StateTracker::lookBack(const Series& series) {
   if (!watch_) return;
   const auto end = std::upper_bound(series.time.begin(), series.time.end(), state().time);
-  const auto begin = std::lower_bound(series.time.begin(), end, state().time - kLookBack);
+  const auto begin =
+      std::lower_bound(series.time.begin(), end, state().time - kControlModeLookBack);
   for (auto at = begin; at != end; ++at) {
     const auto n = static_cast<std::size_t>(at - series.time.begin());
     recent_ = slice(series, {n, n + 1});

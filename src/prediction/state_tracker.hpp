@@ -12,7 +12,7 @@ namespace battery_sof {
  * @brief Follows the model's state from sample to sample between identifications.
  *
  * One step a sample, with the derivatives of uncertainSimulationOf(); constant memory. Across a gap
- * the battery is taken to rest (driving_current.hpp). Where the model's source controls the voltage
+ * the battery is taken to rest (heldCurrent()). Where the model's source controls the voltage
  * (ControlModeDetector), that is the input, and the error is the current's.
  *
  * A slow voltage channel is put right as in the fit (VoltageRepair): a sample is settled once the

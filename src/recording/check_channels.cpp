@@ -28,16 +28,11 @@ std::vector<Finding> findCoarseStep(const Channel& channel, double coarse, doubl
                                     const std::string& meaning) {
   const double step = channel.step.value_or(0.0);
   if (step < coarse * (1.0 - 1e-3)) return {};
-  Finding finding;
-  finding.id = "quantisation";
-  finding.severity = step < very_coarse * (1.0 - 1e-3) ? Severity::kNote : Severity::kWarning;
-  finding.what = std::string(channel.name) + " has steps of " + number(step) + " " + channel.unit;
-  finding.meaning =
-      "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning;
-  finding.value = step;
-  finding.unit = channel.unit;
-  finding.samples = channel.values.size();
-  return {finding};
+  return {Finding{
+      "quantisation", step < very_coarse * (1.0 - 1e-3) ? Severity::kNote : Severity::kWarning,
+      std::string(channel.name) + " has steps of " + number(step) + " " + channel.unit,
+      "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning, step,
+      channel.unit, channel.values.size()}};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -45,23 +40,21 @@ std::vector<Finding> findCoarseStep(const Channel& channel, double coarse, doubl
 
 Finding clippingAt(const Evidence& evidence, const Channel& channel, double extreme,
                    const std::vector<IndexRange>& runs) {
-  Finding finding;
-  finding.id = "clipping";
-  finding.severity = Severity::kWarning;
-  finding.what = std::string(channel.name) + " is cut off at " + number(extreme) + " " +
-                 channel.unit + ": " + counted(totalSamples(runs), "sample") + " in " +
-                 counted(runs.size(), "place") + " read exactly that";
-  finding.meaning =
+  return Finding{
+      "clipping",
+      Severity::kWarning,
+      std::string(channel.name) + " is cut off at " + number(extreme) + " " + channel.unit + ": " +
+          counted(totalSamples(runs), "sample") + " in " + counted(runs.size(), "place") +
+          " read exactly that",
       &channel == &evidence.current
           ? "the true current lay beyond: resistances fitted through these samples come out too "
             "large, "
             "and charge is missing; leave them out of fits"
-          : "the true voltage lay beyond: leave these samples out of fits and of scores";
-  finding.value = extreme;
-  finding.unit = channel.unit;
-  finding.samples = totalSamples(runs);
-  finding.at = startsOf(evidence, runs);
-  return finding;
+          : "the true voltage lay beyond: leave these samples out of fits and of scores",
+      extreme,
+      channel.unit,
+      totalSamples(runs),
+      startsOf(evidence, runs)};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -73,21 +66,15 @@ std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel
   if (frozen.empty()) return {};
   double longest = 0.0;
   for (const IndexRange& run : frozen) longest = std::max(longest, durationOf(evidence, run));
-  Finding finding;
-  finding.id = "stuck";
-  finding.severity = Severity::kWarning;
-  finding.what = std::string(channel.name) + " repeats one value while " + other.name +
-                 " moves up and down: " + counted(frozen.size(), "time") + ", " +
-                 counted(totalSamples(frozen), "sample") + ", the longest " + number(longest) +
-                 " s";
-  finding.meaning = std::string("the ") + channel.name +
-                    " is not measured there (sensor asleep, or its last message repeated); leave "
-                    "these stretches out";
-  finding.value = longest;
-  finding.unit = "s";
-  finding.samples = totalSamples(frozen);
-  finding.at = startsOf(evidence, frozen);
-  return {finding};
+  return {Finding{"stuck", Severity::kWarning,
+                  std::string(channel.name) + " repeats one value while " + other.name +
+                      " moves up and down: " + counted(frozen.size(), "time") + ", " +
+                      counted(totalSamples(frozen), "sample") + ", the longest " + number(longest) +
+                      " s",
+                  std::string("the ") + channel.name +
+                      " is not measured there (sensor asleep, or its last message repeated); leave "
+                      "these stretches out",
+                  longest, "s", totalSamples(frozen), startsOf(evidence, frozen)}};
 }
 
 std::vector<Finding> findRepeated(const Evidence& evidence) {
@@ -100,21 +87,14 @@ std::vector<Finding> findRepeated(const Evidence& evidence) {
   for (const IndexRange& run : repeated)
     longest =
         std::max(longest, evidence.series.time[run.last - 1] - evidence.series.time[run.first - 1]);
-  Finding finding;
-  finding.id = "stuck";
-  finding.severity = percent >= kManyPercent ? Severity::kWarning : Severity::kNote;
-  finding.what =
+  return {Finding{
+      "stuck", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
       "current and voltage both repeat the sample before under load, though both flicker: " +
-      counted(repeated.size(), "time") + ", " + counted(totalSamples(repeated), "sample") + " (" +
-      twoDigits(percent) + " %), the longest " + number(longest) + " s";
-  finding.meaning =
+          counted(repeated.size(), "time") + ", " + counted(totalSamples(repeated), "sample") +
+          " (" + twoDigits(percent) + " %), the longest " + number(longest) + " s",
       "nothing is measured there (the last message repeated); leave these samples out of fits and "
-      "of scores";
-  finding.value = longest;
-  finding.unit = "s";
-  finding.samples = totalSamples(repeated);
-  finding.at = startsOf(evidence, repeated);
-  return {finding};
+      "of scores",
+      longest, "s", totalSamples(repeated), startsOf(evidence, repeated)}};
 }
 
 Finding enteredAt(const Evidence& evidence, const Channel& channel, const Flicker& flicker,
@@ -122,20 +102,19 @@ Finding enteredAt(const Evidence& evidence, const Channel& channel, const Flicke
   const IndexRange longest = *std::max_element(
       runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
   const double duration = durationOf(evidence, longest);
-  Finding finding;
-  finding.id = "stuck";
-  finding.what =
+  return Finding{
+      "stuck",
+      Severity::kNote,
       std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
-      channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
-      " s), though it flickers by " + number(flicker.size) + " " + channel.unit + " elsewhere; " +
-      counted(totalSamples(runs), "sample") + " in " + counted(runs.size(), "such place");
-  finding.meaning =
-      "set or entered there rather than measured; fits and counted charge take it as exact";
-  finding.value = duration;
-  finding.unit = "s";
-  finding.samples = totalSamples(runs);
-  finding.at = startsOf(evidence, runs);
-  return finding;
+          channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
+          " s), though it flickers by " + number(flicker.size) + " " + channel.unit +
+          " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
+          counted(runs.size(), "such place"),
+      "set or entered there rather than measured; fits and counted charge take it as exact",
+      duration,
+      "s",
+      totalSamples(runs),
+      startsOf(evidence, runs)};
 }
 
 /// Values that stand still for a minute and more although the channel flickers at nearly every

@@ -3,6 +3,7 @@
 
 #include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
+#include "recording/events.hpp"
 #include "recording/spectral_line.hpp"
 
 /// Findings about current and voltage as a pair, and about what the pair can tell of a battery.
@@ -21,8 +22,6 @@ constexpr double kWholeSampleGain = 1.5;
 constexpr double kLowestBlock = 10.5;  // [V], 1.75 V a cell: discharged under load
 // [V], 2.58 V a cell: end of charge without voltage limit
 constexpr double kHighestBlock = 15.5;
-// [A], the paper's identification windows hold a larger pulse
-constexpr double kCrankCurrent = 150.0;
 constexpr double kRestShare = 0.01;     // of the largest current
 constexpr double kRestDuration = 60.0;  // [s]
 constexpr std::size_t kRestSamples = 20;
@@ -95,14 +94,7 @@ std::string describeSeriesOf(double voltage) {
 
 Finding excitation(Severity severity, const std::string& what, const std::string& meaning,
                    double value) {
-  Finding finding;
-  finding.id = "excitation";
-  finding.severity = severity;
-  finding.what = what;
-  finding.meaning = meaning;
-  finding.value = value;
-  finding.unit = "A";
-  return finding;
+  return Finding{"excitation", severity, what, meaning, value, "A"};
 }
 
 Finding constantCurrent(const Channel& current) {
@@ -188,21 +180,16 @@ std::vector<Finding> findSkew(const Evidence& evidence) {
   if (!(evidence.fast ? isSkewed(evidence, edges) : isSkewedByASample(edges))) return {};
   const char* late = edges.lag > 0.0 ? "voltage" : "current";
   const char* early = edges.lag > 0.0 ? "current" : "voltage";
-  Finding finding;
-  finding.id = "skew";
-  finding.severity = Severity::kWarning;
-  finding.what = std::string(late) + " comes " + twoDigits(std::abs(edges.lag)) + " s after " +
-                 early + " at " + counted(edges.edges, "edge") +
-                 (evidence.fast ? "" : " (to the nearest whole sample)");
-  finding.meaning =
+  return {Finding{
+      "skew", Severity::kWarning,
+      std::string(late) + " comes " + twoDigits(std::abs(edges.lag)) + " s after " + early +
+          " at " + counted(edges.edges, "edge") +
+          (evidence.fast ? "" : " (to the nearest whole sample)"),
       "every edge leaves an error the model cannot explain, and cranks are predicted from the "
       "wrong "
       "samples; shift " +
-      std::string(late) + " back before fitting";
-  finding.value = edges.lag;
-  finding.unit = "s";
-  finding.samples = edges.edges;
-  return {finding};
+          std::string(late) + " back before fitting",
+      edges.lag, "s", edges.edges}};
 }
 
 std::vector<Finding> findOffset(const Evidence& evidence) {
@@ -219,39 +206,28 @@ std::vector<Finding> findOffset(const Evidence& evidence) {
   const double least = std::max(kMinOffsetShare * evidence.largest_current,
                                 1.5 * evidence.current.step.value_or(0.0));
   if (std::abs(offset) < least || spread > std::abs(offset)) return {};
-  Finding finding;
-  finding.id = "offset";
-  finding.what =
-      "current reads " + number(offset) + " A at " + counted(starts.size(), "apparent rest");
-  finding.meaning = std::string("either the sensor's zero is off by that much or ") +
-                    (offset < 0.0 ? "a consumer" : "a charger") +
-                    " really draws it; current and voltage alone cannot tell. If it is the zero, "
-                    "counted charge drifts by " +
-                    number(24.0 * std::abs(offset)) + " Ah a day";
-  finding.value = offset;
-  finding.unit = "A";
-  finding.samples = samples;
-  finding.at = someTimes(starts);
-  return {finding};
+  return {Finding{
+      "offset", Severity::kNote,
+      "current reads " + number(offset) + " A at " + counted(starts.size(), "apparent rest"),
+      std::string("either the sensor's zero is off by that much or ") +
+          (offset < 0.0 ? "a consumer" : "a charger") +
+          " really draws it; current and voltage alone cannot tell. If it is the zero, "
+          "counted charge drifts by " +
+          number(24.0 * std::abs(offset)) + " Ah a day",
+      offset, "A", samples, someTimes(starts)}};
 }
 
 std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
   if (isTwelveVoltBlock(evidence)) return {};
   const double typical = typicalVoltage(evidence);
-  Finding finding;
-  finding.id = "voltage_level";
-  finding.severity = Severity::kProblem;
-  finding.what = "the voltage is typically " + number(typical) + " V (" +
-                 number(evidence.voltage.lowest) + " V to " + number(evidence.voltage.highest) +
-                 " V)";
-  finding.meaning = "not a 12 V lead-acid block, which lies between " + number(kLowestBlock) +
-                    " V and " + number(kHighestBlock) + " V most of the time; " +
-                    describeSeriesOf(typical) +
-                    "parameter bounds and limits of this program do not apply";
-  finding.value = typical;
-  finding.unit = "V";
-  finding.samples = evidence.series.size();
-  return {finding};
+  return {Finding{
+      "voltage_level", Severity::kProblem,
+      "the voltage is typically " + number(typical) + " V (" + number(evidence.voltage.lowest) +
+          " V to " + number(evidence.voltage.highest) + " V)",
+      "not a 12 V lead-acid block, which lies between " + number(kLowestBlock) + " V and " +
+          number(kHighestBlock) + " V most of the time; " + describeSeriesOf(typical) +
+          "parameter bounds and limits of this program do not apply",
+      typical, "V", evidence.series.size()}};
 }
 
 std::vector<Finding> findExcitation(const Evidence& evidence) {
@@ -264,7 +240,7 @@ std::vector<Finding> findExcitation(const Evidence& evidence) {
   if (current.highest <= negligible) findings.push_back(neverCharged(current.highest));
   if (current.lowest >= -negligible) {
     findings.push_back(neverDischarged(current.lowest));
-  } else if (current.lowest > -kCrankCurrent) {
+  } else if (current.lowest > kCrankCurrent) {
     findings.push_back(neverCranked(current.lowest));
   }
   return findings;

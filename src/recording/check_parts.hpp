@@ -24,10 +24,11 @@ struct Channel {
 
 /// What the parts share, computed once.
 struct Evidence {
-  explicit Evidence(const Recording& recording);
+  /// @param recording of the series, for findings about what the intake refused.
+  explicit Evidence(const Series& series, const Recording* recording = nullptr);
 
-  const Recording& recording;
   const Series& series;
+  const Recording* recording;
   double interval;                    ///< [s], median
   std::vector<IndexRange> stretches;  ///< between gaps
   Channel current, voltage;

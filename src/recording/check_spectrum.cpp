@@ -5,7 +5,7 @@
 
 #include "check_parts.hpp"
 #include "recording/spectral_line.hpp"
-#include "util/pi.hpp"
+#include "util/constants.hpp"
 
 /// Findings about tones in the voltage that the current does not explain.
 namespace battery_sof::check_parts {

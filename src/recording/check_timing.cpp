@@ -58,34 +58,26 @@ std::vector<Finding> findUnevenRate(const Evidence& evidence) {
   const std::vector<double> intervals = intervalsOf(evidence.series);
   const double low = quantile(intervals, 0.05), high = quantile(intervals, 0.95);
   if (high < kUnevenSpread * low) return {};
-  Finding finding;
-  finding.id = "rate";
-  finding.what = "the sampling interval changes between " + number(low) + " s and " + number(high) +
-                 " s (5th to 95th percentile)";
-  finding.meaning =
-      "logged at several rates or on change: what happens in the long intervals is not seen";
-  finding.value = high / low;
-  finding.samples = evidence.series.size();
-  return {finding};
+  return {Finding{
+      "rate", Severity::kNote,
+      "the sampling interval changes between " + number(low) + " s and " + number(high) +
+          " s (5th to 95th percentile)",
+      "logged at several rates or on change: what happens in the long intervals is not seen",
+      high / low, "", evidence.series.size()}};
 }
 
 std::vector<Finding> findHeldValues(const Evidence& evidence) {
   if (evidence.hold == 1) return {};
   const double held = static_cast<double>(evidence.hold) * evidence.interval;
-  Finding finding;
-  finding.id = "rate";
-  finding.severity = Severity::kWarning;
-  finding.what = "the current channel is updated only every " + counted(evidence.hold, "sample") +
-                 " (" + number(held) + " s), the voltage channel at every sample";
-  finding.meaning =
+  return {Finding{
+      "rate", Severity::kWarning,
+      "the current channel is updated only every " + counted(evidence.hold, "sample") + " (" +
+          number(held) + " s), the voltage channel at every sample",
       "between updates the current is old: voltage edges without a current edge look like fast "
       "polarisation and bias "
       "resistances; filter both channels below " +
-      number(0.25 / held) + " Hz before fitting";
-  finding.value = held;
-  finding.unit = "s";
-  finding.samples = evidence.series.size();
-  return {finding};
+          number(0.25 / held) + " Hz before fitting",
+      held, "s", evidence.series.size()}};
 }
 
 struct Gaps {
@@ -188,38 +180,26 @@ std::vector<Finding> findLost(const Evidence& evidence) {
   if (losses.from.size() < kFewestPlaces) return {};
   const auto lost = static_cast<double>(losses.samples);
   const double percent = 100.0 * lost / (lost + static_cast<double>(evidence.series.size()));
-  Finding finding;
-  finding.id = "missing";
-  finding.severity = percent >= kManyPercent ? Severity::kWarning : Severity::kNote;
-  finding.what = counted(losses.samples, "sample") + " (" + twoDigits(percent) +
-                 " %) lost from a regular grid of " + number(evidence.interval) + " s, in " +
-                 counted(losses.from.size(), "place");
-  finding.meaning =
+  return {Finding{
+      "missing", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
+      counted(losses.samples, "sample") + " (" + twoDigits(percent) +
+          " %) lost from a regular grid of " + number(evidence.interval) + " s, in " +
+          counted(losses.from.size(), "place"),
       "the logger or the bus drops messages; a crank may have lost its peak, nothing is put in "
-      "their place";
-  finding.value = percent;
-  finding.unit = "%";
-  finding.samples = losses.samples;
-  finding.at = someTimes(losses.from);
-  return {finding};
+      "their place",
+      percent, "%", losses.samples, someTimes(losses.from)}};
 }
 
 std::vector<Finding> findRefused(const Evidence& evidence) {
-  const RejectedCounts& rejected = evidence.recording.rejected;
+  const RejectedCounts& rejected = evidence.recording->rejected;
   const std::size_t count = rejected.missing_value + rejected.not_finite + rejected.out_of_range;
   if (count == 0) return {};
   const double percent =
-      100.0 * static_cast<double>(count) / static_cast<double>(evidence.recording.offered);
-  Finding finding;
-  finding.id = "missing";
-  finding.severity = percent > 1.0 ? Severity::kWarning : Severity::kNote;
-  finding.what = counted(count, "sample") + " of " + std::to_string(evidence.recording.offered) +
-                 " refused: " + describeRefusals(rejected);
-  finding.meaning = "they are left out, nothing is put in their place";
-  finding.value = percent;
-  finding.unit = "%";
-  finding.samples = count;
-  return {finding};
+      100.0 * static_cast<double>(count) / static_cast<double>(evidence.recording->offered);
+  return {Finding{"missing", percent > 1.0 ? Severity::kWarning : Severity::kNote,
+                  counted(count, "sample") + " of " + std::to_string(evidence.recording->offered) +
+                      " refused: " + describeRefusals(rejected),
+                  "they are left out, nothing is put in their place", percent, "%", count}};
 }
 
 }  // namespace
@@ -238,39 +218,28 @@ std::vector<Finding> findGaps(const Evidence& evidence) {
   if (gaps.length.empty()) return {};
   const double total = std::accumulate(gaps.length.begin(), gaps.length.end(), 0.0);
   const double longest = *std::max_element(gaps.length.begin(), gaps.length.end());
-  Finding finding;
-  finding.id = "gaps";
-  finding.severity = total > kLargeGapShare * durationOf(evidence.series) && !areAlike(gaps.length)
-                         ? Severity::kWarning
-                         : Severity::kNote;
-  finding.what = counted(gaps.length.size(), "gap") + " without samples, " + number(total) +
-                 " s in all, the longest " + number(longest) + " s";
-  finding.meaning = meaningOf(gaps);
-  finding.value = total;
-  finding.unit = "s";
-  finding.samples = gaps.length.size();
-  finding.at = someTimes(gaps.from);
-  return {finding};
+  return {Finding{"gaps",
+                  total > kLargeGapShare * durationOf(evidence.series) && !areAlike(gaps.length)
+                      ? Severity::kWarning
+                      : Severity::kNote,
+                  counted(gaps.length.size(), "gap") + " without samples, " + number(total) +
+                      " s in all, the longest " + number(longest) + " s",
+                  meaningOf(gaps), total, "s", gaps.length.size(), someTimes(gaps.from)}};
 }
 
 std::vector<Finding> findClock(const Evidence& evidence) {
-  const RejectedCounts& rejected = evidence.recording.rejected;
+  const RejectedCounts& rejected = evidence.recording->rejected;
   const std::size_t count = rejected.clock_step_back + rejected.duplicate_stamp;
   if (count == 0) return {};
-  const double step = evidence.recording.largest_step_back;
-  Finding finding;
-  finding.id = "clock";
-  finding.severity =
-      step > std::max(kHarmlessStep, evidence.interval) ? Severity::kWarning : Severity::kNote;
-  finding.what = describeClock(rejected, step);
-  finding.meaning =
+  const double step = evidence.recording->largest_step_back;
+  return {Finding{
+      "clock",
+      step > std::max(kHarmlessStep, evidence.interval) ? Severity::kWarning : Severity::kNote,
+      describeClock(rejected, step),
       rejected.clock_step_back > 0
           ? "these samples were refused; where the clock was set, durations are wrong by as much"
-          : "only the first sample of each stamp was kept";
-  finding.value = step;
-  finding.unit = "s";
-  finding.samples = count;
-  return {finding};
+          : "only the first sample of each stamp was kept",
+      step, "s", count}};
 }
 
 std::vector<Finding> findMissing(const Evidence& evidence) {

@@ -34,9 +34,9 @@ bool isExcited(const Evidence& evidence) {
 
 }  // namespace
 
-Evidence::Evidence(const Recording& r)
-    : recording(r),
-      series(r.series),
+Evidence::Evidence(const Series& s, const Recording* r)
+    : series(s),
+      recording(r),
       interval(medianInterval(series)),
       stretches(contiguousRanges(series, gapThreshold(series))),
       current(describeChannel("current", "A", series.current)),
@@ -95,7 +95,7 @@ CheckReport checkRecording(const Recording& recording) {
   if (recording.series.empty()) {
     throw std::invalid_argument("checkRecording: " + recording.name + " has no sample");
   }
-  const check_parts::Evidence evidence(recording);
+  const check_parts::Evidence evidence(recording.series, &recording);
   CheckReport report;
   report.samples = recording.series.size();
   report.from = recording.series.time.front();

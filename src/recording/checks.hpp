@@ -25,9 +25,9 @@ struct Finding {
   std::string what;             ///< what was found, with numbers and units
   std::string meaning;          ///< what follows from it
   std::optional<double> value;  ///< the finding's number, in the unit `unit` names
-  std::string unit;
-  std::size_t samples = 0;  ///< samples concerned
-  std::vector<double> at;   ///< [s], up to ten times where it was found
+  std::string unit = {};
+  std::size_t samples = 0;      ///< samples concerned
+  std::vector<double> at = {};  ///< [s], up to ten times where it was found
 };
 
 /// Everything the lint found; the order is the order in which a reader should learn it.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "recording/channel_statistics.hpp"
@@ -86,18 +87,16 @@ double rangeOf(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *high - *low;
 }
 
-double withHalfStep(double noise, std::optional<double> step) {
-  return std::max(noise, 0.5 * step.value_or(0.0));
-}
-
 /// Noise, resistance and gap: what is known of the instrument before anything is known of the
 /// source.
-ControlModeRule instrumentOf(const Series& series) {
+/// @param voltage_noise set to the voltage channel's own [V].
+ControlModeRule instrumentOf(const Series& series, double& voltage_noise) {
   ControlModeRule rule;
   const auto current_step = findStep(series.current), voltage_step = findStep(series.voltage);
   rule.current_noise =
       std::max(noiseLevel(series.current, current_step), kFinestShare * rangeOf(series.current));
-  rule.voltage_noise = withHalfStep(noiseLevel(series.voltage, voltage_step), voltage_step);
+  voltage_noise = noiseLevel(series.voltage, voltage_step);
+  rule.voltage_noise = std::max(voltage_noise, 0.5 * voltage_step.value_or(0.0));
   rule.max_gap = gapThreshold(series);
   const auto edges = edgeResponse(series);
   if (edges && edges->resistance > 0.0 && edges->correlation > 0.0)
@@ -105,8 +104,7 @@ ControlModeRule instrumentOf(const Series& series) {
   return rule;
 }
 
-double wellPosedAbove(const Series& series, const ControlModeRule& rule) {
-  const double voltage_noise = noiseLevel(series.voltage, findStep(series.voltage));
+double wellPosedAbove(const ControlModeRule& rule, double voltage_noise) {
   const double worth = voltage_noise > 0.0 ? rule.current_noise / (kBeta * voltage_noise) : 0.0;
   return -(kClearlyCurrent * rule.current_noise + worth);
 }
@@ -376,9 +374,10 @@ ControlModes detectControlMode(const Series& series) {
   ControlModes source;
   source.voltage_controlled.assign(series.size(), 0);
   ControlModeRule& rule = source.rule;
-  rule = instrumentOf(series);
+  double voltage_noise = 0.0;
+  rule = instrumentOf(series, voltage_noise);
   source.seen = rule.present = chargeShare(series, rule) >= kMinChargeShare;
-  if (source.seen) rule.min_current = wellPosedAbove(series, rule);
+  if (source.seen) rule.min_current = wellPosedAbove(rule, voltage_noise);
   Judged judged = judgeAll(series, rule);
   if (source.seen) {
     const bool constant = judged.charges > 0 && 2 * judged.constant_charges >= judged.charges;
@@ -398,6 +397,54 @@ ControlModes detectControlMode(const Series& series) {
   source.stretches = stretchesOf(series, judged.reasons, source.rule.max_gap);
   source.summary = summaryOf(source);
   return source;
+}
+
+namespace {
+
+/// Where a stretch ends: at the first sample behind it, unless there is none or a gap lies between.
+double endOf(const ControlModeStretch& stretch, const Series& series, double max_gap) {
+  const std::size_t last = stretch.range.last;
+  const bool goes_on = last < series.size() && series.time[last] - series.time[last - 1] <= max_gap;
+  return series.time[goes_on ? last : last - 1];
+}
+
+}  // namespace
+
+std::string toString(ControlMode controlled) {
+  return controlled == ControlMode::kVoltage ? "voltage" : "current";
+}
+
+std::vector<ControlModeTotals> totalsOf(const ControlModes& source) {
+  std::map<std::string, ControlModeTotals> by_reason;
+  for (const ControlModeStretch& stretch : source.stretches) {
+    ControlModeTotals& totals = by_reason[stretch.reason];
+    totals.reason = stretch.reason;
+    totals.mode = stretch.mode;
+    ++totals.stretches;
+    totals.samples += stretch.range.size();
+  }
+  std::vector<ControlModeTotals> all;
+  for (const auto& [reason, totals] : by_reason) all.push_back(totals);
+  return all;
+}
+
+ControlModeOverview overviewOf(const ControlModes& source, const Series& series) {
+  if (source.voltage_controlled.size() != series.size())
+    throw std::invalid_argument("overviewOf: source of " +
+                                std::to_string(source.voltage_controlled.size()) +
+                                " samples, series of " + std::to_string(series.size()));
+  ControlModeOverview overview{source.seen, source.share, source.summary, totalsOf(source), {}};
+  std::vector<ControlledTime>& times = overview.voltage_controlled;
+  for (const ControlModeStretch& stretch : source.stretches) {
+    if (stretch.mode != ControlMode::kVoltage) continue;
+    const double from = series.time[stretch.range.first],
+                 to = endOf(stretch, series, source.rule.max_gap);
+    if (!times.empty() && times.back().to == from)
+      times.back().to = to;
+    else
+      times.push_back({from, to});
+  }
+  return overview;
 }
 
 }  // namespace battery_sof

@@ -14,6 +14,7 @@
 #include "battery_sof/intake.hpp"
 #include "battery_sof/sample_list.hpp"
 #include "util/atomic_file.hpp"
+#include "util/constants.hpp"
 #include "util/number_text.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"
@@ -22,7 +23,6 @@ namespace battery_sof {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-constexpr double kZeroCelsius = 273.15;  // [K], definition of the degree Celsius
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
 // ---------------------------------------------------------------------------------------------

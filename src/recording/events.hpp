@@ -15,12 +15,16 @@ enum class EventKind { kCrank, kDischarge, kCharge, kRest };
 /// @return "crank", "discharge", "charge" or "rest".
 std::string toString(EventKind kind);
 
+/// [A]; a crank falls to this or below (paper, section V: pulses and weighting)
+inline constexpr double kCrankCurrent = -150.0;
+/// [A]; an engine may be turning below it: what a slow sampling shows of a crank
+inline constexpr double kEngineTurns = -60.0;
+
 /// Limits that distinguish events.
 struct EventLimits {
-  /// [A]; a crank falls to this or below (paper, section V: pulses and weighting)
-  double crank_current = -150.0;
-  double crank_max_duration = 5.0;  ///< [s]; longer stretches are discharges
-  double rest_current = 0.5;        ///< [A]; |current| below it is rest
+  double crank_current = kCrankCurrent;  ///< [A]; a crank falls to this or below
+  double crank_max_duration = 5.0;       ///< [s]; longer stretches are discharges
+  double rest_current = 0.5;             ///< [A]; |current| below it is rest
 };
 
 /// A stretch of one kind of load. Ranges of neighbouring events do not overlap; every sample

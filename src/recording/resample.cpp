@@ -1,59 +1,30 @@
 #include "recording/resample.hpp"
 
-#include <unsupported/Eigen/Polynomials>
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
-#include "util/pi.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr int kOrder = 8;
 // more missing input samples than this are not bridged (gapThreshold)
 constexpr double kGapIntervals = 10.0;
 constexpr double kRateTolerance = 1e-6;  // 1 / median interval of a 200 Hz file is 199.99999 Hz
 
-/// Reverse Bessel polynomial of order 8: a_k = (2n - k)! / (2^(n-k) k! (n-k)!), rising powers.
-Eigen::Matrix<double, kOrder + 1, 1> reverseBessel() {
-  Eigen::Matrix<double, kOrder + 1, 1> a;
-  for (int k = 0; k <= kOrder; ++k) {
-    a[k] = std::tgamma(2 * kOrder - k + 1) /
-           (std::exp2(kOrder - k) * std::tgamma(k + 1) * std::tgamma(kOrder - k + 1));
-  }
-  return a.array().round();
-}
-
-/// The angular frequency at which |a_0 / theta(j w)|^2 is 1/2, by bisection.
-double halfPowerFrequency(const Eigen::Matrix<double, kOrder + 1, 1>& a) {
-  double low = 0.0, high = 2.0 * kOrder;
-  for (int step = 0; step < 200; ++step) {
-    const double middle = 0.5 * (low + high);
-    const Complex theta = Eigen::poly_eval(a, Complex(0.0, middle));
-    (std::norm(theta) < 2.0 * a[0] * a[0] ? low : high) = middle;
-  }
-  return low;
-}
-
-/// Analogue poles above the real axis, -3 dB at 1 rad/s, the fastest decaying first.
-std::array<Complex, kOrder / 2> upperPoles() {
-  const auto coefficients = reverseBessel();
-  const Eigen::PolynomialSolver<double, Eigen::Dynamic> solver(coefficients);
-  std::array<Complex, kOrder / 2> poles;
-  std::size_t count = 0;
-  for (const Complex& root : solver.roots()) {
-    if (root.imag() > 0.0) poles.at(count++) = root / halfPowerFrequency(coefficients);
-  }
-  std::sort(poles.begin(), poles.end(),
-            [](const Complex& a, const Complex& b) { return a.real() < b.real(); });
-  return poles;
-}
+/// Poles above the real axis of the analogue 8th-order Bessel low-pass, -3 dB at 1 rad/s, the
+/// fastest decaying first: roots of the reverse Bessel polynomial of order 8 by their half-power
+/// frequency.
+constexpr Complex kUpperPoles[] = {{-1.7574084004021158, 0.27286757509828596},
+                                   {-1.6369394181261625, 0.82279562514164595},
+                                   {-1.3738412176376416, 1.3883565758771372},
+                                   {-0.8928697188471123, 1.9983258436413216}};
 
 /// Bilinear transform of an analogue pole pair with two zeros at infinity, unit gain at 0 Hz.
 Biquad sectionOf(const Complex& pole, double rate) {
@@ -87,8 +58,7 @@ std::array<Biquad, 4> designBessel8(double cutoff, double rate) {
   }
   const double warped = 2.0 * rate * std::tan(kPi * cutoff / rate);
   std::array<Biquad, 4> sections{};
-  const auto poles = upperPoles();
-  std::transform(poles.begin(), poles.end(), sections.begin(),
+  std::transform(std::begin(kUpperPoles), std::end(kUpperPoles), sections.begin(),
                  [&](const Complex& pole) { return sectionOf(warped * pole, rate); });
   return sections;
 }

@@ -3,8 +3,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "recording/sampling.hpp"
-
 namespace battery_sof {
 namespace {
 

@@ -8,7 +8,7 @@
 #include <complex>
 
 #include "recording/channel_statistics.hpp"
-#include "util/pi.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof {
 namespace {

@@ -6,12 +6,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "recording/events.hpp"
+
 namespace battery_sof {
 namespace {
 
 constexpr double kApart = 0.25;         // [V]
 constexpr double kNeighbours = 0.4;     // of the smaller step
-constexpr double kNoCrank = -60.0;      // [A]
 constexpr double kQuietCurrent = 25.0;  // [A]
 constexpr int kFirstLag = -2, kLastLag = 3;
 constexpr double kMinChange = 2.0, kMaxChange = 40.0;  // [A]
@@ -66,7 +67,8 @@ bool isDropOut(const Series& series, std::size_t k) {
   const double neighbours = 0.5 * (series.current[k - 1] + series.current[k + 1]);
   return std::abs(from) > kApart && std::abs(to) > kApart && (from > 0.0) == (to > 0.0) &&
          between < kNeighbours * std::min(std::abs(from), std::abs(to)) &&
-         series.current[k] > kNoCrank && std::abs(series.current[k] - neighbours) < kQuietCurrent;
+         series.current[k] > kEngineTurns &&
+         std::abs(series.current[k] - neighbours) < kQuietCurrent;
 }
 
 VoltageRepair findVoltageRepair(const Series& series) {

@@ -5,8 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "recording/control_mode_overview.hpp"
+#include "recording/control_mode.hpp"
 #include "recording/events.hpp"
+#include "util/constants.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
 
@@ -15,8 +16,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kZeroCelsius = 273.15;  // [K]
-constexpr double kCoulombsPerAmpereHour = 3600.0;
 constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventKind::kCharge,
                                 EventKind::kRest};
 
@@ -115,8 +114,8 @@ std::string eventsText(const EventSummary& summary) {
     text += format("    %-10s %8zu   %s\n", toString(kind).c_str(), totals.count,
                    duration(totals.duration).c_str());
   }
-  text += "    " + number(summary.charge_in / kCoulombsPerAmpereHour) + " Ah in, " +
-          number(-summary.charge_out / kCoulombsPerAmpereHour) + " Ah out\n";
+  text += "    " + number(summary.charge_in / kSecondsPerHour) + " Ah in, " +
+          number(-summary.charge_out / kSecondsPerHour) + " Ah out\n";
   if (!summary.max_charge_voltage) return text;
   return text + "    charges: " + std::to_string(summary.long_charges) +
          " longer than 10 s, the longest " + duration(summary.longest_charge) + ", at " +
@@ -193,8 +192,8 @@ json rejectedJson(const RejectedCounts& rejected) {
 }
 
 json eventsJson(const EventSummary& summary) {
-  json events = {{"charge_in_ah", summary.charge_in / kCoulombsPerAmpereHour},
-                 {"charge_out_ah", summary.charge_out / kCoulombsPerAmpereHour},
+  json events = {{"charge_in_ah", summary.charge_in / kSecondsPerHour},
+                 {"charge_out_ah", summary.charge_out / kSecondsPerHour},
                  {"longest_charge_s", summary.longest_charge},
                  {"charges_over_10_s", summary.long_charges},
                  {"charge_voltage_range_v", nullptr}};

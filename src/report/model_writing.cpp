@@ -5,12 +5,11 @@
 #include "battery_sof/version.hpp"
 #include "discrepancy_yaml.hpp"
 #include "report/model_yaml.hpp"
+#include "util/constants.hpp"
 #include "yaml_reader.hpp"
 
 namespace battery_sof {
 namespace {
-
-constexpr double kKelvin = 273.15;  // 0 degC
 
 /// Rounded to twelve digits, so that writing, reading and writing again gives the same text.
 double correlation(const Eigen::MatrixXd& covariance, int j, int k) {
@@ -179,7 +178,8 @@ YAML::Node windowNode(const Fit& fit) {
   node["longest_discharge_s"] = scalar(fit.excited.longest_discharge);
   node["longest_charge_s"] = scalar(fit.excited.longest_charge);
   node["charge_swing_ah"] = scalar(fit.excited.charge_swing);
-  if (fit.excited.temperature) node["temperature_c"] = scalar(*fit.excited.temperature - kKelvin);
+  if (fit.excited.temperature)
+    node["temperature_c"] = scalar(*fit.excited.temperature - kZeroCelsius);
   return node;
 }
 

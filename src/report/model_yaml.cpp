@@ -7,13 +7,13 @@
 #include "model_parts.hpp"
 #include "recording/series_blocks.hpp"
 #include "util/atomic_file.hpp"
+#include "util/constants.hpp"
 #include "util/regular_file.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kKelvin = 273.15;             // 0 degC
 constexpr std::size_t kLargestFile = 1 << 20;  // twenty times a model with every part
 constexpr Range kDurations{0.0, 1e10};         // [s]
 constexpr Range kCharges{0.0, 1e6};            // [Ah]
@@ -48,7 +48,7 @@ void readWindow(const Reader& root, Fit& fit) {
   if (window.has("charge_swing_ah"))
     excited.charge_swing = window.number("charge_swing_ah", kCharges);
   if (window.has("temperature_c"))
-    excited.temperature = window.number("temperature_c", {-kKelvin, 1000.0}) + kKelvin;
+    excited.temperature = window.number("temperature_c", {-kZeroCelsius, 1000.0}) + kZeroCelsius;
 }
 
 void readFit(const Reader& root, FittedModel& model) {

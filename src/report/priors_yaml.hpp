@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "estimation/known_parameter.hpp"
+#include "estimation/parameter_space.hpp"
 
 namespace battery_sof {
 

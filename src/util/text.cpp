@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <stdexcept>
 
 #include "util/number_text.hpp"
 
@@ -31,6 +33,11 @@ std::string format(const char* pattern, ...) {
   std::string text = sentenceOf(pattern, arguments);
   va_end(arguments);
   return text;
+}
+
+void requireThat(bool as_expected, const std::string& name, double value, const char* expected) {
+  if (as_expected && std::isfinite(value)) return;
+  throw std::invalid_argument(format("%s is %g, expected %s", name.c_str(), value, expected));
 }
 
 }  // namespace battery_sof

@@ -28,6 +28,10 @@ std::string join(const Names& names, const char* between = ", ") {
 /// Formatted text, in the classic locale.
 __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...);
 
+/// @throws std::invalid_argument "name is value, expected what" unless a value is as expected and
+/// finite.
+void requireThat(bool as_expected, const std::string& name, double value, const char* expected);
+
 /// format() for functions that take a pattern's arguments themselves.
 __attribute__((format(printf, 1, 0))) std::string sentenceOf(const char* pattern,
                                                              std::va_list arguments);

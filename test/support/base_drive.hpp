@@ -1,7 +1,6 @@
 #pragma once
 
-#include "model/base_model.hpp"
-#include "model/driving_current.hpp"
+#include "support/base_circuit.hpp"
 #include "support/synthetic_recording.hpp"
 
 /// Drives whose voltage is the base model's own, for tests that need to know the truth exactly.
@@ -45,7 +44,7 @@ inline std::vector<double> dataSetOneCurrent(double duration, double interval, s
 inline Series answered(const BaseParameters& battery, const std::vector<double>& current,
                        double interval, double noise, std::uint64_t seed, double u_c2_first = 0.0) {
   Random random(seed ^ 0x5EEDULL);
-  const OverpotentialStep step(battery);
+  const BaseStep step(battery);
   Series series;
   double u_c2 = u_c2_first;
   for (std::size_t n = 0; n < current.size(); ++n) {

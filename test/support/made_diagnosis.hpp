@@ -61,7 +61,7 @@ inline ControlModeOverview madeSource(const Series& series) {
 inline MadeDiagnosis madeDrivenBy(double missing) {
   MadeDiagnosis made;
   Random random(11);
-  const OverpotentialStep step(drivenBattery());
+  const BaseStep step(drivenBattery());
   Series series = madeDrive();
   double u_c2 = 0.0, slow = 0.0;
   for (std::size_t n = 0; n < series.size(); ++n) {

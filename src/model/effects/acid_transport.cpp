@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct AcidTransport {
   static EffectInfo info() {
@@ -34,8 +33,6 @@ struct AcidTransport {
     return S(p[0] * x[0] + p[2] * x[1]);
   }
 };
-
-}  // namespace
 
 Effect acidTransport() { return effectOf<AcidTransport>(); }
 

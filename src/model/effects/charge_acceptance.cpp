@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct ChargeAcceptance {
   static EffectInfo info() {
@@ -30,8 +29,6 @@ struct ChargeAcceptance {
              (1.0 + k * (1.0 + rates.charging * inverse_limit)));
   }
 };
-
-}  // namespace
 
 Effect chargeAcceptance() { return effectOf<ChargeAcceptance>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct ChargeTransfer {
   static EffectInfo info() {
@@ -28,8 +27,6 @@ struct ChargeTransfer {
     present.alpha = p[1];
   }
 };
-
-}  // namespace
 
 Effect chargeTransfer() { return effectOf<ChargeTransfer>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct ContactResistance {
   static constexpr double kWidth = 1.0;  // [s], of the step, so that its time has a derivative
@@ -30,8 +29,6 @@ struct ContactResistance {
     return S(p[0] * on * instant.current);
   }
 };
-
-}  // namespace
 
 Effect contactResistance() { return effectOf<ContactResistance>(); }
 

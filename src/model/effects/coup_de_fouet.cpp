@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct CoupDeFouet {
   static EffectInfo info() {
@@ -37,8 +36,6 @@ struct CoupDeFouet {
     return S(-p[0] * (1.0 - x[0]) * (1.0 - x[1]));
   }
 };
-
-}  // namespace
 
 Effect coupDeFouet() { return effectOf<CoupDeFouet>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct Cpe2 {
   static constexpr bool kIsLadder = true;
@@ -30,8 +29,6 @@ struct Cpe2 {
     present.dispersion = p[0];
   }
 };
-
-}  // namespace
 
 Effect cpe2() { return effectOf<Cpe2>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct CurrentDependentResistance {
   static EffectInfo info() {
@@ -36,8 +35,6 @@ struct CurrentDependentResistance {
     return u;
   }
 };
-
-}  // namespace
 
 Effect currentDependentResistance() { return effectOf<CurrentDependentResistance>(); }
 

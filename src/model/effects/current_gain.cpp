@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct CurrentGain {
   static EffectInfo info() {
@@ -29,8 +28,6 @@ struct CurrentGain {
     end = corrected(p, end);
   }
 };
-
-}  // namespace
 
 Effect currentGain() { return effectOf<CurrentGain>(); }
 

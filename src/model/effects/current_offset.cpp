@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct CurrentOffset {
   static EffectInfo info() {
@@ -25,8 +24,6 @@ struct CurrentOffset {
     end = S(end - p[0]);
   }
 };
-
-}  // namespace
 
 Effect currentOffset() { return effectOf<CurrentOffset>(); }
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <tuple>
 #include <type_traits>
 #include <unsupported/Eigen/AutoDiff>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "model/closed_form_step.hpp"
 #include "model/effect.hpp"
 #include "model/input_sequence.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof {
 
@@ -44,6 +46,24 @@ struct Present {
   S inverse_supply;         ///< 1/L [1/A], of the charging current that can be fed; 0: any
   double time = 0.0;        ///< [s] since the reference time, at the interval's end
 };
+
+/// The same in another arithmetic, each number as `number` makes it one.
+template <typename T, typename S, typename Number>
+Present<T> converted(const Present<S>& f, const Number& number) {
+  return {number(f.r_discharge),
+          number(f.r_charge),
+          number(f.c2),
+          number(f.beta),
+          number(f.u_dc),
+          number(f.i0),
+          number(f.alpha),
+          number(f.acceptance),
+          number(f.warming),
+          number(f.dispersion),
+          number(f.reactivity),
+          number(f.inverse_supply),
+          f.time};
+}
 
 /// An interval that was passed through.
 template <typename S>
@@ -108,55 +128,34 @@ struct EffectHooks {
   double longest_piece = 0.0;
 };
 
-#define BATTERY_SOF_HOOK(Name, hook)     \
+/// Whether a definition has a member.
+#define BATTERY_SOF_HAS(Name, member)    \
   template <typename D, typename = void> \
   struct Name : std::false_type {};      \
   template <typename D>                  \
-  struct Name<D, std::void_t<decltype(&D::template hook<double>)>> : std::true_type {};
-BATTERY_SOF_HOOK(HasSense, sense)
-BATTERY_SOF_HOOK(HasAdapt, adapt)
-BATTERY_SOF_HOOK(HasSideCurrent, sideCurrent)
-BATTERY_SOF_HOOK(HasActivity, activity)
-BATTERY_SOF_HOOK(HasAdvance, advance)
-BATTERY_SOF_HOOK(HasVoltage, voltage)
-BATTERY_SOF_HOOK(HasShow, show)
-#undef BATTERY_SOF_HOOK
-
-template <typename D, typename = void>
-struct StepsFinely : std::false_type {};
-template <typename D>
-struct StepsFinely<D, std::void_t<decltype(D::kStepsFinely)>> : std::true_type {};
-
-template <typename D, typename = void>
-struct LimitsReaction : std::false_type {};
-template <typename D>
-struct LimitsReaction<D, std::void_t<decltype(D::kLimitsReaction)>> : std::true_type {};
+  struct Name<D, std::void_t<decltype(member)>> : std::true_type {};
+BATTERY_SOF_HAS(HasSense, &D::template sense<double>)
+BATTERY_SOF_HAS(HasAdapt, &D::template adapt<double>)
+BATTERY_SOF_HAS(HasSideCurrent, &D::template sideCurrent<double>)
+BATTERY_SOF_HAS(HasActivity, &D::template activity<double>)
+BATTERY_SOF_HAS(HasAdvance, &D::template advance<double>)
+BATTERY_SOF_HAS(HasVoltage, &D::template voltage<double>)
+BATTERY_SOF_HAS(HasShow, &D::template show<double>)
+BATTERY_SOF_HAS(StepsFinely, D::kStepsFinely)
+BATTERY_SOF_HAS(LimitsReaction, D::kLimitsReaction)
+BATTERY_SOF_HAS(IsLadder, D::kIsLadder)
+BATTERY_SOF_HAS(ActsAtEdges, D::kActsAtEdges)
+BATTERY_SOF_HAS(OnRequest, D::kOnRequest)
+BATTERY_SOF_HAS(HasLongestPiece, D::kLongestPiece)
+#undef BATTERY_SOF_HAS
 
 /// [s], of the pieces that intervals are cut to where an effect acts back on others; 0 where it
 /// does not.
-template <typename D, typename = void>
-struct LongestPiece {
-  static constexpr double value = StepsFinely<D>::value ? 0.1 : 0.0;
-};
 template <typename D>
-struct LongestPiece<D, std::void_t<decltype(D::kLongestPiece)>> {
-  static constexpr double value = D::kLongestPiece;
-};
-
-template <typename D, typename = void>
-struct IsLadder : std::false_type {};
-template <typename D>
-struct IsLadder<D, std::void_t<decltype(D::kIsLadder)>> : std::true_type {};
-
-template <typename D, typename = void>
-struct ActsAtEdges : std::false_type {};
-template <typename D>
-struct ActsAtEdges<D, std::void_t<decltype(D::kActsAtEdges)>> : std::true_type {};
-
-template <typename D, typename = void>
-struct OnRequest : std::false_type {};
-template <typename D>
-struct OnRequest<D, std::void_t<decltype(D::kOnRequest)>> : std::true_type {};
+constexpr double longestPieceOf() {
+  if constexpr (HasLongestPiece<D>::value) return D::kLongestPiece;
+  return StepsFinely<D>::value ? 0.1 : 0.0;
+}
 
 /// An effect's hooks in arithmetic S; those it does not have change nothing.
 template <typename D, typename S>
@@ -189,16 +188,16 @@ class KernelOf final : public EffectKernel<S> {
   }
 };
 
-/// An effect ready to be composed.
+/// An effect ready to be composed, its hooks in every arithmetic.
 struct Effect {
+  template <typename S>
+  using Kernel = std::unique_ptr<EffectKernel<S>>;
+
   EffectInfo info;
   EffectHooks hooks;
-  std::unique_ptr<EffectKernel<double>> values;
-  std::unique_ptr<EffectKernel<Slope>> slopes;
-  std::unique_ptr<EffectKernel<Dual<8>>> dual8;
-  std::unique_ptr<EffectKernel<Dual<16>>> dual16;
-  std::unique_ptr<EffectKernel<Dual<24>>> dual24;
-  std::unique_ptr<EffectKernel<Dual<48>>> dual48;
+  std::tuple<Kernel<double>, Kernel<Slope>, Kernel<Dual<8>>, Kernel<Dual<16>>, Kernel<Dual<24>>,
+             Kernel<Dual<48>>>
+      kernels;
 };
 
 template <typename D>
@@ -207,31 +206,22 @@ Effect effectOf() {
   effect.info = D::info();
   effect.info.on_request = OnRequest<D>::value;
   effect.info.acts_at_edges = ActsAtEdges<D>::value;
-  effect.info.takes_short_steps = IsLadder<D>::value || LongestPiece<D>::value > 0.0;
-  effect.hooks = {HasSense<D>::value,       HasAdapt<D>::value,    HasSideCurrent<D>::value,
-                  HasActivity<D>::value,    HasAdvance<D>::value,  HasVoltage<D>::value,
-                  HasShow<D>::value,        IsLadder<D>::value,    StepsFinely<D>::value,
-                  LimitsReaction<D>::value, LongestPiece<D>::value};
-  effect.values = std::make_unique<KernelOf<D, double>>();
-  effect.slopes = std::make_unique<KernelOf<D, Slope>>();
-  effect.dual8 = std::make_unique<KernelOf<D, Dual<8>>>();
-  effect.dual16 = std::make_unique<KernelOf<D, Dual<16>>>();
-  effect.dual24 = std::make_unique<KernelOf<D, Dual<24>>>();
-  effect.dual48 = std::make_unique<KernelOf<D, Dual<48>>>();
+  effect.info.takes_short_steps = IsLadder<D>::value || longestPieceOf<D>() > 0.0;
+  effect.hooks = {HasSense<D>::value,       HasAdapt<D>::value,   HasSideCurrent<D>::value,
+                  HasActivity<D>::value,    HasAdvance<D>::value, HasVoltage<D>::value,
+                  HasShow<D>::value,        IsLadder<D>::value,   StepsFinely<D>::value,
+                  LimitsReaction<D>::value, longestPieceOf<D>()};
+  effect.kernels = {
+      std::make_unique<KernelOf<D, double>>(),   std::make_unique<KernelOf<D, Slope>>(),
+      std::make_unique<KernelOf<D, Dual<8>>>(),  std::make_unique<KernelOf<D, Dual<16>>>(),
+      std::make_unique<KernelOf<D, Dual<24>>>(), std::make_unique<KernelOf<D, Dual<48>>>()};
   return effect;
 }
 
-inline const EffectKernel<double>& kernelOf(const Effect& e, double) { return *e.values; }
-inline const EffectKernel<Slope>& kernelOf(const Effect& e, const Slope&) { return *e.slopes; }
-inline const EffectKernel<Dual<8>>& kernelOf(const Effect& e, const Dual<8>&) { return *e.dual8; }
-inline const EffectKernel<Dual<16>>& kernelOf(const Effect& e, const Dual<16>&) {
-  return *e.dual16;
-}
-inline const EffectKernel<Dual<24>>& kernelOf(const Effect& e, const Dual<24>&) {
-  return *e.dual24;
-}
-inline const EffectKernel<Dual<48>>& kernelOf(const Effect& e, const Dual<48>&) {
-  return *e.dual48;
+/// The hooks in the arithmetic of a number.
+template <typename S>
+const EffectKernel<S>& kernelOf(const Effect& effect, const S&) {
+  return *std::get<Effect::Kernel<S>>(effect.kernels);
 }
 
 /// @return every effect, in the order in which a simulation applies them: instruments on the
@@ -261,8 +251,6 @@ S relaxed(const S& x, const S& target, const S& tau, double duration) {
   const S kept = exp(S(-duration / tau));
   return S(target + (x - target) * kept);
 }
-
-inline constexpr double kSecondsPerHour = 3600.0;  // also [As] per [Ah]
 
 /// A strength: zero removes its effect.
 inline ParameterInfo strength(std::string name, std::string symbol, std::string unit,

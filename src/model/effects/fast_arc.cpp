@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct FastArc {
   static constexpr bool kActsAtEdges = true;
@@ -31,8 +30,6 @@ struct FastArc {
     return S(p[0] * x[0]);
   }
 };
-
-}  // namespace
 
 Effect fastArc() { return effectOf<FastArc>(); }
 

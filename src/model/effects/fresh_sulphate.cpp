@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 // Charge acceptance by charge balance. What a discharge has just turned into sulphate dissolves
 // easily and can be charged back at once; without it the reaction is fed by a small current alone
@@ -99,8 +98,6 @@ struct FreshSulphate {
     return S(p[0] * p[6] * x[1]);
   }
 };
-
-}  // namespace
 
 Effect freshSulphate() { return effectOf<FreshSulphate>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct Gassing {
   static constexpr double kReferenceVoltage = 14.4;  // [V]
@@ -35,8 +34,6 @@ struct Gassing {
     return S(tafel * p[2] / (tafel + p[2]));
   }
 };
-
-}  // namespace
 
 Effect gassing() { return effectOf<Gassing>(); }
 

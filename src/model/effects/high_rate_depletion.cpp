@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct HighRateDepletion {
   // Where the acid in the pores is used up the logarithm ends; a linear continuation keeps the
@@ -36,8 +35,6 @@ struct HighRateDepletion {
     return S(p[2] * (std::log(kMinLeft) + left / kMinLeft - 1.0));
   }
 };
-
-}  // namespace
 
 Effect highRateDepletion() { return effectOf<HighRateDepletion>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct Inductance {
   static constexpr bool kActsAtEdges = true;
@@ -24,8 +23,6 @@ struct Inductance {
     return S(p[0] * instant.slope);
   }
 };
-
-}  // namespace
 
 Effect inductance() { return effectOf<Inductance>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct OcvHysteresis {
   static EffectInfo info() {
@@ -31,8 +30,6 @@ struct OcvHysteresis {
     return S(p[0] * x[0]);
   }
 };
-
-}  // namespace
 
 Effect ocvHysteresis() { return effectOf<OcvHysteresis>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct OcvSoc {
   static EffectInfo info() {
@@ -25,8 +24,6 @@ struct OcvSoc {
     return S(p[0] * x[0]);
   }
 };
-
-}  // namespace
 
 Effect ocvSoc() { return effectOf<OcvSoc>(); }
 

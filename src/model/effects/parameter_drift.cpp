@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct ParameterDrift {
   static constexpr bool kStepsFinely = true;
@@ -32,8 +31,6 @@ struct ParameterDrift {
     present.beta = S(present.beta * exp(S(p[2] * hours)));
   }
 };
-
-}  // namespace
 
 Effect parameterDrift() { return effectOf<ParameterDrift>(); }
 

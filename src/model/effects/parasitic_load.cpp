@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct ParasiticLoad {
   static EffectInfo info() {
@@ -25,8 +24,6 @@ struct ParasiticLoad {
     end = S(end + p[0]);
   }
 };
-
-}  // namespace
 
 Effect parasiticLoad() { return effectOf<ParasiticLoad>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct SecondElectrode {
   static EffectInfo info() {
@@ -33,8 +32,6 @@ struct SecondElectrode {
     return S(p[0] * x[0]);
   }
 };
-
-}  // namespace
 
 Effect secondElectrode() { return effectOf<SecondElectrode>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct SelfHeating {
   static constexpr bool kStepsFinely = true;
@@ -52,8 +51,6 @@ struct SelfHeating {
     x[0] = S(x[0] + passage.duration * p[0] * (heat - x[0] / p[1]) * share);
   }
 };
-
-}  // namespace
 
 Effect selfHeating() { return effectOf<SelfHeating>(); }
 

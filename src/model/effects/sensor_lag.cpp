@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct SensorLag {
   static constexpr bool kActsAtEdges = true;
@@ -48,8 +47,6 @@ struct SensorLag {
     x[1] = now;
   }
 };
-
-}  // namespace
 
 Effect sensorLag() { return effectOf<SensorLag>(); }
 

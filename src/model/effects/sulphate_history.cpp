@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct SulphateHistory {
   static constexpr bool kStepsFinely = true;
@@ -36,8 +35,6 @@ struct SulphateHistory {
     if (valueOf(x[0]) < kLeast) x[0] = S(kLeast);
   }
 };
-
-}  // namespace
 
 Effect sulphateHistory() { return effectOf<SulphateHistory>(); }
 

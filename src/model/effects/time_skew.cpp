@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct TimeSkew {
   static constexpr bool kActsAtEdges = true;
@@ -40,8 +39,6 @@ struct TimeSkew {
     held = S(held + moved - rate * (skew - d));
   }
 };
-
-}  // namespace
 
 Effect timeSkew() { return effectOf<TimeSkew>(); }
 

@@ -1,7 +1,6 @@
 #include "effect_definition.hpp"
 
 namespace battery_sof {
-namespace {
 
 struct VoltageDrift {
   static EffectInfo info() {
@@ -21,8 +20,6 @@ struct VoltageDrift {
     voltage = S(voltage + p[0] * (instant.present.time / kSecondsPerHour));
   }
 };
-
-}  // namespace
 
 Effect voltageDrift() { return effectOf<VoltageDrift>(); }
 

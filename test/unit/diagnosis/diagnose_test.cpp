@@ -11,7 +11,7 @@
 #include "model/mechanism.hpp"
 #include "report/diagnosis_results.hpp"
 #include "support/base_drive.hpp"
-#include "util/pi.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof {
 namespace {

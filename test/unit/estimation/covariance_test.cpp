@@ -48,7 +48,8 @@ TEST(SandwichCovariance, IsTheBartlettWeightedDoubleSum) {
   Eigen::VectorXd w = Eigen::VectorXd::Ones(n);
   w.segment(100, 50).setConstant(100.0);
   for (Eigen::Index width : {1, 7, 140})
-    EXPECT_TRUE(sandwichCovariance(J, e, w, width).isApprox(bySums(J, e, w, width), 1e-9)) << width;
+    EXPECT_TRUE(combined(sandwichParts(J, e, w, width)).isApprox(bySums(J, e, w, width), 1e-9))
+        << width;
 }
 
 /// Share of seeds in which the estimated intercept and slope (truth 0) lie within two standard
@@ -62,7 +63,8 @@ double coverage(double rho) {
     const Eigen::VectorXd y = noise(n, rho, seed);
     const Eigen::VectorXd b = (J.transpose() * J).ldlt().solve(J.transpose() * y);
     const Eigen::VectorXd e = y - J * b;
-    const Eigen::MatrixXd V = sandwichCovariance(J, e, w, bartlettWidth(lagOneCorrelation(e), n));
+    const Eigen::MatrixXd V =
+        combined(sandwichParts(J, e, w, bartlettWidth(lagOneCorrelation(e), n)));
     for (int j = 0; j < 2; ++j) inside += std::abs(b[j]) < 2.0 * std::sqrt(V(j, j));
   }
   return inside / 800.0;
@@ -76,7 +78,7 @@ TEST(SandwichCovariance, LeavesAnEmptyColumnAtZero) {
   Eigen::MatrixXd J = lineColumns(100);
   J.col(1).setZero();
   const Eigen::MatrixXd V =
-      sandwichCovariance(J, noise(100, 0.0, 1), Eigen::VectorXd::Ones(100), 1);
+      combined(sandwichParts(J, noise(100, 0.0, 1), Eigen::VectorXd::Ones(100), 1));
   EXPECT_GT(V(0, 0), 0.0);
   EXPECT_DOUBLE_EQ(V(1, 1), 0.0);
 }

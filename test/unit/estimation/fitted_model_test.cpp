@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimation/fit_description.hpp"
+#include "estimation/fit_quality.hpp"
 #include "estimation/identification.hpp"
 #include "support/composed.hpp"
 

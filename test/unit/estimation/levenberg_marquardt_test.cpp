@@ -145,7 +145,7 @@ TEST(Minimize, StopsAtTheBoundWhenTheOptimumLiesBeyond) {
   options.lower = Eigen::Vector2d(-5.0, -1.0);
   options.upper = Eigen::Vector2d(5.0, 5.0);
   const MinimizeResult found = minimize(bowl, Eigen::Vector2d(0.0, 4.0), options);
-  EXPECT_EQ(found.status, MinimizeStatus::kConverged);
+  EXPECT_EQ(found.status, FitStatus::kConverged);
   EXPECT_NEAR(found.x[0], 3.0, 1e-3);
   EXPECT_DOUBLE_EQ(found.x[1], -1.0);
 }
@@ -154,8 +154,7 @@ TEST(Minimize, SaysWhenTheIterationsRanOut) {
   MinimizeOptions options;
   options.max_iterations = 2;
   options.initial_damping = 1e3;
-  EXPECT_EQ(minimize(bowl, Eigen::Vector2d(0.0, 4.0), options).status,
-            MinimizeStatus::kIterationLimit);
+  EXPECT_EQ(minimize(bowl, Eigen::Vector2d(0.0, 4.0), options).status, FitStatus::kIterationLimit);
 }
 
 TEST(Minimize, SaysWhenNoStepLowersTheCost) {
@@ -168,7 +167,7 @@ TEST(Minimize, SaysWhenNoStepLowersTheCost) {
   MinimizeOptions options;
   options.max_iterations = 500;
   EXPECT_EQ(minimize(wrong, Eigen::VectorXd::Constant(1, 1.0), options).status,
-            MinimizeStatus::kStalled);
+            FitStatus::kStalled);
 }
 
 TEST(Minimize, RefusesAStartWithoutAFiniteCost) {

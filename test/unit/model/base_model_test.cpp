@@ -4,8 +4,8 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 
+#include "model/simulation.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {
@@ -18,7 +18,7 @@ double fineReference(const BaseParameters& p, double u,
                      const std::function<double(double)>& current, double dt, int steps) {
   const double h = dt / steps;
   const auto rate = [&](double t, double v) {
-    return (current(t) - chargeTransferCurrent(p, v)) / p.c2;
+    return (current(t) - test::chargeTransferCurrent(p, v)) / p.c2;
   };
   for (int k = 0; k < steps; ++k) {
     const double t = k * h;
@@ -61,19 +61,19 @@ TEST(TableOne, HoldsThePapersMagnitudesAndBounds) {
 TEST(ChargeTransferCurrent, IsEquationOne) {
   const BaseParameters p = with(1000.0, 20.0, 0.3);
   const double u = 0.07;
-  EXPECT_DOUBLE_EQ(chargeTransferCurrent(p, u),
+  EXPECT_DOUBLE_EQ(test::chargeTransferCurrent(p, u),
                    std::exp(0.3 * 20.0 * u) - std::exp(-0.7 * 20.0 * u));
-  EXPECT_DOUBLE_EQ(chargeTransferCurrent(p, 0.0), 0.0);
+  EXPECT_DOUBLE_EQ(test::chargeTransferCurrent(p, 0.0), 0.0);
 }
 
 TEST(TerminalVoltage, DischargingBatteryReadsBelowRest) {
-  EXPECT_LT(terminalVoltage(drivenBattery(), -20.0, 0.0), drivenBattery().u_dc);
-  EXPECT_GT(terminalVoltage(drivenBattery(), 20.0, 0.0), drivenBattery().u_dc);
+  EXPECT_LT(test::terminalVoltage(drivenBattery(), -20.0, 0.0), drivenBattery().u_dc);
+  EXPECT_GT(test::terminalVoltage(drivenBattery(), 20.0, 0.0), drivenBattery().u_dc);
 }
 
 TEST(TerminalVoltage, UsesTheResistanceOfTheDirection) {
-  EXPECT_DOUBLE_EQ(terminalVoltage(drivenBattery(), -100.0, 0.1), 12.7 - 0.6 + 0.1);
-  EXPECT_DOUBLE_EQ(terminalVoltage(drivenBattery(), 100.0, 0.1), 12.7 + 0.85 + 0.1);
+  EXPECT_DOUBLE_EQ(test::terminalVoltage(drivenBattery(), -100.0, 0.1), 12.7 - 0.6 + 0.1);
+  EXPECT_DOUBLE_EQ(test::terminalVoltage(drivenBattery(), 100.0, 0.1), 12.7 + 0.85 + 0.1);
 }
 
 TEST(RequireValid, NamesTheParameterAndItsValue) {
@@ -90,38 +90,38 @@ TEST(RequireValid, NamesTheParameterAndItsValue) {
   EXPECT_NE(messageOf([&] { requireValid(p); }).find("u_dc"), std::string::npos);
 }
 
-TEST(SettledOverpotential, BalancesTheCurrentForAnySymmetry) {
-  for (double alpha : {0.2, 0.5, 0.71})
-    for (double current : {-300.0, -5.0, 0.0, 0.3, 80.0}) {
-      const BaseParameters p = with(1000.0, 22.0, alpha);
-      EXPECT_NEAR(chargeTransferCurrent(p, settledOverpotential(p, current)), current, 1e-6);
-    }
+TEST(SettledOverpotential, BalancesTheCurrent) {
+  for (double current : {-300.0, -5.0, 0.0, 0.3, 80.0}) {
+    const BaseParameters p = with(1000.0, 22.0);
+    EXPECT_NEAR(test::chargeTransferCurrent(p, test::settledOverpotential(p, current)), current,
+                1e-6);
+  }
 }
 
-TEST(OverpotentialStep, TwoHalfStepsAreOneStep) {
+TEST(ClosedFormStep, TwoHalfStepsAreOneStep) {
   for (double beta : {1.0, 20.0, 1000.0})
     for (double current : {-300.0, -1.0, 0.0, 40.0}) {
-      const OverpotentialStep step(with(700.0, beta));
+      const test::BaseStep step(with(700.0, beta));
       const double whole = step.advance(0.05, current, 0.4);
       EXPECT_NEAR(step.advance(step.advance(0.05, current, 0.2), current, 0.2), whole, 1e-13);
     }
 }
 
-TEST(OverpotentialStep, IsOddInStateAndCurrent) {
-  const OverpotentialStep step(drivenBattery());
+TEST(ClosedFormStep, IsOddInStateAndCurrent) {
+  const test::BaseStep step(drivenBattery());
   for (double current : {-200.0, -3.0, 0.0, 60.0})
     EXPECT_NEAR(step.advance(-0.08, -current, 0.3), -step.advance(0.08, current, 0.3), 1e-15);
 }
 
-TEST(OverpotentialStep, StaysBetweenStateAndSettledValueOverTheWholeBox) {
+TEST(ClosedFormStep, StaysBetweenStateAndSettledValueOverTheWholeBox) {
   for (double c2 : {100.0, 1000.0, 5000.0})
     for (double beta : {1.0, 20.0, 1000.0})
       for (double dt : {1e-3, 1e-2, 1.0, 60.0})
         for (double current : {-2000.0, -300.0, 0.0, 0.01, 300.0})
           for (double u : {-1.5, -0.2, 0.0, 0.3, 1.5}) {
             const BaseParameters p = with(c2, beta);
-            const double settled = settledOverpotential(p, current);
-            const double next = OverpotentialStep(p).advance(u, current, dt);
+            const double settled = test::settledOverpotential(p, current);
+            const double next = test::BaseStep(p).advance(u, current, dt);
             EXPECT_GE(next, std::min(u, settled) - 1e-12)
                 << c2 << " F " << beta << " 1/V " << dt << " s";
             EXPECT_LE(next, std::max(u, settled) + 1e-12)
@@ -129,26 +129,26 @@ TEST(OverpotentialStep, StaysBetweenStateAndSettledValueOverTheWholeBox) {
           }
 }
 
-TEST(OverpotentialStep, SettlesUnderALongHeldCurrent) {
+TEST(ClosedFormStep, SettlesUnderALongHeldCurrent) {
   for (double current : {-300.0, -20.0, 5.0, 120.0})
-    EXPECT_NEAR(OverpotentialStep(drivenBattery()).advance(0.4, current, 3600.0),
-                settledOverpotential(drivenBattery(), current), 1e-12);
+    EXPECT_NEAR(test::BaseStep(drivenBattery()).advance(0.4, current, 3600.0),
+                test::settledOverpotential(drivenBattery(), current), 1e-12);
 }
 
-TEST(OverpotentialStep, IsExactUnderAHeldCurrent) {
+TEST(ClosedFormStep, IsExactUnderAHeldCurrent) {
   const BaseParameters p = drivenBattery();
   for (double current : {-300.0, -40.0, 0.0, 30.0}) {
     const double reference = fineReference(
         p, 0.03, [&](double) { return current; }, 1.0, 20000);
-    EXPECT_NEAR(OverpotentialStep(p).advance(0.03, current, 1.0), reference, 1e-11);
+    EXPECT_NEAR(test::BaseStep(p).advance(0.03, current, 1.0), reference, 1e-11);
   }
 }
 
-TEST(OverpotentialStep, StaysWithinOneMillivoltOfAHundredfoldFinerReferenceOnAPaperLikeDrive) {
+TEST(ClosedFormStep, StaysWithinOneMillivoltOfAHundredfoldFinerReferenceOnAPaperLikeDrive) {
   const BaseParameters p = drivenBattery();
   const double dt = 0.01;
   const auto current = test::dataSetOneCurrent(120.0, dt, 3);
-  const OverpotentialStep step(p);
+  const test::BaseStep step(p);
   double u = 0.0, reference = 0.0, largest = 0.0;
   for (std::size_t n = 1; n < current.size(); ++n) {
     const double before = current[n - 1], after = current[n];
@@ -161,36 +161,22 @@ TEST(OverpotentialStep, StaysWithinOneMillivoltOfAHundredfoldFinerReferenceOnAPa
   RecordProperty("largest_error_uV", std::to_string(1e6 * largest));
 }
 
-TEST(OverpotentialStep, WithUnevenSymmetryFollowsTheFineReference) {
+TEST(ChargeTransfer, WithUnevenSymmetryFollowsTheFineReference) {
+  const BatteryModel model({"charge_transfer"});
   for (double alpha : {0.3, 0.7})
     for (double current : {-250.0, -10.0, 0.0, 60.0})
       for (double dt : {0.01, 1.0, 60.0}) {
         const BaseParameters p = with(900.0, 25.0, alpha);
+        ModelPoint start{model.typicalParameters(), model.restState()};
+        start.parameters.head<kBaseRows>() << p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc;
+        start.parameters.tail<2>() << p.i0, alpha;
+        start.state[0] = 0.04;
+        Simulation simulation(model, start);
+        simulation.advance(inputStep(0.0, current, dt, current, 100.0));
         const double reference = fineReference(
             p, 0.04, [&](double) { return current; }, dt, 200000);
-        EXPECT_NEAR(OverpotentialStep(p).advance(0.04, current, dt), reference, 2e-5)
-            << alpha << " " << current;
+        EXPECT_NEAR(simulation.state()[0], reference, 2e-5) << alpha << " " << current;
       }
-}
-
-TEST(OverpotentialStep, WithUnevenSymmetryIsStableOverTheWholeBox) {
-  for (double c2 : {100.0, 5000.0})
-    for (double beta : {1.0, 1000.0})
-      for (double dt : {1e-3, 60.0})
-        for (double current : {-300.0, 0.0, 300.0})
-          for (double u : {-1.5, 0.0, 1.5}) {
-            const BaseParameters p = with(c2, beta, 0.4);
-            const double settled = settledOverpotential(p, current);
-            const double next = OverpotentialStep(p).advance(u, current, dt);
-            EXPECT_GE(next, std::min(u, settled) - 5e-5);
-            EXPECT_LE(next, std::max(u, settled) + 5e-5);
-          }
-}
-
-TEST(OverpotentialStep, ImplicitAndClosedFormMeetAtEvenSymmetry) {
-  for (double current : {-200.0, 0.0, 50.0})
-    EXPECT_NEAR(OverpotentialStep(with(1000.0, 20.0, 0.5 + 1e-12)).advance(0.02, current, 1.0),
-                OverpotentialStep(with(1000.0, 20.0)).advance(0.02, current, 1.0), 2e-6);
 }
 
 /// Central difference of a step in one of its inputs.
@@ -198,42 +184,28 @@ double centralDifference(const std::function<double(double)>& f, double x, doubl
   return (f(x + h) - f(x - h)) / (2.0 * h);
 }
 
-TEST(OverpotentialStep, DerivativesMatchCentralDifferencesInsideAndAtTheBounds) {
-  for (double alpha : {0.5, 0.35})
-    for (double c2 : {100.0, 1100.0, 5000.0})
-      for (double beta : {1.0, 22.0, 1000.0})
-        for (double current : {-250.0, -1e-3, 0.0, 30.0}) {
-          const double u = 0.3 / beta, dt = 0.5;
-          const Overpotential after = OverpotentialStep(with(c2, beta, alpha))
-                                          .advance(Overpotential{u, 1.0, 0.0, 0.0}, current, dt);
-          const auto of_c2 = [&](double x) {
-            return OverpotentialStep(with(x, beta, alpha)).advance(u, current, dt);
-          };
-          const auto of_beta = [&](double x) {
-            return OverpotentialStep(with(c2, x, alpha)).advance(u, current, dt);
-          };
-          const auto of_u = [&](double x) {
-            return OverpotentialStep(with(c2, beta, alpha)).advance(x, current, dt);
-          };
-          // step control moves between differences
-          const double tolerance = alpha == 0.5 ? 1e-6 : 2e-3;
-          const double scale = std::abs(after.value) + u;
-          EXPECT_NEAR(after.d_c2 * c2, centralDifference(of_c2, c2, 1e-4 * c2) * c2,
-                      tolerance * scale);
-          EXPECT_NEAR(after.d_beta * beta, centralDifference(of_beta, beta, 1e-4 * beta) * beta,
-                      tolerance * scale);
-          EXPECT_NEAR(after.d_initial * u, centralDifference(of_u, u, 1e-4 * u) * u,
-                      tolerance * scale);
-        }
-}
-
-TEST(OverpotentialStep, RefusesValuesThatAreNotFiniteAndNegativeIntervals) {
-  const OverpotentialStep step(drivenBattery());
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(step.advance(nan, 0.0, 1.0), std::invalid_argument);
-  EXPECT_THROW(step.advance(0.0, nan, 1.0), std::invalid_argument);
-  EXPECT_THROW(step.advance(0.0, 0.0, -1.0), std::invalid_argument);
-  EXPECT_NE(messageOf([&] { step.advance(0.0, 1.0, -1.0); }).find("-1"), std::string::npos);
+TEST(ClosedFormStep, DerivativesMatchCentralDifferencesInsideAndAtTheBounds) {
+  for (double c2 : {100.0, 1100.0, 5000.0})
+    for (double beta : {1.0, 22.0, 1000.0})
+      for (double current : {-250.0, -1e-3, 0.0, 30.0}) {
+        const double u = 0.3 / beta, dt = 0.5;
+        const Overpotential after =
+            test::BaseStep(with(c2, beta)).advance(Overpotential{u, 1.0, 0.0, 0.0}, current, dt);
+        const auto of_c2 = [&](double x) {
+          return test::BaseStep(with(x, beta)).advance(u, current, dt);
+        };
+        const auto of_beta = [&](double x) {
+          return test::BaseStep(with(c2, x)).advance(u, current, dt);
+        };
+        const auto of_u = [&](double x) {
+          return test::BaseStep(with(c2, beta)).advance(x, current, dt);
+        };
+        const double tolerance = 1e-6 * (std::abs(after.value) + u);
+        EXPECT_NEAR(after.d_c2 * c2, centralDifference(of_c2, c2, 1e-4 * c2) * c2, tolerance);
+        EXPECT_NEAR(after.d_beta * beta, centralDifference(of_beta, beta, 1e-4 * beta) * beta,
+                    tolerance);
+        EXPECT_NEAR(after.d_initial * u, centralDifference(of_u, u, 1e-4 * u) * u, tolerance);
+      }
 }
 
 }  // namespace

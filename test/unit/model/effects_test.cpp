@@ -2,7 +2,6 @@
 
 #include <set>
 
-#include "model/driving_current.hpp"
 #include "support/composed.hpp"
 
 using namespace battery_sof;

@@ -4,7 +4,6 @@
 
 #include <numeric>
 
-#include "model/driving_current.hpp"
 #include "support/composed.hpp"
 
 using namespace battery_sof;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "model/input_sequence.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {
@@ -9,7 +10,7 @@ namespace {
 
 std::vector<Overpotential> stepByStep(const std::vector<HeldCurrent>& held, const BaseParameters& p,
                                       double first) {
-  const OverpotentialStep step(p);
+  const test::BaseStep step(p);
   std::vector<Overpotential> states;
   Overpotential state{first, 1.0, 0.0, 0.0};
   for (const HeldCurrent& h : held) {
@@ -17,6 +18,29 @@ std::vector<Overpotential> stepByStep(const std::vector<HeldCurrent>& held, cons
     states.push_back(state);
   }
   return states;
+}
+
+std::vector<HeldCurrent> heldCurrents(const Series& series) {
+  std::vector<HeldCurrent> held = {{series.current[0], 0.0}};
+  for (std::size_t n = 1; n < series.size(); ++n)
+    held.push_back(heldCurrent(series.time[n - 1], series.current[n - 1], series.time[n],
+                               series.current[n], 5.0));
+  return held;
+}
+
+OverpotentialSweep drivenBy(const std::vector<HeldCurrent>& held) {
+  OverpotentialSweep sweep(held.size());
+  for (Eigen::Index block = 0; block < sweep.blocks(); ++block) {
+    HeldBlock in_lanes = {};
+    for (int k = 0; k < kBlockSize; ++k) {
+      const auto n = static_cast<std::size_t>(block * kBlockSize + k);
+      if (n >= held.size()) break;
+      in_lanes.current[lanePosition(k)] = held[n].current;
+      in_lanes.duration[lanePosition(k)] = held[n].duration;
+    }
+    sweep.drive(block, in_lanes, 1.0);
+  }
+  return sweep;
 }
 
 TEST(HeldCurrent, IsTheMeanOfItsEndsAndRestAcrossAGap) {
@@ -30,25 +54,27 @@ TEST(OverpotentialSweep, EqualsTheStepSampleBySample) {
   // zero.
   Series series = test::baseDrive(2, 10.0);
   for (std::size_t n = 500; n < series.size(); ++n) series.time[n] += 30.0;
-  const auto held = heldCurrents(series, {0, series.size()}, 5.0);
+  const auto held = heldCurrents(series);
   for (double beta : {1.0, 22.0, 1000.0}) {
     BaseParameters p = test::drivenBattery();
     p.beta = beta;
     p.c2 = 300.0;
     const double first = 0.5 / beta;
     const auto expected = stepByStep(held, p, first);
-    OverpotentialSweep(held, p.i0)
-        .run({p.c2, p.beta, first}, [&](Eigen::Index block, const auto& states) {
-          for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
-            const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
-            if (n >= expected.size()) break;
-            const double scale = 1.0 / beta;
-            EXPECT_NEAR(states.u_c2[k], expected[n].value, 1e-11 * scale);
-            EXPECT_NEAR(states.d_log_c2[k], expected[n].d_c2 * p.c2, 1e-9 * scale);
-            EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, 1e-9 * scale);
-            EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9);
-          }
-        });
+    drivenBy(held).run({p.c2, p.beta, first}, widestInstructionSet(),
+                       [&](Eigen::Index block, const OverpotentialStates& states) {
+                         for (int j = 0; j < kBlockSize; ++j) {
+                           const auto n = static_cast<std::size_t>(block * kBlockSize + j);
+                           if (n >= expected.size()) break;
+                           const int k = lanePosition(j);
+                           const double scale = 1.0 / beta;
+                           EXPECT_NEAR(states.u_c2[k], expected[n].value, 1e-11 * scale);
+                           EXPECT_NEAR(states.d_log_c2[k], expected[n].d_c2 * p.c2, 1e-9 * scale);
+                           EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta,
+                                       1e-9 * scale);
+                           EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9);
+                         }
+                       });
   }
 }
 
@@ -62,11 +88,13 @@ TEST(OverpotentialSweep, StaysInRangeWhenEverySampleTurnsTheStateRound) {
   p.c2 = 100.0;
   const auto expected = stepByStep(held, p, -0.6);
   const double rounding = 1e-8;  // of 1 - charging, which is (I_0 / R)^2 = 4e-8 here
-  OverpotentialSweep(held, p.i0)
-      .run({p.c2, p.beta, -0.6}, [&](Eigen::Index block, const auto& states) {
-        for (int k = 0; k < OverpotentialSweep::kBlock; ++k) {
-          const auto n = static_cast<std::size_t>(block * OverpotentialSweep::kBlock + k);
+  drivenBy(held).run(
+      {p.c2, p.beta, -0.6}, widestInstructionSet(),
+      [&](Eigen::Index block, const OverpotentialStates& states) {
+        for (int j = 0; j < kBlockSize; ++j) {
+          const auto n = static_cast<std::size_t>(block * kBlockSize + j);
           if (n >= expected.size()) break;
+          const int k = lanePosition(j);
           EXPECT_NEAR(states.u_c2[k], expected[n].value, rounding / p.beta) << n;
           EXPECT_NEAR(states.d_log_beta[k], expected[n].d_beta * p.beta, rounding / p.beta) << n;
           EXPECT_NEAR(states.d_initial[k], expected[n].d_initial, 1e-9) << n;
@@ -76,15 +104,15 @@ TEST(OverpotentialSweep, StaysInRangeWhenEverySampleTurnsTheStateRound) {
 
 TEST(OverpotentialSweep, IsTheSameOnEveryInstructionSetOfThisProcessor) {
   const Series series = test::baseDrive(2, 10.0);
-  const auto held = heldCurrents(series, {0, series.size()}, 5.0);
-  const OverpotentialSweep sweep(held, 1.0);
+  const auto held = heldCurrents(series);
+  const OverpotentialSweep sweep = drivenBy(held);
   const OverpotentialSweep::Point point{900.0, 25.0, 0.03};
   std::vector<OverpotentialStates> expected;
-  sweep.runInLanes(point, InstructionSet::kPlain,
-                   [&](Eigen::Index, const auto& states) { expected.push_back(states); });
+  sweep.run(point, InstructionSet::kPlain,
+            [&](Eigen::Index, const auto& states) { expected.push_back(states); });
   for (const auto set : {InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (set > widestInstructionSet()) continue;
-    sweep.runInLanes(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
+    sweep.run(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
       const OverpotentialStates& plain = expected[static_cast<std::size_t>(block)];
       for (int k = 0; k < kBlockSize; ++k) {
         EXPECT_NEAR(states.u_c2[k], plain.u_c2[k], 1e-12);

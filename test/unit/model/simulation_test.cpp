@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "model/driving_current.hpp"
 #include "support/composed.hpp"
 
 using namespace battery_sof;
@@ -22,13 +21,13 @@ const std::vector<std::string> kFive = {"charge_acceptance", "gassing", "acid_tr
 TEST(Simulation, OfTheBaseModelTakesItsExactStep) {
   const BatteryModel model;
   const Series series = baseDrive(3, 60.0, 0.0);
-  const OverpotentialStep step(drivenBattery());
+  const test::BaseStep step(drivenBattery());
   const InputSequence inputs = inputSequence(series, whole(series));
   const auto u = voltages(model, pointOf(model, typicalPoint(model)), inputs);
   double u_c2 = 0.0;
   for (std::size_t n = 1; n < series.size(); ++n) {
     u_c2 = step.advance(u_c2, 0.5 * (series.current[n - 1] + series.current[n]), 0.01);
-    ASSERT_NEAR(u[n], terminalVoltage(drivenBattery(), series.current[n], u_c2), 1e-10);
+    ASSERT_NEAR(u[n], test::terminalVoltage(drivenBattery(), series.current[n], u_c2), 1e-10);
   }
 }
 

@@ -17,7 +17,7 @@ using namespace test;
 double byFineSteps(const BaseParameters& b, double u_c2, double u_boost, double duration,
                    double i_limit) {
   constexpr double kStep = 2e-4;
-  const OverpotentialStep step(b);
+  const test::BaseStep step(b);
   double charge = 0.0;
   const long steps = std::lround(duration / kStep);
   for (long n = 0; n < steps; ++n) {
@@ -32,14 +32,14 @@ double byFineSteps(const BaseParameters& b, double u_c2, double u_boost, double 
 /// The same by the query's own steps, each solved by bisection: i = (u_boost - u_dc - u_c2) / r at
 /// the step's end.
 double byItsOwnSteps(const BaseParameters& b, double u_c2, double u_boost, double duration) {
-  const OverpotentialStep step(b);
+  const test::BaseStep step(b);
   double charge = 0.0, since = 0.0, dt = 0.02;
   while (since < duration * (1.0 - 1e-9)) {
     const double h = std::min(dt, duration - since);
     double low = -5000.0, high = 5000.0;
     for (int k = 0; k < 100; ++k) {
       const double i = 0.5 * (low + high);
-      (terminalVoltage(b, i, step.advance(u_c2, i, h)) < u_boost ? low : high) = i;
+      (test::terminalVoltage(b, i, step.advance(u_c2, i, h)) < u_boost ? low : high) = i;
     }
     u_c2 = step.advance(u_c2, low, h);
     charge += low * h;
@@ -156,7 +156,7 @@ TEST(PredictChargeAcceptance, HasNoAnswerFromAModelThatCannotBeUsed) {
 
 TEST(CurrentAtVoltage, IsTheCurrentThatFlowedWhenTheModelIsTrue) {
   const BaseParameters battery = drivenBattery();
-  const OverpotentialStep step(battery);
+  const test::BaseStep step(battery);
   const FittedModel model = knownModel();
   Series series;
   double u_c2 = 0.0;
@@ -165,7 +165,7 @@ TEST(CurrentAtVoltage, IsTheCurrentThatFlowedWhenTheModelIsTrue) {
     u_c2 = step.advance(u_c2, i, 0.01);
     series.time.push_back(model.state.time + 0.01 * n);
     series.current.push_back(i);
-    series.voltage.push_back(terminalVoltage(battery, i, u_c2));
+    series.voltage.push_back(test::terminalVoltage(battery, i, u_c2));
   }
   const MeanChargeCurrent mean = currentAtVoltage(model, series);
   EXPECT_NEAR(mean.current.value, mean.measured, 0.02 * mean.measured);

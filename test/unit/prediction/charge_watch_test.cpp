@@ -26,14 +26,15 @@ class Ride {
     time_ += interval;
     u_c2_ = step_.advance(u_c2_, 0.5 * (before_ + current), interval);
     before_ = current;
-    const StreamSample sample{time_, current, terminalVoltage(drivenBattery(), current, u_c2_)};
+    const StreamSample sample{time_, current,
+                              test::terminalVoltage(drivenBattery(), current, u_c2_)};
     if (const auto charge = watch_.add(sample, tracker_, kMaxGap)) comparisons.push_back(*charge);
     tracker_.follow(time_, current, sample.voltage);
   }
   void reset() { watch_.reset(); }
 
  private:
-  OverpotentialStep step_{drivenBattery()};
+  test::BaseStep step_{drivenBattery()};
   StateTracker tracker_{knownModel(), kMaxGap};
   ChargeWatch watch_;
   double time_ = 100.0, u_c2_ = 0.0, before_ = 0.0;

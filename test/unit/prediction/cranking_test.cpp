@@ -28,13 +28,13 @@ CrankingQuery usualQuery() {
 
 /// Minimum over (t_stop, t_stop + t_cranking] in steps of a millisecond.
 double byBruteForce(const FittedModel& model, const CrankingQuery& query) {
-  const OverpotentialStep step(model.fit.parameters);
+  const test::BaseStep step(model.fit.parameters);
   double u = model.state.u_c2;
   for (int k = 0; k < std::lround(query.t_stop * 1e3); ++k) u = step.advance(u, query.i_load, 1e-3);
   double lowest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < std::lround(query.t_cranking * 1e3); ++k) {
     u = step.advance(u, query.i_cranking, 1e-3);
-    lowest = std::min(lowest, terminalVoltage(model.fit.parameters, query.i_cranking, u));
+    lowest = std::min(lowest, test::terminalVoltage(model.fit.parameters, query.i_cranking, u));
   }
   return lowest;
 }
@@ -55,7 +55,7 @@ TEST(PredictCranking, EqualsABruteForceSimulation) {
 TEST(PredictCranking, FindsTheMinimumAtTheBeginningWhenTheBatteryRecoversDuringTheCrank) {
   // After -300 A the state lies below what -1 A settles at: u_c2 rises during the "crank".
   FittedModel model = driveModel();
-  model.state.u_c2 = settledOverpotential(model.fit.parameters, -300.0);
+  model.state.u_c2 = test::settledOverpotential(model.fit.parameters, -300.0);
   CrankingQuery query = usualQuery();
   query.t_stop = 0.0;
   query.i_cranking = -1.0;

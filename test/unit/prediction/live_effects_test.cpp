@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "estimation/fit_description.hpp"
+#include "estimation/fit_quality.hpp"
 #include "estimation/identification.hpp"
 #include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"

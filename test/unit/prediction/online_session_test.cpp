@@ -9,7 +9,7 @@
 
 #include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
-#include "model/driving_current.hpp"
+#include "support/base_circuit.hpp"
 
 namespace battery_sof {
 namespace {
@@ -33,7 +33,7 @@ class InputSequence {
     const double current = currentAt(time - start_);
     if (count_ > 1) u_c2_ = step_.advance(u_c2_, 0.5 * (last_current_ + current), interval_);
     last_current_ = current;
-    return {time, current, terminalVoltage(truth(), current, u_c2_) + noise_(random_), {}};
+    return {time, current, test::terminalVoltage(truth(), current, u_c2_) + noise_(random_), {}};
   }
 
  private:
@@ -51,7 +51,7 @@ class InputSequence {
   double interval_, start_;
   std::mt19937 random_;
   std::normal_distribution<double> noise_{0.0, 0.005};
-  OverpotentialStep step_;
+  test::BaseStep step_;
   double u_c2_ = 0.0, last_current_ = 0.0, level_ = 20.0, next_change_ = 0.0;
   long count_ = 0;
 };
@@ -519,7 +519,7 @@ TEST(SetStateFromVoltage, ModelThenReadsTheMeasuredVoltage) {
   model.fit.covariance(kRowUDc, kRowUDc) = 0.01;
   model.fit.scores.rmse = 0.02;
   setStateFromVoltage(model, 5.0, -100.0, 11.8);
-  EXPECT_NEAR(terminalVoltage(model.fit.parameters, -100.0, model.state.u_c2), 11.8, 1e-12);
+  EXPECT_NEAR(test::terminalVoltage(model.fit.parameters, -100.0, model.state.u_c2), 11.8, 1e-12);
   EXPECT_NEAR(model.fit.covariance(kRowState, kRowState), 0.01 + 0.0004, 1e-12);
   EXPECT_NEAR(model.fit.covariance(kRowState, kRowUDc), -0.01, 1e-12);
 }

@@ -26,9 +26,10 @@ TEST(SimulateProfile, ContinuesFromTheSavedState) {
   EXPECT_EQ(answer.code, AnswerCode::kOk);
   EXPECT_TRUE(answer.valid);
   ASSERT_EQ(answer.predicted.voltage.size(), 3u);
-  EXPECT_NEAR(answer.predicted.voltage[0],
-              terminalVoltage(model().fit.parameters, model().state.current, model().state.u_c2),
-              1e-12);
+  EXPECT_NEAR(
+      answer.predicted.voltage[0],
+      test::terminalVoltage(model().fit.parameters, model().state.current, model().state.u_c2),
+      1e-12);
   for (std::size_t n = 0; n < 3; ++n) {
     EXPECT_LT(answer.predicted.lower[n], answer.predicted.voltage[n]);
     EXPECT_GT(answer.predicted.upper[n], answer.predicted.voltage[n]);

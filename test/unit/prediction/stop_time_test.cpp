@@ -103,7 +103,7 @@ TEST(PredictStopTime, SaysNeverWhenTheCrankFailsAtOnce) {
 
 TEST(PredictStopTime, IsNotMonotoneWhileTheBatteryRecoversAndTheFirstCrossingCounts) {
   const BaseParameters battery = drivenBattery();
-  const FittedModel model = knownModel({}, settledOverpotential(battery, -300.0));
+  const FittedModel model = knownModel({}, test::settledOverpotential(battery, -300.0));
   const double at_once = predictCranking(model, crankAfter(usualQuery(0.0), 0.0)).u_min->value;
   const StopTimeAnswer holds_now = predictStopTime(model, usualQuery(at_once - 0.01));
   EXPECT_FALSE(holds_now.monotone);

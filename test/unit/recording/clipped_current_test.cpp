@@ -1,4 +1,4 @@
-#include "recording/clipped_current.hpp"
+#include "recording/fit_mask.hpp"
 
 #include <gtest/gtest.h>
 

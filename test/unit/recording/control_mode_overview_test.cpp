@@ -1,4 +1,4 @@
-#include "recording/control_mode_overview.hpp"
+#include "recording/control_mode.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "recording/sampling.hpp"
 #include "support/synthetic_recording.hpp"
 
 namespace battery_sof {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "support/composed.hpp"
-#include "util/pi.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof {
 namespace {

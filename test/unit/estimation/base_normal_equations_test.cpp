@@ -1,12 +1,12 @@
-#include "estimation/base_residual.hpp"
+#include "estimation/base_normal_equations.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 
-#include "estimation/base_normal_equations.hpp"
 #include "estimation/base_search.hpp"
+#include "support/base_columns.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {
@@ -20,7 +20,7 @@ struct Stored {
   Stored(const std::vector<BaseNormalEquations::Sample>& samples,
          const BaseNormalEquations& equations, const OverpotentialSweep::Point& point,
          const Eigen::Vector3d& linear) {
-    const BaseNormalEquations::Columns all = equations.columns(point);
+    const test::BaseColumns all = test::columnsOf(samples, point, equations.offset());
     columns = all.leftCols(kScoreColumns);
     residual = all.col(kColumnTarget) - linear[0] * all.col(0) - linear[1] * all.col(1);
     residual.array() -= linear[2] - equations.offset();
@@ -41,7 +41,7 @@ double differenceOf(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 TEST(BaseResidual, IsThatOfTheColumnsWhateverTheBlocksHold) {
   for (const double duration : {0.31, 2.56, 5.12, 5.13, 7.67, 33.0}) {
     const Series series = test::baseDrive(9, duration);
-    const auto samples = fitSamples(series, {0, series.size()}, 10.0, -150.0);
+    const auto samples = test::fitSamples(series, {0, series.size()});
     const BaseNormalEquations equations(samples, 1.0);
     const Stored stored(samples, equations, kPoint, kLinear);
     const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
@@ -62,7 +62,7 @@ TEST(BaseResidual, IsThatOfTheColumnsWhateverTheBlocksHold) {
 TEST(BaseResidual, ANarrowKernelIsExact) {
   for (const double duration : {2.55, 2.56, 33.0}) {
     const Series series = test::baseDrive(9, duration);
-    const auto samples = fitSamples(series, {0, series.size()}, 10.0, -150.0);
+    const auto samples = test::fitSamples(series, {0, series.size()});
     const BaseNormalEquations equations(samples, 1.0);
     const Stored stored(samples, equations, kPoint, kLinear);
     const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
@@ -81,7 +81,7 @@ TEST(BaseResidual, AWideKernelOverSumsOfSamplesGivesTheSameStandardErrors) {
   double most = 0.0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Series series = test::baseDrive(seed, 60.0);
-    const auto samples = fitSamples(series, {0, series.size()}, 10.0, -150.0);
+    const auto samples = test::fitSamples(series, {0, series.size()});
     const BaseNormalEquations equations(samples, 1.0);
     const Stored stored(samples, equations, kPoint, kLinear);
     const BaseResidual left = BaseNormalEquations(equations).residual(kPoint, kLinear);
@@ -161,7 +161,7 @@ TEST(WindowSamples, AddUpAsTheirCopiesDo) {
   const std::vector<char> none;
   const WindowSamples window(series, {3, series.size()}, {}, 5.0, none);
   const auto copies = window.copied();
-  const auto fitted = fitSamples(series, {3, series.size()}, 10.0, -150.0);
+  const auto fitted = test::fitSamples(series, {3, series.size()});
   ASSERT_EQ(copies.size(), fitted.size());
   for (std::size_t n = 0; n < copies.size(); ++n)
     EXPECT_EQ(copies[n].held.current, fitted[n].held.current);
@@ -179,7 +179,7 @@ TEST(WindowSamples, AddUpAsTheirCopiesDo) {
 
 TEST(Coarsened, MeansAreHeldFromMiddleToMiddle) {
   const Series series = test::baseDrive(2, 1.05);
-  const auto samples = fitSamples(series, {0, series.size()}, 10.0, -150.0);
+  const auto samples = test::fitSamples(series, {0, series.size()});
   const auto coarse = coarsened(samples, 10);
   ASSERT_EQ(coarse.size(), 11U);
   double charge = 0.0, duration = 0.0, voltage = 0.0;

@@ -1,4 +1,4 @@
-#include "model/steps_taken.hpp"
+#include "model/layer_parts.hpp"
 
 #include <gtest/gtest.h>
 

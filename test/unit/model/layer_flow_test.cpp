@@ -1,4 +1,4 @@
-#include "model/matched_flow.hpp"
+#include "model/layer_flow.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,56 @@
-#include "estimation/scores_kernel.hpp"
+#include "estimation/base_kernel.hpp"
 
 #include "model/instruction_sets.hpp"
 
 namespace battery_sof {
 namespace {
+
+/// The state columns kFirst to kLast - 1 of kWidth lanes.
+template <int kWidth, int kFirst, int kLast>
+BATTERY_SOF_INLINE void addRows(const MeasuredBlock& measured, const OverpotentialStates& states,
+                                int lane, LaneProducts& products) {
+  using Value = typename Register<kWidth>::Type;
+  Value linear[kStateColumns][kLinearColumns], own[kStateColumns][kStateColumns];
+  for (int j = kFirst; j < kLast; ++j) {
+    for (int k = 0; k < kLinearColumns; ++k)
+      linear[j][k] = at<kWidth>(products.with_linear[j][k] + lane);
+    for (int k = j; k < kStateColumns; ++k)
+      own[j][k] = at<kWidth>(products.with_states[j][k] + lane);
+  }
+  for (int n = lane; n < kBlockSize; n += kLanes) {
+    const Value column[kStateColumns] = {
+        at<kWidth>(states.d_log_c2 + n), at<kWidth>(states.d_log_beta + n),
+        at<kWidth>(states.d_initial + n),
+        at<kWidth>(measured.voltage + n) - at<kWidth>(states.u_c2 + n)};
+    for (int j = kFirst; j < kLast; ++j) {
+      const Value weighted = at<kWidth>(measured.weight + n) * column[j];
+      linear[j][0] += weighted * at<kWidth>(measured.discharge + n);
+      linear[j][1] += weighted * at<kWidth>(measured.charge + n);
+      linear[j][2] += weighted;
+      for (int k = j; k < kStateColumns; ++k) own[j][k] += weighted * column[k];
+    }
+  }
+  for (int j = kFirst; j < kLast; ++j) {
+    for (int k = 0; k < kLinearColumns; ++k)
+      at<kWidth>(products.with_linear[j][k] + lane) = linear[j][k];
+    for (int k = j; k < kStateColumns; ++k)
+      at<kWidth>(products.with_states[j][k] + lane) = own[j][k];
+  }
+}
+
+/// In two halves where the registers do not hold all 22 sums.
+template <int kWidth>
+BATTERY_SOF_INLINE void add(const MeasuredBlock& measured, const OverpotentialStates& states,
+                            LaneProducts& products) {
+  for (int lane = 0; lane < kLanes; lane += kWidth) {
+    if constexpr (kWidth == kLanes) {
+      addRows<kWidth, 0, kStateColumns>(measured, states, lane, products);
+    } else {
+      addRows<kWidth, 0, 2>(measured, states, lane, products);
+      addRows<kWidth, 2, kStateColumns>(measured, states, lane, products);
+    }
+  }
+}
 
 template <int kWidth>
 BATTERY_SOF_INLINE void leave(const OverpotentialStates& states,
@@ -116,74 +163,23 @@ BATTERY_SOF_INLINE void addMoving(const MeasuredBlock& left, const DerivativeBlo
     multiply<kWidth>(left, derivatives, width, lane, moving, products);
 }
 
-#if BATTERY_SOF_X86_DISPATCH
-BATTERY_SOF_TARGET_AVX2 void leaveAvx2(const OverpotentialStates& states,
-                                       const double (&linear)[kLinearColumns],
-                                       MeasuredBlock& measured, ResidualSums& sums) {
-  leave<4>(states, linear, measured, sums);
-}
-
-BATTERY_SOF_TARGET_AVX512 void leaveAvx512(const OverpotentialStates& states,
-                                           const double (&linear)[kLinearColumns],
-                                           MeasuredBlock& measured, ResidualSums& sums) {
-  leave<kLanes>(states, linear, measured, sums);
-}
-
-BATTERY_SOF_TARGET_AVX2 void addUpAvx2(const MeasuredBlock& left,
-                                       const DerivativeBlock& derivatives, ScoreSums& sums) {
-  addUp<4>(left, derivatives, sums);
-}
-
-BATTERY_SOF_TARGET_AVX512 void addUpAvx512(const MeasuredBlock& left,
-                                           const DerivativeBlock& derivatives, ScoreSums& sums) {
-  addUp<kLanes>(left, derivatives, sums);
-}
-
-BATTERY_SOF_TARGET_AVX2 void addMovingAvx2(const MeasuredBlock& left,
-                                           const DerivativeBlock& derivatives, int width,
-                                           MovingScores& moving, ScoreProducts& products) {
-  addMoving<4>(left, derivatives, width, moving, products);
-}
-
-BATTERY_SOF_TARGET_AVX512 void addMovingAvx512(const MeasuredBlock& left,
-                                               const DerivativeBlock& derivatives, int width,
-                                               MovingScores& moving, ScoreProducts& products) {
-  addMoving<kLanes>(left, derivatives, width, moving, products);
-}
-#endif
-
 }  // namespace
 
-void leaveResidual(const OverpotentialStates& states, const double (&linear)[kLinearColumns],
-                   MeasuredBlock& measured, ResidualSums& sums, InstructionSet set) {
-#if BATTERY_SOF_X86_DISPATCH
-  if (set == InstructionSet::kAvx512) return leaveAvx512(states, linear, measured, sums);
-  if (set == InstructionSet::kAvx2) return leaveAvx2(states, linear, measured, sums);
-#endif
-  static_cast<void>(set);
-  leave<2>(states, linear, measured, sums);
-}
-
-void addUpScores(const MeasuredBlock& left, const DerivativeBlock& derivatives, ScoreSums& sums,
-                 InstructionSet set) {
-#if BATTERY_SOF_X86_DISPATCH
-  if (set == InstructionSet::kAvx512) return addUpAvx512(left, derivatives, sums);
-  if (set == InstructionSet::kAvx2) return addUpAvx2(left, derivatives, sums);
-#endif
-  static_cast<void>(set);
-  addUp<2>(left, derivatives, sums);
-}
-
-void addMovingProducts(const MeasuredBlock& left, const DerivativeBlock& derivatives, int width,
-                       MovingScores& moving, ScoreProducts& products, InstructionSet set) {
-#if BATTERY_SOF_X86_DISPATCH
-  if (set == InstructionSet::kAvx512)
-    return addMovingAvx512(left, derivatives, width, moving, products);
-  if (set == InstructionSet::kAvx2)
-    return addMovingAvx2(left, derivatives, width, moving, products);
-#endif
-  static_cast<void>(set);
-  addMoving<2>(left, derivatives, width, moving, products);
-}
+BATTERY_SOF_DISPATCH(addProducts, add,
+                     (const MeasuredBlock& measured, const OverpotentialStates& states,
+                      LaneProducts& products),
+                     (measured, states, products))
+BATTERY_SOF_DISPATCH(leaveResidual, leave,
+                     (const OverpotentialStates& states, const double (&linear)[kLinearColumns],
+                      MeasuredBlock& measured, ResidualSums& sums),
+                     (states, linear, measured, sums))
+BATTERY_SOF_DISPATCH(addUpScores, addUp,
+                     (const MeasuredBlock& left, const DerivativeBlock& derivatives,
+                      ScoreSums& sums),
+                     (left, derivatives, sums))
+BATTERY_SOF_DISPATCH(addMovingProducts, addMoving,
+                     (const MeasuredBlock& left, const DerivativeBlock& derivatives, int width,
+                      MovingScores& moving, ScoreProducts& products),
+                     (left, derivatives, width, moving, products))
 
 }  // namespace battery_sof

@@ -1,4 +1,4 @@
-#include "model/closed_form_slopes.hpp"
+#include "model/closed_form_step.hpp"
 
 #include <gtest/gtest.h>
 

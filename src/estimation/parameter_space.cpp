@@ -1,0 +1,129 @@
+#include "estimation/parameter_space.hpp"
+
+#include <limits>
+#include <stdexcept>
+
+#include "model/simulation.hpp"
+#include "util/text.hpp"
+
+namespace battery_sof {
+namespace {
+
+void requireNames(const BatteryModel& model, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    if (!model.parameterRow(name))
+      throw std::invalid_argument("parameter \"" + name + "\" is not one of the composition's");
+}
+
+FitCoordinate coordinateOf(const ParameterInfo& info, Eigen::Index row, double length) {
+  FitCoordinate c;
+  c.row = row;
+  c.logarithmic = info.logarithmic;
+  c.linear = info.linear;
+  c.lower = info.lower;
+  c.upper = info.instant ? std::clamp(length, info.lower, info.upper) : info.upper;
+  if (!info.logarithmic)
+    c.unit = info.magnitude != 0.0 ? std::abs(info.magnitude) : std::abs(info.upper);
+  c.centre = c.of(info.magnitude);
+  c.std = info.prior_std ? *info.prior_std / c.unit : std::numeric_limits<double>::infinity();
+  return c;
+}
+
+FitCoordinate coordinateOf(const StateInfo& info, Eigen::Index row) {
+  FitCoordinate c;
+  c.row = row;
+  c.unit = *info.initial_std;
+  c.lower = info.lower;
+  c.upper = info.upper;
+  c.centre = c.of(info.rest);
+  return c;
+}
+
+}  // namespace
+
+std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populations,
+                                    std::vector<std::string> effects) {
+  std::sort(effects.begin(), effects.end());
+  for (const KnownPopulation& population : populations) {
+    std::vector<std::string> of_population = population.effects;
+    std::sort(of_population.begin(), of_population.end());
+    if (of_population == effects) return population.parameters;
+  }
+  return {};
+}
+
+const KnownParameter* find(const std::vector<KnownParameter>& known, const std::string& name) {
+  const auto one = std::find_if(known.begin(), known.end(), [&](const KnownParameter& parameter) {
+    return parameter.name == name;
+  });
+  return one == known.end() ? nullptr : &*one;
+}
+
+void FitCoordinate::take(const KnownParameter& known) {
+  const double at = std::clamp(known.value, lower, upper);
+  centre = of(at);
+  if (logarithmic)
+    std = known.logarithmic ? known.std : known.std / std::abs(at);
+  else
+    std = (known.logarithmic ? known.std * std::abs(at) : known.std) / unit;
+}
+
+ParameterSpace::ParameterSpace(const BatteryModel& model, const CompositionPoint& start,
+                               double length, const std::vector<KnownParameter>& known,
+                               const std::vector<std::string>& free,
+                               const std::vector<std::string>& fixed)
+    : start_(start) {
+  requireNames(model, free);
+  requireNames(model, fixed);
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
+    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
+    if ((info.held && !contains(free, info.name)) || contains(fixed, info.name)) continue;
+    coordinates_.push_back(coordinateOf(info, j, length));
+    if (const KnownParameter* one = find(known, info.name)) coordinates_.back().take(*one);
+  }
+  for (Eigen::Index j = 0; j < model.stateCount(); ++j) {
+    const StateInfo& info = model.states()[static_cast<std::size_t>(j)];
+    if (info.initial_std) coordinates_.push_back(coordinateOf(info, model.parameterCount() + j));
+    if (info.begins_as_u_c2) as_u_c2_.push_back(j);
+  }
+  if (size() > Simulation::kMaxTangents)
+    throw std::invalid_argument("the composition has " + std::to_string(size()) +
+                                " unknowns, at most " + std::to_string(Simulation::kMaxTangents) +
+                                " can be fitted at once");
+  lower_.resize(size());
+  upper_.resize(size());
+  for (Eigen::Index k = 0; k < size(); ++k) {
+    lower_[k] = (*this)[k].of((*this)[k].lower);
+    upper_[k] = (*this)[k].of((*this)[k].upper);
+  }
+}
+
+Eigen::VectorXd ParameterSpace::coordinatesOf(const CompositionPoint& point) const {
+  Eigen::VectorXd x(size());
+  for (Eigen::Index k = 0; k < size(); ++k) {
+    const Eigen::Index state = rowOf(k) - point.parameters.size();
+    x[k] = (*this)[k].of(state < 0 ? point.parameters[rowOf(k)] : point.state[state]);
+  }
+  return x.cwiseMax(lower_).cwiseMin(upper_);
+}
+
+CompositionPoint ParameterSpace::pointAt(const Eigen::VectorXd& x) const {
+  CompositionPoint point = start_;
+  for (Eigen::Index k = 0; k < size(); ++k) {
+    const Eigen::Index state = rowOf(k) - point.parameters.size();
+    (state < 0 ? point.parameters[rowOf(k)] : point.state[state]) = (*this)[k].value(x[k]);
+  }
+  for (const Eigen::Index j : as_u_c2_) point.state[j] = point.state[0];
+  return point;
+}
+
+Eigen::MatrixXd ParameterSpace::seedsAt(const Eigen::VectorXd& x) const {
+  const Eigen::Index parameters = start_.parameters.size();
+  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(parameters + start_.state.size(), size());
+  for (Eigen::Index k = 0; k < size(); ++k)
+    seeds(rowOf(k), k) = (*this)[k].slope((*this)[k].value(x[k]));
+  for (const Eigen::Index j : as_u_c2_) seeds.row(parameters + j) = seeds.row(parameters);
+  return seeds;
+}
+
+}  // namespace battery_sof
