@@ -12,19 +12,25 @@ namespace {
 
 using namespace test;
 
-constexpr double kTooLow = 0.3;  // [V], of the model's open-circuit voltage
+constexpr double kLower = 0.3;  // [V], what the model does not know of stops
 
 FittedModel battery() { return uncertainModel(0.01, {"fresh_sulphate"}); }
 
-/// The battery as a model at the first sample of a drive, its open-circuit voltage too low.
-FittedModel wrongBy(double volts, const Series& series) {
+/// A drive whose voltage in stops is lower than the battery's equations say.
+Series lowerInStops(double volts) {
+  Series series = sourcedDrive(900, battery(), 10);
+  for (std::size_t n = 0; n < series.size(); ++n)
+    if (isStopLoad(series.current[n], -15.0)) series.voltage[n] -= volts;
+  return series;
+}
+
+/// The battery as a model at the first sample of a drive.
+FittedModel atFirst(const Series& series) {
   FittedModel model = battery();
   model.fit.source = detectControlMode(series).rule;
-  model.fit.source->min_current = -5.0;  // [A]
+  model.fit.source->min_current = -15.0;  // [A]
   model.fit.scores.current_rmse = 0.5;
   model.fit.scores.rmse = 0.15;
-  model.fit.parameters.u_dc -= volts;
-  model.fit.estimates[kRowUDc].value -= volts;
   model.state.time = series.time[0];
   model.state.current = series.current[0];
   return model;
@@ -50,41 +56,40 @@ std::vector<StopComparison> stopsOf(const FittedModel& model, const Series& seri
 }
 
 TEST(StopWatch, ComparesEveryStopOfTenSecondsOnceWithWhatTheModelSaidBeforeIt) {
-  const Series series = sourcedDrive(900, battery(), 10);
-  const auto stops = stopsOf(wrongBy(0.0, series), series);
+  const Series series = lowerInStops(0.0);
+  const auto stops = stopsOf(atFirst(series), series);
   ASSERT_GT(stops.size(), 8u);
-  for (std::size_t k = 0; k < stops.size(); ++k) {
+  for (std::size_t k = 1; k < stops.size(); ++k) {  // the first one shows where the state began
     EXPECT_EQ(stops[k].duration, 10.0);
-    EXPECT_TRUE(k == 0 || stops[k].time > stops[k - 1].time + 20.0);
-    EXPECT_NEAR(stops[k].measured_voltage, stops[k].modelled_voltage, 0.05) << "the model is true";
-    EXPECT_NEAR(stops[k].measured_voltage, stops[k].expected_voltage.value, 0.05);
+    EXPECT_GT(stops[k].time, stops[k - 1].time + 20.0);
+    EXPECT_NEAR(stops[k].measured_voltage, stops[k].modelled_voltage, 0.08) << "the model is true";
+    EXPECT_NEAR(stops[k].measured_voltage, stops[k].expected_voltage.value, 0.08);
   }
 }
 
 TEST(StopWatch, PastStopsCorrectTheNext) {
-  const Series series = sourcedDrive(900, battery(), 10);
-  const auto stops = stopsOf(wrongBy(kTooLow, series), series);
+  const Series series = lowerInStops(kLower);
+  const auto stops = stopsOf(atFirst(series), series);
   ASSERT_GT(stops.size(), 8u);
-  const auto missed = [&](std::size_t k) {
-    return std::abs(stops[k].measured_voltage - stops[k].expected_voltage.value);
-  };
-  const double uncorrected =
-      std::abs(stops.back().measured_voltage - stops.back().modelled_voltage);
-  ASSERT_GT(missed(0), 0.15);
-  ASSERT_GT(uncorrected, 0.15) << "the model stays as wrong as it was";
-  for (std::size_t k = 4; k < stops.size(); ++k) EXPECT_LT(missed(k), 0.2 * missed(0)) << k;
+  double modelled = 0.0, expected = 0.0;  // [V], sums of what both miss
+  for (std::size_t k = 4; k < stops.size(); ++k) {
+    modelled += std::abs(stops[k].measured_voltage - stops[k].modelled_voltage);
+    expected += std::abs(stops[k].measured_voltage - stops[k].expected_voltage.value);
+  }
+  EXPECT_GT(modelled, 0.2 * static_cast<double>(stops.size() - 4));
+  EXPECT_LT(expected, 0.5 * modelled);
 }
 
 TEST(StopWatch, AStopItselfPutsTheLevelRight) {
-  const Series series = sourcedDrive(900, battery(), 10);
+  const Series series = lowerInStops(kLower);
   ModelMonitor monitor({});
-  monitor.install(wrongBy(kTooLow, series), 10.0);
+  monitor.install(atFirst(series), 10.0);
   int inside = 0, looks = 0;
   double load_for = 0.0;
   stopsOf(monitor, series, [&](std::size_t n) {
-    const bool is_load = isStopLoad(series.current[n], -2.0);
+    const bool is_load = isStopLoad(series.current[n], -15.0);
     load_for = is_load ? load_for + 1.0 : 0.0;
-    if (load_for < 8.0 || n + 1 == series.size() || !isStopLoad(series.current[n + 1], -2.0))
+    if (load_for < 8.0 || n + 1 == series.size() || !isStopLoad(series.current[n + 1], -15.0))
       return;
     FittedModel now = monitor.now();
     Follower follower(now, true);
@@ -101,8 +106,8 @@ TEST(StopWatch, AStopItselfPutsTheLevelRight) {
 }
 
 TEST(StopWatch, AStopAcrossAGapOrOneUnderWayAtTheBeginningIsNotCompared) {
-  Series series = sourcedDrive(900, battery(), 10);
-  const FittedModel model = wrongBy(0.0, series);
+  Series series = lowerInStops(0.0);
+  const FittedModel model = atFirst(series);
   const auto all = stopsOf(model, series);
   ASSERT_GT(all.size(), 2u);
   const auto at = static_cast<std::size_t>(all[1].time - series.time[0]) + 4;
