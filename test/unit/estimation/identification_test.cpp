@@ -214,7 +214,7 @@ TEST(SearchWindow, ItsTrustedLastStepLandsOnTheOptimum) {
     const WindowSamples samples(series, whole(series), {}, gapThreshold(series), none);
     const BaseNormalEquations equations(samples, 1.0);
     const BaseFit quick = searchWindow(samples, equations, {});
-    // What a Gauss-Newton step would still move.
+    // What a Gauss-Newton step would still move: base_search.hpp promises less than 1e-4.
     const BaseParameters& p = quick.parameters;
     const BaseSums sums = equations.sums({p.c2, p.beta, quick.u_c2_first});
     const Eigen::Matrix<double, 6, 1> linear =
@@ -224,10 +224,11 @@ TEST(SearchWindow, ItsTrustedLastStepLandsOnTheOptimum) {
     const Eigen::Matrix<double, 6, 6> normal = sums.topLeftCorner<6, 6>();
     const Eigen::Matrix<double, 6, 1> step =
         normal.ldlt().solve(sums.col(kColumnTarget).head<6>() - normal * linear);
-    EXPECT_NEAR(step[kColumnLogC2], 0.0, 1e-5);
-    EXPECT_NEAR(step[kColumnLogBeta], 0.0, 1e-5);
-    EXPECT_NEAR(step[kColumnDischarge] / p.r_discharge, 0.0, 1e-5);
-    EXPECT_NEAR(step[kColumnCharge] / p.r_charge, 0.0, 1e-5);
+    EXPECT_NEAR(step[kColumnLogC2], 0.0, 1e-4);
+    EXPECT_NEAR(step[kColumnLogBeta], 0.0, 1e-4);
+    EXPECT_NEAR(step[kColumnDischarge] / p.r_discharge, 0.0, 1e-4);
+    EXPECT_NEAR(step[kColumnCharge] / p.r_charge, 0.0, 1e-4);
+    EXPECT_LT(step.dot(normal * step) / quick.cost, 1e-7);
   }
 }
 
