@@ -12,7 +12,7 @@
 namespace battery_sof {
 namespace {
 
-class StopWatch {
+class WallTimer {
  public:
   double milliseconds() const {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun_)
@@ -37,7 +37,7 @@ std::string marked(std::vector<std::string> ids) {
 }  // namespace
 
 IdentificationResult timedIdentification(const IdentificationJob& job) {
-  const StopWatch watch;
+  const WallTimer watch;
   IdentificationResult result;
   try {
     result = runIdentification(job);
@@ -55,7 +55,7 @@ FinishedDiagnosis timedDiagnosis(const Recording& recording,
                                  const std::vector<KnownPopulation>& priors,
                                  const std::function<std::string()>& why_end,
                                  const std::function<void(const std::string& stage)>& begins) {
-  const StopWatch watch;
+  const WallTimer watch;
   FinishedDiagnosis report;
   report.from = recording.series.time.front();
   report.to = recording.series.time.back();
