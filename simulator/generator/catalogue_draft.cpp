@@ -5,7 +5,8 @@
 namespace battery_sof_simulator {
 namespace {
 
-constexpr std::uint32_t kBatteryStream = 10, kDriveStream = 11, kEffectStream = 12;
+constexpr std::uint32_t kBatteryStream = 10, kDriveStream = 11, kEffectStream = 12,
+                        kIndependentStream = 13;
 // of the sample rate; 20 Hz at 100 Hz (docs/physics.md#acquisition)
 constexpr double kCutoffShare = 0.2;
 constexpr double kUsualRate = 100.0;                    // [Hz]
@@ -68,10 +69,20 @@ void makeKinetics(Scenario& s, Dice& dice) {
   s.battery.alpha = dice.share() < 0.5 ? dice.between({0.35, 0.45}) : dice.between({0.55, 0.65});
 }
 
+/// What a drive is made for: the addition, or an effect of chance.
+std::string exercisedBy(const Order& order, const std::string& id) {
+  if (!order.independent_drive) return id;
+  std::vector<std::string> effects;
+  for (const ScenarioKind& kind : scenarioKinds())
+    if (kind.kind == "effect") effects.push_back(kind.id);
+  Dice dice(order.seed, kIndependentStream);
+  return effects[static_cast<std::size_t>(dice.share() * static_cast<double>(effects.size()))];
+}
+
 void makeAdded(CatalogueDraft& draft, const std::vector<std::string>& ids, Dice& effect,
                Dice& drive) {
   addEffect(draft, ids.front(), effect, draft.scale.front());
-  exercise(draft.scenario, ids.front(), drive);
+  exercise(draft.scenario, exercisedBy(draft.order, ids.front()), drive);
   if (ids.size() < 2) return;
   exerciseMask(draft.scenario, ids.back(), drive);
   addMask(draft, ids.back(), effect, draft.scale.back());

@@ -30,6 +30,8 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option(
       "--drive", order.drive,
       "of laws and their controls: city, start_stop, bench, motorway or turns; the seed chooses");
+  app.add_flag("--independent-drive", order.independent_drive,
+               "drawn independently of what is added; of laws and their controls for 60 to 3600 s");
   app.add_option("--seed", order.seed, "the same seed gives the same scenario")
       ->check(isSeed)
       ->capture_default_str();

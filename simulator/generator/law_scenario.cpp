@@ -10,16 +10,17 @@ namespace battery_sof_simulator {
 namespace {
 
 constexpr std::uint32_t kOrderStream = 20, kBaseStream = 21, kDriveStream = 22,
-                        kRecorderStream = 24, kVoltageStream = 25, kCurrentStream = 26;
+                        kRecorderStream = 24, kVoltageStream = 25, kCurrentStream = 26,
+                        kIndependentStream = 27;
 constexpr std::uint64_t kNextAttempt = 0x9E3779B97F4A7C15u;  // golden ratio: seeds far apart
 constexpr int kMaxAttempts = 20, kMaxSteps = 6, kMaxRecorders = 12;
 constexpr double kStep = LawBattery::kStep;
-constexpr double kNear = 0.2;                           // relative, of the visible RMS wanted
-constexpr double kMinStrength = 0.03;                   // below, a law's constants would be absurd
-constexpr double kMaxVisible = 80e-3;                   // [V]
-constexpr double kHoldoutShare = 0.4;                   // of the training part's visible RMS
-constexpr double kShortest = 120.0, kLongest = 7200.0;  // [s]
-constexpr double kCrankCurrent = -100.0;                // [A]
+constexpr double kNear = 0.2;                          // relative, of the visible RMS wanted
+constexpr double kMinStrength = 0.03;                  // below, a law's constants would be absurd
+constexpr double kMaxVisible = 80e-3;                  // [V]
+constexpr double kHoldoutShare = 0.4;                  // of the training part's visible RMS
+constexpr double kShortest = 60.0, kLongest = 7200.0;  // [s]
+constexpr double kCrankCurrent = -100.0;               // [A]
 
 template <typename Choices>
 auto chosen(const Choices& choices, Dice& dice) {
@@ -45,10 +46,20 @@ void requireLawOrder(const Order& order) {
                                 " Hz, expected 1000 over a whole number, 1 to 1000");
 }
 
+/// What a battery and a drive are made for: a law's mechanism, or one of chance.
+std::string exercisedBy(const Order& order, std::uint64_t seed) {
+  if (!order.independent_drive) return order.what.mechanism;
+  Dice dice(seed, kIndependentStream);
+  std::vector<std::string> all = mechanisms();
+  all.push_back("-");
+  return chosen(all, dice);
+}
+
 /// What the order leaves open, chosen mechanism first so that each is as likely.
 Order filledIn(Order order, Dice& dice) {
   const double mechanism = dice.share(), rate = dice.share();
-  const double duration = std::round(dice.logBetween({600.0, 3600.0}));
+  const double shortest = order.independent_drive ? kShortest : 600.0;
+  const double duration = std::round(dice.logBetween({shortest, 3600.0}));
   const std::string drive = chosen(lawDrives(), dice);
   if (order.what.mechanism.empty() && order.what.id.empty() && order.what.kind == kOutOfCatalogue) {
     const auto all = mechanisms();
@@ -63,13 +74,12 @@ Order filledIn(Order order, Dice& dice) {
 }
 
 /// Base parameters of blocks of 30 to 100 Ah, new to old; side reactions need a full one.
-Scenario drawBase(const Order& order, std::uint64_t seed, Dice& dice) {
+Scenario drawBase(const Order& order, bool full, std::uint64_t seed, Dice& dice) {
   Scenario s;
   s.name = order.what.kind;
   s.seed = seed;
   s.duration = *order.duration;
   s.effects = plainCircuit();
-  const bool full = order.what.mechanism == "side_reactions";
   const double r_discharge = dice.logBetween({2.5e-3, 12e-3});
   const double r_charge = r_discharge * dice.between({0.9, 1.8});
   setResistances(s.battery, r_discharge, r_charge);
@@ -232,8 +242,9 @@ bool makeLaw(LawScenario& one, Dice& law_dice, Dice& dice) {
 bool make(LawScenario& one, std::uint64_t seed) {
   Dice base(seed, kBaseStream), drive(seed, kDriveStream), law(seed, kLawStream),
       recorder(seed, kRecorderStream);
-  one.scenario = drawBase(one.order, seed, base);
-  drawLawDrive(one.scenario, one.order.drive, one.order.what.mechanism, drive);
+  const std::string exercised = exercisedBy(one.order, seed);
+  one.scenario = drawBase(one.order, exercised == "side_reactions", seed, base);
+  drawLawDrive(one.scenario, one.order.drive, exercised, drive);
   if (one.order.what.kind == kOutOfCatalogue) return makeLaw(one, law, recorder);
   if (one.order.what.kind == kRecorderControl) return makeRecorderControl(one, recorder);
   makeControl(one, recorder);

@@ -44,6 +44,9 @@ struct Order {
   /// times the strength of what is added; one number is every addition's
   std::vector<double> scale{1.0};
   bool quiet = false;  ///< recorded without noise and quantisation; of catalogue kinds
+  /// The drive exercises a mechanism or effect of chance and not what is added: its current says
+  /// nothing of it. Of laws and controls it lasts 60 to 3600 s unless asked otherwise.
+  bool independent_drive = false;
 };
 
 /// @return whether a kind is drawn from the catalogue's equations.

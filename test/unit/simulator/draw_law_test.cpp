@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "simulator/generator/law_injection.hpp"
+#include "simulator/generator/law_scenario.hpp"
 #include "support/drawn_scenarios.hpp"
 
 namespace battery_sof_simulator {
@@ -31,6 +33,41 @@ TEST_F(DrawLaw, TheSameOptionsGiveTheSameBytes) {
   ASSERT_EQ(draw(options), 0);
   EXPECT_EQ(contentOf(recording()), recording_once);
   EXPECT_EQ(contentOf(label()), label_once);
+}
+
+/// The currents of two laws under one seed: without a voltage limit's say they are the same.
+TEST_F(DrawLaw, AnIndependentDriveIsTheSameForEveryLaw) {
+  const auto driveOf = [](const std::string& mechanism, bool is_independent) {
+    Order order;
+    order.what = {kOutOfCatalogue, "", mechanism};
+    order.seed = 4;
+    order.duration = 240.0;
+    order.rate = 10.0;
+    order.independent_drive = is_independent;
+    const LawScenario one = drawLawScenario(order);
+    EXPECT_EQ(0, one.attempt) << mechanism;
+    std::vector<double> numbers = {one.scenario.voltage_limit, one.scenario.battery.u0_v,
+                                   one.scenario.battery.beta_per_v};
+    for (const Insert& insert : one.scenario.inserts) {
+      numbers.push_back(insert.at);
+      for (const Phase& phase : insert.phases) numbers.push_back(phase.begin);
+    }
+    return numbers;
+  };
+  EXPECT_EQ(driveOf("structure", true), driveOf("ageing", true));
+  EXPECT_NE(driveOf("structure", false), driveOf("ageing", false));
+}
+
+TEST_F(DrawLaw, AnIndependentDriveMayLastAMinuteAndItsRateIsTheSeeds) {
+  std::set<double> rates;
+  for (int seed = 1; seed <= 6; ++seed) {
+    ASSERT_EQ(draw({"--kind", "control", "--independent-drive", "--duration", "60", "--seed",
+                    std::to_string(seed)}),
+              0)
+        << err_;
+    rates.insert(nlohmann::json::parse(contentOf(label()))["sample_rate_hz"].get<double>());
+  }
+  EXPECT_GE(rates.size(), 2u);
 }
 
 TEST_F(DrawLaw, TheRecordingHasNothingOfTheLabel) {
