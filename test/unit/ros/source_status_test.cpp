@@ -30,7 +30,7 @@ TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
   ChargeComparison first{60.0, 10.0, 14.1, 14.1, 30.0, {28.0, 25.0, 31.0}}, second = first;
   first.baseline_current = second.baseline_current = Interval{29.0, 28.0, 30.0};
   second.baseline_answered = true;
-  contents.events.add({{crank}, {first, second}});
+  contents.events.add({{crank}, {first, second}, {}});
   const SofStatus message = messageOf(contents);
   EXPECT_TRUE(message.charger_present && message.voltage_controlled);
   EXPECT_EQ(message.charger_share, 0.75);
