@@ -77,7 +77,7 @@ TEST(EffectsPage, NamesEveryHookAnEffectMayHave) {
   const std::string page = contentOf(kRoot / "docs" / "effects.md");
   const std::string header =
       contentOf(kRoot / "src" / "model" / "effects" / "effect_definition.hpp");
-  const std::regex hook(R"(BATTERY_SOF_HOOK\(Has\w+, (\w+)\))");
+  const std::regex hook(R"(BATTERY_SOF_HAS\(Has\w+, &D::template (\w+)<)");
   int hooks = 0;
   for (std::sregex_iterator at(header.begin(), header.end(), hook), end; at != end; ++at, ++hooks)
     EXPECT_NE(page.find("| `" + (*at)[1].str() + "` |"), std::string::npos) << (*at)[1];

@@ -61,8 +61,8 @@ TEST_F(DrawLaw, AnIndependentDriveIsTheSameForEveryLaw) {
 TEST_F(DrawLaw, AnIndependentDriveMayLastAMinuteAndItsRateIsTheSeeds) {
   std::set<double> rates;
   for (int seed = 1; seed <= 6; ++seed) {
-    ASSERT_EQ(draw({"--kind", "control", "--independent-drive", "--duration", "60", "--seed",
-                    std::to_string(seed)}),
+    ASSERT_EQ(DrawInFolder::draw({"--kind", "control", "--independent-drive", "--duration", "60",
+                                  "--seed", std::to_string(seed)}),
               0)
         << err_;
     rates.insert(nlohmann::json::parse(contentOf(label()))["sample_rate_hz"].get<double>());
