@@ -40,7 +40,7 @@ BATTERY_SOF_INLINE const typename Register<kWidth>::InMemory& at(const double* v
 #define BATTERY_SOF_LIST(...) __VA_ARGS__
 
 /// Defines `void name(parameters, InstructionSet set)`: kernel<kWidth>(arguments) compiled for every
-/// InstructionSet, with as many lanes side by side as its registers hold.
+/// InstructionSet, with as many samples side by side as its registers hold.
 #if BATTERY_SOF_X86_DISPATCH
 #define BATTERY_SOF_DISPATCH(name, kernel, parameters, arguments)                             \
   BATTERY_SOF_TARGET_AVX2 static void name##Avx2 parameters { kernel<4> arguments; }          \

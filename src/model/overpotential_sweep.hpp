@@ -40,8 +40,8 @@ class OverpotentialSweep {
 
   Eigen::Index blocks() const { return static_cast<Eigen::Index>(blocks_.size()); }
 
-  /// Calls visit(block index, const OverpotentialStates&) for every block in order, samples in SIMD
-  /// lane order (lanePosition()). @param set at most widestInstructionSet().
+  /// Calls visit(block index, const OverpotentialStates&) for every block in order, samples in the
+  /// order of lanePosition(). @param set at most widestInstructionSet().
   template <typename Visitor>
   void run(const Point& point, InstructionSet set, Visitor&& visit) const {
     const OverpotentialScale scale{point.beta, point.beta / point.c2,
