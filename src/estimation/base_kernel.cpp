@@ -5,7 +5,7 @@
 namespace battery_sof {
 namespace {
 
-/// The state columns kFirst to kLast - 1 of kWidth lanes.
+/// The state columns kFirst to kLast - 1, kWidth samples side by side.
 template <int kWidth, int kFirst, int kLast>
 BATTERY_SOF_INLINE void addRows(const MeasuredBlock& measured, const OverpotentialStates& states,
                                 int lane, LaneProducts& products) {

@@ -6,13 +6,13 @@
 #include "battery_sof/intake.hpp"
 #include "prediction/event_corrections.hpp"
 #include "prediction/prediction_interval.hpp"
+#include "prediction/query.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kLongestStop = 86400.0;                 // [s], a day
 constexpr double kLongestCrank = 60.0;                   // [s], no starter survives more
 constexpr double kLooks[] = {0.0, 0.05, 0.2, 0.5, 1.0};  // of a crank's time
 
@@ -95,7 +95,7 @@ std::string faultsOf(const CrankingQuery& q) {
   if (q.load.empty()) {
     addFault(faults, q.i_load <= 0.0 && q.i_load >= -kMaxCurrent, "i_load [A]", q.i_load,
              "-5000 to 0 (negative: out of the battery)");
-    addFault(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestStop, "t_stop [s]", q.t_stop,
+    addFault(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestQuery, "t_stop [s]", q.t_stop,
              "0 to 86400");
   }
   if (q.crank.empty()) {

@@ -12,10 +12,6 @@ namespace {
 constexpr double kSwapped = 6.0;
 constexpr double kBeforeFirst = 1e-3;  // [s]
 
-std::optional<double> firstOf(const std::vector<double>& values) {
-  return values.empty() ? std::nullopt : std::optional<double>(values.front());
-}
-
 std::string inUseSentence(double age) {
   return format("the saved model is in use, %.0f s old", age);
 }
@@ -54,7 +50,7 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
   contenders_.base.setCalibrations(model.intervals.crank_calibration,
                                    model.intervals.charge_calibration);
   contenders_.base.learnFrom(
-      parked(model, first.time - model.state.time, firstOf(stream_.series().temperature)),
+      parked(model, first.time - model.state.time, temperatureAt(stream_.series(), first.time)),
       stream_.maxGap());
   followAgain(model.state.time, stream_.maxGap());
   next_look_ = driving_;
@@ -122,7 +118,7 @@ FittedModel OnlineSession::restoredNow() const {
                         restored_->intervals.charge_calibration);
   if (!first.empty())
     model.learnFrom(parked(*restored_, first.time.front() - restored_->state.time,
-                           firstOf(stream_.series().temperature)),
+                           temperatureAt(stream_.series(), first.time.front())),
                     stream_.maxGap());
   for (std::size_t n = 0; n < first.size(); ++n)
     model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());

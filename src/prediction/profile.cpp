@@ -16,9 +16,8 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kLongestProfile = 86400.0;  // [s]
-constexpr double kSameTime = 1e-6;           // [s]
-constexpr double kSameCurrent = 1e-6;        // [A]
+constexpr double kSameTime = 1e-6;     // [s]
+constexpr double kSameCurrent = 1e-6;  // [A]
 // [s], samples that the first state is taken from
 constexpr double kStartSpan = 1.0;
 
@@ -37,7 +36,7 @@ std::string faultOf(const std::vector<double>& time, const std::vector<double>& 
     return "the profile has " + std::to_string(time.size()) + " samples, expected at most " +
            std::to_string(kMaxProfileSamples);
   for (std::size_t n = 0; n < time.size(); ++n) {
-    if (!(time[n] >= 0.0 && time[n] <= kLongestProfile))
+    if (!(time[n] >= 0.0 && time[n] <= kLongestQuery))
       return describeSample("time", n, time[n], "0 to 86400 s after now");
     if (n > 0 && !(time[n] > time[n - 1]))
       return describeSample("time", n, time[n], "more than the time before it");

@@ -14,7 +14,6 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kLongestProfile = 86400.0;  // [s], a day
 constexpr std::size_t kMaxPoints = 100000;
 constexpr double kVoltageReach = 0.3;  // [V] a block above the window's highest
 // [V], of a discrepancy model held at its range's end: relevant to a crank
@@ -106,7 +105,7 @@ std::string faultOf(const CurrentProfile& profile, const char* name) {
     return format("%s has %zu points, expected at most %zu", name, profile.time.size(), kMaxPoints);
   for (std::size_t n = 0; n < profile.time.size(); ++n) {
     const double t = profile.time[n], i = profile.current[n];
-    if (!(t >= 0.0 && t <= kLongestProfile))
+    if (!(t >= 0.0 && t <= kLongestQuery))
       return format("%s time[%zu] is %g s, expected 0 to 86400", name, n, t);
     if (n > 0 && !(t > profile.time[n - 1]))
       return format("%s time[%zu] is %g s, expected more than the one before", name, n, t);

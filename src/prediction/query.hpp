@@ -22,6 +22,9 @@ std::optional<double> askedFor(std::optional<double> given);
 /// the sentence.
 std::string faultOf(const CurrentProfile& profile, const char* name);
 
+/// The longest stop or profile that a query may take [s]: a day.
+inline constexpr double kLongestQuery = 86400.0;
+
 /// How far beyond the currents of its window a model is relied on [1].
 inline constexpr double kCurrentReach = 1.25;
 

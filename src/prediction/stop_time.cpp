@@ -4,13 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "prediction/query.hpp"
+#include "util/constants.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr double kLongest = 86400.0;  // [s]
-constexpr double kFirst = 0.5;        // [s]
+constexpr double kFirst = 0.5;  // [s]
 // from stop to stop: five of them within the decade a relaxation takes
 constexpr double kGrowth = 1.5;
 constexpr double kResolution = 0.1;  // [s]
@@ -43,7 +44,7 @@ struct Crossing {
 
 /// The stop that draws a charge [Ah], at most a day [s].
 double stopThatDraws(double charge, double i_load) {
-  return i_load < 0.0 ? std::min(kLongest, 3600.0 * charge / -i_load) : kLongest;
+  return i_load < 0.0 ? std::min(kLongestQuery, kSecondsPerHour * charge / -i_load) : kLongestQuery;
 }
 
 /// Follows the stop phase and predicts cranks along it.
@@ -84,8 +85,9 @@ class StopScan {
   double spareOf(const Interval& u, int bound) const { return of(u, bound) - *crank_.u_required; }
 
   Interval crankAfter(const Simulation& standing, double t) const {
-    return lowestOfCrank(standing, model_, crank_, t,
-                         openCircuitFall(model_.fit, -crank_.i_load * t / 3600.0, capacity_));
+    return lowestOfCrank(
+        standing, model_, crank_, t,
+        openCircuitFall(model_.fit, -crank_.i_load * t / kSecondsPerHour, capacity_));
   }
 
   void look(double t) {
@@ -219,10 +221,11 @@ QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const C
   range.min_current = query.i_cranking;
   if (!query.crank.empty())
     range.min_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
-  range.charge_moved = std::min(-query.i_load * std::min(value, kLongest) / 3600.0, supported);
+  range.charge_moved =
+      std::min(-query.i_load * std::min(value, kLongestQuery) / kSecondsPerHour, supported);
   range.temperature = query.temperature;
   if (model.fit.discrepancy)
-    range.beyond_identified = beyondIdentifiedAfter(model, crank, std::min(value, kLongest));
+    range.beyond_identified = beyondIdentifiedAfter(model, crank, std::min(value, kLongestQuery));
   return range;
 }
 

@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
 
-/// Text that was to be filled in, as in @@WORD@@.
+/// Text that was to be filled in: a word between two pairs of @.
 const std::regex kPlaceholder(R"(@@\w+@@)");
 
 /// What a reader of the project reads: the pages at its root and below docs/.

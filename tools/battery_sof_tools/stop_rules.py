@@ -3,7 +3,7 @@
     compare_stop_rules REC [REC ...] --build build --u-required 10.6 COLUMNS
     compare_stop_rules --weakening 3 --build build --u-required 9
 
-A stop is a discharge that ends in a crank: it begins with the first sample below -2 A and ends with the first below half of --crank-current. `stop_experiment`
+A stop is a discharge that ends in a crank: it begins with the first sample below -2 A and ends with the first below half of --crank-current. `stop_rules_experiment`
 plays each recording through the node's session and the manager's rule; a simple rule sees the voltage alone, or the clock alone.
 
 stops: those the rule let begin. engine off: until the crank, or until the rule wanted the engine on again. to the end: the engine was off until the recorded
@@ -88,7 +88,7 @@ def by_manager(stops, decisions):
 
 
 def decide(experiment, path, columns, stops, options):
-    """Rows of stop_experiment on a recording."""
+    """Rows of stop_rules_experiment on a recording."""
     with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
         file.write("begin_s,end_s\n" + "".join(f"{s.begin!r},{s.end!r}\n" for s in stops))
         file.flush()
@@ -134,7 +134,7 @@ def arguments():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("recordings", nargs="*", metavar="REC", help="CSV files")
     parser.add_argument("--weakening", type=int, default=0, metavar="N", help="also N simulated drives of a battery that weakens")
-    parser.add_argument("--build", default="build", help="build folder; it needs the target stop_experiment")
+    parser.add_argument("--build", default="build", help="build folder; it needs the target stop_rules_experiment")
     parser.add_argument("--u-required", type=float, default=7.2, help="[V], what a crank has to hold")
     parser.add_argument("--margin", type=float, default=0.2, help="[V], of the manager")
     parser.add_argument("--i-cranking", type=float, default=-200.0, help="[A], the least crank the manager reckons with")
@@ -151,7 +151,7 @@ def judge(args, path, names, label):
     columns = recordings.column_options(names, args.discharge_positive)
     stops = stops_of(*recordings.read(path, names, args.discharge_positive), args.crank_current)
     options = ["--u-required", str(args.u_required), "--margin", str(args.margin), f"--i-cranking={args.i_cranking}", "--t-cranking", str(args.t_cranking)]
-    decisions, rows = decide(program(args.build, "stop_experiment"), path, columns, stops, options)
+    decisions, rows = decide(program(args.build, "stop_rules_experiment"), path, columns, stops, options)
     if args.reasons:
         for reason, count in collections.Counter(r["reason"][:60] for r in rows if r["may_stop"] == "0").most_common(8):
             print(f"  {count:5d}  {reason}", file=sys.stderr)

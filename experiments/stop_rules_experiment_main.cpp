@@ -131,7 +131,7 @@ int main(int argc, char** argv) {
     for (std::size_t k = 0; k < series.size(); ++k)
       play.take({series.time[k], series.current[k], series.voltage[k], std::nullopt});
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "stop_experiment: %s\n", error.what());
+    std::fprintf(stderr, "stop_rules_experiment: %s\n", error.what());
     return 2;
   }
   return 0;
