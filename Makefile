@@ -1,4 +1,4 @@
-# make demo | test | test-slow | test-all | test-core | tidy | docs | sanitize | fuzz | tsan | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-slow | test-all | test-core | tidy | docs | deb | try-deb | sanitize | fuzz | tsan | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 BUILD_CORE ?= $(BUILD)/core
 BUILD_SANITIZED ?= $(BUILD)/sanitized
@@ -13,7 +13,7 @@ CONFIGURE = bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS)
 COMPILE = bash scripts/with_ros cmake --build "$(BUILD)" -j$(JOBS)
 CTEST = cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash "$(CURDIR)/scripts/with_ros" ctest -j$(JOBS) --no-tests=error
 
-.PHONY: build demo docs test test-slow test-all tests test-core tidy sanitized sanitize fuzz tsan soak stress bench reproduce study calibrate proof proof-quick clean
+.PHONY: build demo docs deb try-deb test test-slow test-all tests test-core tidy sanitized sanitize fuzz tsan soak stress bench reproduce study calibrate proof proof-quick clean
 
 # The packages of a target: scripts/install_dependencies has the lists.
 deps-%:
@@ -47,6 +47,14 @@ test-all: tests
 # The pages as a site: build/docs/index.html. A link that leads nowhere ends it.
 docs: deps-docs
 	@$(PYTHON) scripts/make_docs "$(BUILD)/docs"
+
+# The packages of Debian 12 in build/deb, built in a clean root file system (as root); try-deb installs them in a bare one and asks.
+deb:
+	@root=$$(mktemp -d) && bash scripts/try_dockerfile --file debian/Dockerfile "$$root" && mkdir -p "$(BUILD)/deb" && \
+	  cp "$$root"/build/*.deb "$(BUILD)/deb/" && rm -rf --one-file-system "$$root" && ls -l "$(BUILD)/deb"
+
+try-deb:
+	@root=$$(mktemp -d) && bash scripts/try_dockerfile --file debian/try.Dockerfile --context "$(BUILD)/deb" "$$root" && rm -rf --one-file-system "$$root"
 
 # The build without ROS (docs/cpp-and-python.md), and what can differ in it: files and commands, the installed package, Python. Each file
 # is compiled by itself, as it stands.
