@@ -66,7 +66,7 @@ double medianInterval(const std::vector<double>& time, IndexRange range);
  * interval, 5 s).
  *
  * Ten intervals are more than a lost message; below 5 s the battery's slow state moves less than a
- * tenth of its rest time constant (50 s, docs/physics.md#base-circuit).
+ * tenth of its rest time constant (50 s, docs/physics.md, Base circuit).
  */
 double gapThreshold(const Series& series);
 /// The same where the median interval is known [s].

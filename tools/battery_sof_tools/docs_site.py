@@ -1,6 +1,7 @@
-"""Makes a site of README.md, CONTRIBUTING.md and docs/ with mkdocs (Debian's), in strict mode: a link that leads nowhere ends it.
+"""Makes a site of README.md, CONTRIBUTING.md and docs/ with mkdocs, and of the public headers with doxygen (both Debian's). A link that
+leads nowhere ends it, and so does a parameter that a header describes and does not have.
 
-Usage: make_docs [FOLDER]; FOLDER is build/docs unless given. Exit code 77: there is no mkdocs of version 1.4 or later.
+Usage: make_docs [FOLDER]; FOLDER is build/docs unless given. Exit code 77: there is no mkdocs of version 1.4 or later, or no doxygen.
 
 The pages are copied beside the site first: README.md becomes index.md, links are made to fit, and a file outside docs/ that a page links to
 is copied into files/ under a name that ends in .txt (roslaunch looks for launch files in build/, too). A link to a folder, which a site cannot
@@ -22,6 +23,25 @@ SETTINGS = """INHERIT: {settings}
 docs_dir: {pages}
 site_dir: {site}
 hooks: [{hooks}]
+"""
+HEADERS = """PROJECT_NAME = battery_sof
+INPUT = "{root}/include/battery_sof"
+OUTPUT_DIRECTORY = "{folder}"
+HTML_OUTPUT = headers
+GENERATE_LATEX = NO
+STRIP_FROM_PATH = "{root}/include"
+STRIP_FROM_INC_PATH = "{root}/include"
+EXTRACT_ALL = YES
+DISABLE_INDEX = YES
+GENERATE_TREEVIEW = YES
+FULL_SIDEBAR = YES
+SORT_MEMBER_DOCS = NO
+HTML_TIMESTAMP = NO
+HAVE_DOT = NO
+QUIET = YES
+WARN_IF_UNDOCUMENTED = NO
+WARN_IF_INCOMPLETE_DOC = NO
+WARN_AS_ERROR = FAIL_ON_WARNINGS
 """
 # Anchors as they are in the pages' links: python-markdown's own join hyphens and number headings differently.
 HOOKS = '''import re
@@ -90,23 +110,34 @@ def assemble(folder):
         copy(path, folder)
 
 
-def has_mkdocs():
-    """Whether there is one that knows hooks and INHERIT."""
-    if not shutil.which("mkdocs"):
+def add_headers(folder):
+    """The public headers as pages in folder/headers; what doxygen says of them, empty when nothing is wrong."""
+    settings = HEADERS.format(root=ROOT, folder=folder)
+    done = subprocess.run(["doxygen", "-"], input=settings, capture_output=True, text=True, check=False)
+    return done.stderr if done.returncode else ""
+
+
+def has_tools():
+    """Whether there are doxygen and an mkdocs that knows hooks and INHERIT."""
+    if not shutil.which("mkdocs") or not shutil.which("doxygen"):
         return False
     told = subprocess.run(["mkdocs", "--version"], capture_output=True, text=True, check=True).stdout
     return tuple(map(int, re.search(r"version (\d+)\.(\d+)", told).groups())) >= (1, 4)
 
 
 def main():
-    if not has_mkdocs():
-        print("SKIPPED: there is no mkdocs of version 1.4 or later")
+    if not has_tools():
+        print("SKIPPED: there is no mkdocs of version 1.4 or later, or no doxygen")
         return 77
     site = os.path.abspath(sys.argv[1] if len(sys.argv) > 1 else os.path.join(ROOT, "build", "docs"))
     work = site + ".work"
     shutil.rmtree(work, ignore_errors=True)
     os.makedirs(work)
     assemble(os.path.join(work, "pages"))
+    wrong = add_headers(os.path.join(work, "pages"))
+    if wrong:
+        print(wrong, file=sys.stderr)
+        return 1
     write_text(os.path.join(work, "hooks.py"), HOOKS)
     write_text(os.path.join(work, "mkdocs.yml"), SETTINGS.format(
         settings=os.path.join(ROOT, "mkdocs.yml"), pages=os.path.join(work, "pages"), site=site, hooks=os.path.join(work, "hooks.py")))
