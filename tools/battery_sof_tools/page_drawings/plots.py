@@ -7,7 +7,7 @@ import os
 from ..sof import call
 
 INK, BLUE, BAND, RED = "#1b1f24", "#0969a8", "#9ec5e8", "#b3261e"
-STOPS = [1, 2, 3, 5, 8, 12, 18, 25, 35, 45, 60, 75, 90, 120, 150]  # [s]
+STOPS = [1, 2, 3, 5, 8, 12, 18, 25, 35, 45, 60, 75, 90, 120, 150, 180, 210, 240, 270]  # [s]
 LIMIT = 11.5  # [V]
 WINDOW = 900.0  # [s] fitted, and the next predicted
 
@@ -50,7 +50,7 @@ def crank_over_stop(sof, folder, path):
     if beyond:
         last = max(stop for stop, is_within in zip(STOPS, within) if is_within)
         axes.axvspan(last, STOPS[-1], color="#d8dee4", alpha=0.6, linewidth=0)
-        axes.text((last + STOPS[-1]) / 2, max(found["u_min_upper"]), "answer not valid:\nmore than 1 % of the charge", ha="center", va="top", fontsize=9, color=INK)
+        axes.text((last + STOPS[-1]) / 2, max(found["u_min_upper"]), "answer not valid:\nmore than 2 % of the charge", ha="center", va="top", fontsize=9, color=INK)
     held = [stop for stop, lower in zip(STOPS, found["u_min_lower"]) if lower >= LIMIT]
     axes.annotate("90 % interval\nmeets the limit", (held[-1], LIMIT), (held[-1] + 8, LIMIT + 0.2), fontsize=9, color=RED, arrowprops={"arrowstyle": "->", "color": RED}, va="center")
     axes.set_xlim(0, STOPS[-1])
