@@ -3,6 +3,7 @@
 import io
 import itertools
 import os
+import re
 import runpy
 import subprocess
 import sys
@@ -128,6 +129,23 @@ class Site(unittest.TestCase):
 
     def test_a_link_to_nothing_is_left_for_mkdocs_to_refuse(self):
         self.assertEqual(docs_site.fitted("[x](nowhere.md)", "README.md", set()), "[x](nowhere.md)")
+
+
+@unittest.skipIf(os.path.exists("/opt/ros/noetic"), "the packages are Debian's")
+class DebianPackages(unittest.TestCase):
+    def test_they_are_built_with_what_make_build_installs(self):
+        built_with = set(re.findall(r"^ ([a-z0-9.+-]+),?$", self.text("debian/control").split("Package:")[0], re.MULTILINE)) - {"dh-python"}
+        listed = subprocess.run(["bash", os.path.join(ROOT, "scripts/install_dependencies"), "--list", "build"], capture_output=True, text=True, check=True).stdout.split()
+        self.assertLessEqual(built_with, set(listed))
+        self.assertLessEqual({package for package in listed if package.endswith("-dev")}, built_with)
+
+    def test_their_version_is_that_of_the_package_or_one_after_it(self):
+        version = re.search("<version>(.*)</version>", self.text("package.xml"))[1]
+        self.assertRegex(self.text("debian/changelog").splitlines()[0], r"^battery-sof \(" + re.escape(version) + r"(\+dev)?\)")
+
+    def text(self, path):
+        with open(os.path.join(ROOT, path)) as file:
+            return file.read()
 
 
 class Files(unittest.TestCase):
