@@ -11,8 +11,7 @@ namespace battery_sof {
 enum class AnswerCode : int {
   kOk = 0,
   kInvalidQuery = 1,  ///< an input is not finite or out of its range; no numbers
-  /// nothing identified yet, the model is too old, or it makes no finite numbers of the query; no
-  /// numbers
+  /// no sample yet, or no model that gives finite numbers of the query; no numbers
   kNoModel = 2,
   /// numbers are given, but the window did not excite what they need: valid is false
   kExtrapolation = 3,

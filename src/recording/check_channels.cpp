@@ -47,10 +47,9 @@ Finding clippingAt(const Evidence& evidence, const Channel& channel, double extr
           counted(totalSamples(runs), "sample") + " in " + counted(runs.size(), "place") +
           " read exactly that",
       &channel == &evidence.current
-          ? "the true current lay beyond: resistances fitted through these samples come out too "
-            "large, "
-            "and charge is missing; leave them out of fits"
-          : "the true voltage lay beyond: leave these samples out of fits and of scores",
+          ? "the true current lay beyond: fits keep these samples, so their resistances come out "
+            "too large, and charge is missing"
+          : "the true voltage lay beyond: fits leave these samples out",
       extreme,
       channel.unit,
       totalSamples(runs),

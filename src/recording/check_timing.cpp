@@ -107,8 +107,8 @@ double durationOf(const Series& series) { return series.time.back() - series.tim
 
 std::string meaningOf(const Gaps& gaps) {
   if (!areAlike(gaps.length)) {
-    return "each stretch between gaps stands alone: the battery's state is not known across them, "
-           "and charge is not counted";
+    return "each stretch between gaps stands alone: models take them as rest at 0 A, and charge is "
+           "not counted";
   }
   return "nearly all are of " + number(quantile(gaps.length, 0.5)) +
          " s: a slower logging rate rather than lost samples; they still cut the recording, "

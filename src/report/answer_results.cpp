@@ -61,7 +61,8 @@ std::string resultText(const CrankingQuery& query, const CrankingAnswer& answer)
   text += answer.u_min ? format("lowest    %.3f V, 90 %% between %.3f and %.3f V\n",
                                 answer.u_min->value, answer.u_min->lower, answer.u_min->upper)
                        : "lowest    -\n";
-  if (answer.capable)
+  if (answer.capable && !answer.valid) text += "verdict   not supported\n";
+  if (answer.capable && answer.valid)
     text += format("verdict   %s %.2f V\n", *answer.capable ? "holds" : "may not hold",
                    query.u_required.value_or(0.0));
   return text + lastLine(answer);
