@@ -142,6 +142,15 @@ std::vector<double> extendedVoltage(const Opened& opened, const Compared& compar
                                       : compared.base_voltage;
 }
 
+/// Of the error: relative to the spread of current and voltage where a charger controls the voltage.
+std::optional<double> gainPercent(const ErrorMetrics& base, const ErrorMetrics& extended) {
+  const bool is_driven = base.share_percent && extended.share_percent;
+  const double before = is_driven ? 100.0 - *base.share_percent : base.rmse;
+  const double after = is_driven ? 100.0 - *extended.share_percent : extended.rmse;
+  if (before <= 0.0) return std::nullopt;
+  return 100.0 * (1.0 - after / before);
+}
+
 void compareErrors(Compared& compared, const Parts& parts, const Opened& opened,
                    const FittedModel& base) {
   Comparison& fit = compared.fit;
@@ -180,9 +189,11 @@ Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared,
                fit.base_holdout);
     takeShares(sharesOf(compared.extended, *driving, series, parts.holdout), fit.extended_holdout);
   }
-  if (fit.base_holdout.rmse > 0.0)
-    compared.holdout_gain_percent =
-        100.0 * (1.0 - fit.extended_holdout.rmse / fit.base_holdout.rmse);
+  compared.holdout_gain_percent = gainPercent(fit.base_holdout, fit.extended_holdout);
+  if (is_driven && !discrepancy.with_discrepancy)
+    compared.notes.push_back(
+        "the extended model answers in current: its voltage rows are the base model's, its gain is "
+        "the explained variation");
   if (fit.extended_holdout.rmse > fit.base_holdout.rmse) withhold(compared, named.base, is_driven);
   fit.regimes = compareRegimes(opened.whole, parts.holdout, compared.base_voltage,
                                compared.extended_voltage, opened.masked);

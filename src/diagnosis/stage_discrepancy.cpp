@@ -44,7 +44,7 @@ void describeDiscrepancy(DiscrepancyFinding& discrepancy) {
   discrepancy.terms = heaviestTerms(discrepancy.discrepancy);
   discrepancy.description = format(
       "The discrepancy, a function of the currents and their memory, moves the voltage by %.1f mV "
-      "RMS. It reduces the error on left-out blocks from %.1f to %.1f mV.",
+      "RMS. On left-out blocks the error goes from %.1f to %.1f mV.",
       1e3 * discrepancy.rms, 1e3 * discrepancy.left_out.base,
       1e3 * discrepancy.left_out.discrepancy);
 }

@@ -39,8 +39,15 @@ std::string missing(const Diagnosis& diagnosis, const std::string& last) {
   return capitalised(joined(mechanisms, " and ")) + " (" + joined(effects, last) + ")";
 }
 
+/// By explained variation where a charger controls the voltage: the extended model answers there
+/// in current.
 std::string gainSentence(const Diagnosis& diagnosis) {
   const ErrorMetrics& before = diagnosis.fit.base_holdout;
+  const std::optional<double> explained = diagnosis.fit.extended_holdout.share_percent;
+  if (before.share_percent && explained)
+    return "; on the part that was held out the explained variation of current and voltage goes "
+           "from " +
+           format("%.0f %% to %.0f %%", *before.share_percent, *explained);
   const double after = diagnosis.withheld_rmse.value_or(diagnosis.fit.extended_holdout.rmse);
   const std::string course = after < before.rmse ? "falls" : "does not fall: it goes";
   return "; on the part that was held out the error " + course + " from " +

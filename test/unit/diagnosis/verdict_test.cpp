@@ -107,6 +107,18 @@ TEST(Summary, OfSomethingUnknownSaysItsFamilyAndWhetherItIsLearnt) {
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be estimated"));
 }
 
+TEST(Summary, OfAChargedBatterySaysHowMuchOfCurrentAndVoltageIsExplained) {
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kEffect;
+  diagnosis.effects.emplace_back();
+  diagnosis.effects.front().id = "coup_de_fouet";
+  diagnosis.fit.base_holdout.rmse = diagnosis.fit.extended_holdout.rmse = 0.573;
+  diagnosis.fit.base_holdout.share_percent = -8.7;
+  diagnosis.fit.extended_holdout.share_percent = 57.1;
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("goes from -9 % to 57 %"));
+  EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find("mV RMS"));
+}
+
 TEST(Summary, SaysWhetherTheErrorOnWhatWasHeldOutFalls) {
   Diagnosis diagnosis;
   diagnosis.verdict = Verdict::kEffect;
