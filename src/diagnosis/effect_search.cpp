@@ -93,6 +93,15 @@ std::vector<double> EffectSearch::gridGains(const ExplanationState& state,
   return gains;
 }
 
+std::map<std::string, double> EffectSearch::bestGains(const ExplanationState& state) const {
+  const std::vector<double> gains = gridGains(state, grid_);
+  std::map<std::string, double> best;
+  for (std::size_t g = 0; g < grid_.size(); ++g)
+    if (!ExplanationFits::isUsed(grid_[g].id, state))
+      best[grid_[g].id] = std::max(best[grid_[g].id], gains[g]);
+  return best;
+}
+
 ExplanationState EffectSearch::withMember(const ExplanationState& state,
                                           const EffectGridPoint& from, double gain) const {
   const double share = from.added.squaredNorm() > 0.0 ? strengthOf(state, from) : 1.0;
@@ -160,8 +169,8 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   return fitted;
 }
 
-std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
-    const ExplanationState& state, const std::function<double(Mechanism)>& needed) const {
+std::vector<LinearDetectionLimit> EffectSearch::minStrengths(const ExplanationState& state,
+                                                             double needed) const {
   std::vector<LinearDetectionLimit> least;
   const LinearRest rest(fits_, state);
   std::map<Mechanism, LinearRest> others;
@@ -179,9 +188,9 @@ std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
       if (other.first != own) min_length = std::min(min_length, other.second.lengthOf(added));
     const double information =
         fits_.effective_sample_fraction() * min_length / (state.fit.noise * state.fit.noise);
-    const double evident = std::sqrt(
-        2.0 * (needed(own) + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) /
-        information);
+    const double evident =
+        std::sqrt(2.0 * (needed + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) /
+                  information);
     const double relevant = fits_.relevanceLimit(state) /
                             std::sqrt(length / static_cast<double>(fits_.counted().size()));
     least.push_back(

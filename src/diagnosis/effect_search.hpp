@@ -24,6 +24,8 @@ class EffectSearch {
   /// it allowed.
   std::vector<double> gridGains(const ExplanationState& state,
                                 const std::vector<EffectGridPoint>& grid) const;
+  /// The same, the best of every effect.
+  std::map<std::string, double> bestGains(const ExplanationState& state) const;
   /// A state with one effect more, from a point of its grid; the first steps of its fit. @param
   /// gain that the grid promises.
   ExplanationState withMember(const ExplanationState& state, const EffectGridPoint& from,
@@ -35,9 +37,9 @@ class EffectSearch {
                                             std::optional<Mechanism> only);
   /// Detection limits: the smallest strengths that would have been selected (linearised). Counts
   /// what neither the state nor another mechanism's regressors take up of a typical signature, less
-  /// the residual that looks like it. @param needed gain of a mechanism.
-  std::vector<LinearDetectionLimit> minStrengths(
-      const ExplanationState& state, const std::function<double(Mechanism)>& needed) const;
+  /// the residual that looks like it. @param needed gain of ln evidence.
+  std::vector<LinearDetectionLimit> minStrengths(const ExplanationState& state,
+                                                 double needed) const;
 
   /// By what one explanation is taken before another: of two that are as good the one with fewer
   /// effects, an equation before regressors.

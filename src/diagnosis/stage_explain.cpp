@@ -73,40 +73,55 @@ struct Rows {
   DesignMatrix table;
 };
 
-}  // namespace
-
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
 /// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
 /// source, and a voltage that is controlled although it is not brings its noise into the battery's
 /// state.
-Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
-  Explained explained;
-  explained.driving = chargerControl(prepared.screened.series);
-  explained.is_lead_acid = isLeadAcid(prepared.screened.series);
+Rows rowsOf(const Prepared& prepared, const ExplanationRules& rules, Explained& explained) {
   const CompositionPoint& base = prepared.base.point;
+  explained.driving = chargerControl(prepared.screened.series);
+  Rows rows(prepared, std::nullopt);
+  if (!explained.driving) return rows;
+  Rows controlled(prepared, explained.driving);
+  if (controlled.minError(base, rules) < (1.0 - kCatalogueTolerance) * rows.minError(base, rules))
+    return controlled;
+  explained.driving.reset();
+  explained.notes.push_back(
+      "a source is seen, but to take it as holding the voltage leaves no less of the error: "
+      "the current is the input");
+  return rows;
+}
+
+ExplanationRules rulesOf(const DiagnoseOptions& options) {
   ExplanationRules rules;
   rules.relevance = options.relevance;
   rules.priors = options.priors;
+  rules.other_recordings = options.other_recordings;
   rules.pulse = options.pulse;
-  Rows rows(prepared, std::nullopt);
-  if (explained.driving) {
-    Rows controlled(prepared, explained.driving);
-    if (controlled.minError(base, rules) <
-        (1.0 - kCatalogueTolerance) * rows.minError(base, rules)) {
-      rows = std::move(controlled);
-    } else {
-      explained.driving.reset();
-      explained.notes.push_back(
-          "a source is seen, but to take it as holding the voltage leaves no less of the error: "
-          "the current is the input");
-    }
-  }
+  return rules;
+}
+
+}  // namespace
+
+MechanismEvidence weighMechanisms(const Prepared& prepared, const DiagnoseOptions& options) {
+  Explained explained;
+  const ExplanationRules rules = rulesOf(options);
+  Rows rows = rowsOf(prepared, rules, explained);
+  return mechanismEvidence(rows.inputs, std::move(rows.table), prepared.base.point,
+                           hypothesesOf(options.hypotheses, explained.driving.has_value()), rules);
+}
+
+Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
+  Explained explained;
+  explained.is_lead_acid = isLeadAcid(prepared.screened.series);
+  const ExplanationRules rules = rulesOf(options);
+  Rows rows = rowsOf(prepared, rules, explained);
   const std::vector<std::string> ids =
       idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(),
                  explained.is_lead_acid, explained.notes);
   const std::size_t training = rows.inputs.samples.size();
-  explained.explanation = explain(std::move(rows.inputs), training, std::move(rows.table), base,
-                                  ids, options.given, rules, options.progress);
+  explained.explanation = explain(std::move(rows.inputs), training, std::move(rows.table),
+                                  prepared.base.point, ids, options.given, rules, options.progress);
   return explained;
 }
 

@@ -91,9 +91,14 @@ class Generator:
         return dict(forms)
 
     def draw_law(self, case, recording, label):
-        """Draws a case with a law, or a control of the same batteries, and writes its label."""
+        """Draws a case with a law, or a control of the same batteries, and writes its label. case: independent_drive, where its drive is."""
         run([self.program(), "--kind", LAW_KIND_OF[case["kind"]], "--out", recording, "--label", label]
+            + ["--independent-drive"] * case.get("independent_drive", False)
             + law_options(case, ("seed", "mechanism", "form", "rate", "duration")))
+
+    def draw_independent(self, case, recording, label):
+        """Draws a case whose drive is independent of what is added, and writes its label. case: kind and id as `draw_scenario` has them."""
+        run([self.program(), "--independent-drive", "--out", recording, "--label", label] + options(case, ("kind", "mechanism", "id", "seed", "rate", "duration")))
 
     def inject(self, recording, out, case, strength, resistances):
         """Writes a recording with a law in it. case: mechanism, form, seed. resistances: while discharging and charging [Ohm]."""
