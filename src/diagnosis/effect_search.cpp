@@ -2,6 +2,7 @@
 
 #include "diagnosis/hypotheses.hpp"
 #include "model/base_model.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -127,14 +128,17 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
 }
 
 std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& state,
-                                                        std::optional<Mechanism> only) {
+                                                        const std::vector<Mechanism>& mechanisms) {
   if (fits_.isSpent()) return {};
-  std::vector<EffectGridPoint> retaken;
-  if (only)
+  std::vector<EffectGridPoint> grid;
+  const bool is_taken_again = !state.members.empty() && mechanisms.size() < kMechanisms;
+  if (is_taken_again)
     for (const std::string& id : ids_)
-      if (mechanismOf(id) == *only && !ExplanationFits::isUsed(id, state))
-        for (EffectGridPoint& point : gridFor(state, id)) retaken.push_back(std::move(point));
-  const std::vector<EffectGridPoint>& grid = only ? retaken : grid_;
+      if (contains(mechanisms, mechanismOf(id)) && !ExplanationFits::isUsed(id, state))
+        for (EffectGridPoint& point : gridFor(state, id)) grid.push_back(std::move(point));
+  if (!is_taken_again)
+    for (const EffectGridPoint& point : grid_)
+      if (contains(mechanisms, mechanismOf(point.id))) grid.push_back(point);
   const std::vector<double> gains = gridGains(state, grid);
   std::map<std::string, std::size_t> best;
   for (std::size_t g = 0; g < grid.size(); ++g) {

@@ -30,11 +30,11 @@ class EffectSearch {
   /// gain that the grid promises.
   ExplanationState withMember(const ExplanationState& state, const EffectGridPoint& from,
                               double gain) const;
-  /// The likeliest effects added to a state, each fitted; best first. @param only of one mechanism,
-  /// its grid taken again with the state: a side reaction shows where the circuit with its
-  /// acceptance lets the voltage rise, and not where the circuit alone does.
+  /// The likeliest effects of mechanisms added to a state, each fitted; best first. With effects in
+  /// the state the grid of some mechanisms is taken again: a side reaction shows where the circuit with its acceptance
+  /// lets the voltage rise, and not where the circuit alone does.
   std::vector<ExplanationState> withMembers(const ExplanationState& state,
-                                            std::optional<Mechanism> only);
+                                            const std::vector<Mechanism>& mechanisms);
   /// Detection limits: the smallest strengths that would have been selected (linearised). Counts
   /// what neither the state nor another mechanism's regressors take up of a typical signature, less
   /// the residual that looks like it. @param needed gain of ln evidence.

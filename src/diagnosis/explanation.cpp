@@ -43,17 +43,11 @@ class StepwiseSelection {
     search_.takeGrid();
     tell("weighing mechanisms");
     ExplanationState now = start;
-    start_ = start.evidence;
+    start_ = start;
     for (const std::string& id : given_) take(now, id);
-    found_.mechanisms = evidenceFrom(start);
+    found_.mechanisms = rules_.mechanisms ? *rules_.mechanisms : evidenceFrom(start);
     found_.mechanisms += rules_.other_recordings;
-    while (given_.empty() && now.estimated.empty() &&
-           static_cast<int>(now.members.size()) < rules_.max_terms && extend(now)) {
-      tell("weighing mechanisms (taken in so far: " + takenIn(now) + ")");
-      dropIdle(now);
-      fits_.takeEffectiveSampleFraction(now);
-      fits_.evaluateEvidence(now);
-    }
+    if (given_.empty()) search(now, tell);
     finish(now, start);
     return std::move(found_);
   }
@@ -100,12 +94,6 @@ class StepwiseSelection {
     return found;
   }
 
-  static std::string takenIn(const ExplanationState& state) {
-    std::vector<std::string> names = state.members;
-    if (!state.estimated.empty()) names.push_back("what no equation represents");
-    return join(names);
-  }
-
   /// Takes in what is known to be there.
   void take(ExplanationState& state, const std::string& id) {
     if (ExplanationFits::isUsed(id, state)) return;
@@ -116,34 +104,59 @@ class StepwiseSelection {
     fits_.evaluateEvidence(state);
   }
 
-  /// Whether effects represent their mechanism's regressors: these add nothing to them, nothing
-  /// above the relevance threshold, or no more than a battery's own law differs from the catalogue's.
-  /// @param without the mechanism.
-  bool doesAsWell(const ExplanationState& member, Mechanism mechanism,
-                  const ExplanationState& without) const {
-    const ExplanationState both = fits_.withRegressors(member, mechanism);
-    return both.evidence - member.evidence < rules_.min_gain ||
-           ExplanationFits::beyond(both, member) <
+  /// Whether effects represent mechanisms: their regressors add nothing to them, nothing above the
+  /// relevance threshold, or no more than a battery's own law differs from the catalogue's.
+  bool doesAsWell(const ExplanationState& effects, const std::vector<Mechanism>& likely) const {
+    ExplanationState both = effects;
+    both.estimated.insert(likely.begin(), likely.end());
+    fits_.evaluateEvidence(both);
+    ExplanationState without = *start_;
+    without.estimated = both.estimated;
+    fits_.evaluateEvidence(without);
+    return both.evidence - effects.evidence < rules_.min_gain ||
+           ExplanationFits::beyond(both, effects) <
                std::max(fits_.relevanceLimit(both),
-                        kCatalogueTolerance * ExplanationFits::beyond(both, without));
+                        kCatalogueTolerance * ExplanationFits::beyond(without, *start_));
   }
 
-  /// What represents a mechanism: its effects one after the other, while each is worth it, until
-  /// they do as well as its regressors; else those.
-  ExplanationState standingFor(Mechanism mechanism, const ExplanationState& without) {
-    ExplanationState best = without;
-    for (int count = 0; count < rules_.max_terms; ++count) {
-      std::vector<ExplanationState> members = search_.withMembers(best, mechanism);
-      if (members.empty() || !isWorth(members.front(), best)) break;
-      best = std::move(members.front());
-      if (doesAsWell(best, mechanism, without)) return best;
+  /// Effects of the likely mechanisms one after the other, the best first, while each is worth it
+  /// and until they do as well as the regressors. Where they do not, or none is of the likeliest
+  /// mechanism, its regressors represent it.
+  void search(ExplanationState& state, const std::function<void(const std::string&)>& tell) {
+    std::vector<Mechanism> likely;
+    for (const MechanismProbability& one : likelyMechanisms(found_.mechanisms)) {
+      likely.push_back(one.mechanism);
+      probability_[one.mechanism] = one.probability;
     }
-    return fits_.withRegressors(without, mechanism);
+    bool is_done = false;
+    while (static_cast<int>(state.members.size()) < rules_.max_terms && !is_done) {
+      std::vector<ExplanationState> members = search_.withMembers(state, likely);
+      const auto best = std::find_if(members.begin(), members.end(),
+                                     [&](const auto& one) { return isWorth(one, state); });
+      if (best == members.end()) break;
+      state = std::move(*best);
+      fits_.optimize(state);
+      dropIdle(state);
+      is_done = doesAsWell(state, likely);
+      tell("weighing mechanisms (taken in so far: " + join(state.members) + ")");
+    }
+    const bool has_likeliest =
+        std::any_of(state.members.begin(), state.members.end(),
+                    [&](const std::string& id) { return mechanismOf(id) == likely.front(); });
+    if (has_likeliest && (is_done || doesAsWell(state, likely))) return;
+    for (const MechanismProbability& one : mechanismProbabilities(found_.mechanisms)) {
+      ExplanationState regressors = fits_.withRegressors(*start_, one.mechanism);
+      if (!isWorth(regressors, *start_)) continue;
+      probability_[one.mechanism] = one.probability;
+      state = std::move(regressors);
+      fits_.optimize(state);
+      return;
+    }
   }
 
   /// Gain of ln evidence that one more part must bring.
   double neededBeyond(const ExplanationState& state) const {
-    return std::max(rules_.min_gain, kCatalogueTolerance * (state.evidence - start_));
+    return std::max(rules_.min_gain, kCatalogueTolerance * (state.evidence - start_->evidence));
   }
 
   /// Whether a part has enough evidence and exceeds the relevance threshold. A battery's own law is
@@ -159,25 +172,10 @@ class StepwiseSelection {
            fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
   }
 
-  /// Takes in the likeliest mechanism that is worth it. @return whether one was.
-  bool extend(ExplanationState& state) {
-    const MechanismEvidence evidence =
-        state.members.empty() ? found_.mechanisms : evidenceFrom(state);
-    for (const MechanismProbability& one : likelyMechanisms(evidence)) {
-      ExplanationState with = standingFor(one.mechanism, state);
-      if (!isWorth(with, state)) continue;
-      probability_[one.mechanism] = one.probability;
-      fits_.optimize(with);
-      state = std::move(with);
-      return true;
-    }
-    return false;
-  }
-
   /// Effects that are not worth their place with the others go.
   void dropIdle(ExplanationState& state) {
     for (const std::string& id : std::vector<std::string>(state.members)) {
-      if (state.members.size() + state.estimated.size() < 2) return;
+      if (state.members.size() < 2) return;
       ExplanationState without = fits_.withoutMember(state, id);
       if (state.evidence - without.evidence < rules_.min_gain || !isRelevant(state, without))
         state = std::move(without);
@@ -216,7 +214,8 @@ class StepwiseSelection {
     one.rms =
         ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
     if (!id.empty()) {
-      for (const ExplanationState& member : search_.withMembers(without, std::nullopt)) {
+      for (const ExplanationState& member :
+           search_.withMembers(without, {kAllMechanisms.begin(), kAllMechanisms.end()})) {
         const std::string& other = member.members.back();
         if (other != id && member.evidence - without.evidence > one.gain - rules_.tie &&
             !needs(other, id))
@@ -247,8 +246,8 @@ class StepwiseSelection {
   std::vector<std::string> given_;
   ExplanationFits fits_;
   EffectSearch search_;
-  double start_ = 0.0;                       // ln evidence of the base circuit alone
-  std::map<Mechanism, double> probability_;  // when they were taken
+  std::optional<ExplanationState> start_;    // the base circuit alone
+  std::map<Mechanism, double> probability_;  // of the likely ones
   Explanation found_;
 };
 

@@ -57,6 +57,8 @@ struct ExplanationRules {
   int max_terms = 5;
   /// in place of the catalogue's, of exactly a composition's effects
   std::vector<KnownPopulation> priors = {};
+  /// what the recording says with the current as its input, where the rows have another
+  std::optional<MechanismEvidence> mechanisms = std::nullopt;
   /// what other recordings of the battery say, summed
   MechanismEvidence other_recordings = {};
   /// called at every fit; what it throws ends the search

@@ -103,19 +103,20 @@ ExplanationRules rulesOf(const DiagnoseOptions& options) {
 
 }  // namespace
 
+/// The current is the input throughout: whether a source is taken to control the voltage hangs on
+/// little, and a milliohm in series, which changes that, must change no mechanism.
 MechanismEvidence weighMechanisms(const Prepared& prepared, const DiagnoseOptions& options) {
-  Explained explained;
-  const ExplanationRules rules = rulesOf(options);
-  Rows rows = rowsOf(prepared, rules, explained);
+  Rows rows(prepared, std::nullopt);
   return mechanismEvidence(rows.inputs, std::move(rows.table), prepared.base.point,
-                           hypothesesOf(options.hypotheses, explained.driving.has_value()), rules);
+                           hypothesesOf(options.hypotheses, false), rulesOf(options));
 }
 
 Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
   Explained explained;
   explained.is_lead_acid = isLeadAcid(prepared.screened.series);
-  const ExplanationRules rules = rulesOf(options);
+  ExplanationRules rules = rulesOf(options);
   Rows rows = rowsOf(prepared, rules, explained);
+  if (explained.driving) rules.mechanisms = weighMechanisms(prepared, options);
   const std::vector<std::string> ids =
       idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(),
                  explained.is_lead_acid, explained.notes);
