@@ -2,7 +2,6 @@
 
 #include "diagnosis/hypotheses.hpp"
 #include "model/base_model.hpp"
-#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -98,8 +97,7 @@ std::map<std::string, double> EffectSearch::bestGains(const ExplanationState& st
   const std::vector<double> gains = gridGains(state, grid_);
   std::map<std::string, double> best;
   for (std::size_t g = 0; g < grid_.size(); ++g)
-    if (!ExplanationFits::isUsed(grid_[g].id, state))
-      best[grid_[g].id] = std::max(best[grid_[g].id], gains[g]);
+    best[grid_[g].id] = std::max(best[grid_[g].id], gains[g]);
   return best;
 }
 
@@ -128,17 +126,14 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
 }
 
 std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& state,
-                                                        const std::vector<Mechanism>& mechanisms) {
+                                                        std::optional<Mechanism> only) {
   if (fits_.isSpent()) return {};
-  std::vector<EffectGridPoint> grid;
-  const bool is_taken_again = !state.members.empty() && mechanisms.size() < kMechanisms;
-  if (is_taken_again)
+  std::vector<EffectGridPoint> retaken;
+  if (only)
     for (const std::string& id : ids_)
-      if (contains(mechanisms, mechanismOf(id)) && !ExplanationFits::isUsed(id, state))
-        for (EffectGridPoint& point : gridFor(state, id)) grid.push_back(std::move(point));
-  if (!is_taken_again)
-    for (const EffectGridPoint& point : grid_)
-      if (contains(mechanisms, mechanismOf(point.id))) grid.push_back(point);
+      if (mechanismOf(id) == *only && !ExplanationFits::isUsed(id, state))
+        for (EffectGridPoint& point : gridFor(state, id)) retaken.push_back(std::move(point));
+  const std::vector<EffectGridPoint>& grid = only ? retaken : grid_;
   const std::vector<double> gains = gridGains(state, grid);
   std::map<std::string, std::size_t> best;
   for (std::size_t g = 0; g < grid.size(); ++g) {
@@ -173,8 +168,8 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   return fitted;
 }
 
-std::vector<LinearDetectionLimit> EffectSearch::minStrengths(const ExplanationState& state,
-                                                             double needed) const {
+std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
+    const ExplanationState& state, const std::function<double(Mechanism)>& needed) const {
   std::vector<LinearDetectionLimit> least;
   const LinearRest rest(fits_, state);
   std::map<Mechanism, LinearRest> others;
@@ -192,9 +187,9 @@ std::vector<LinearDetectionLimit> EffectSearch::minStrengths(const ExplanationSt
       if (other.first != own) min_length = std::min(min_length, other.second.lengthOf(added));
     const double information =
         fits_.effective_sample_fraction() * min_length / (state.fit.noise * state.fit.noise);
-    const double evident =
-        std::sqrt(2.0 * (needed + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) /
-                  information);
+    const double evident = std::sqrt(
+        2.0 * (needed(own) + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) /
+        information);
     const double relevant = fits_.relevanceLimit(state) /
                             std::sqrt(length / static_cast<double>(fits_.counted().size()));
     least.push_back(

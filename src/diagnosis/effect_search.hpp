@@ -30,16 +30,16 @@ class EffectSearch {
   /// gain that the grid promises.
   ExplanationState withMember(const ExplanationState& state, const EffectGridPoint& from,
                               double gain) const;
-  /// The likeliest effects of mechanisms added to a state, each fitted; best first. With effects in
-  /// the state the grid of some mechanisms is taken again: a side reaction shows where the circuit with its acceptance
-  /// lets the voltage rise, and not where the circuit alone does.
+  /// The likeliest effects added to a state, each fitted; best first. @param only of one mechanism,
+  /// its grid taken again with the state: a side reaction shows where the circuit with its
+  /// acceptance lets the voltage rise, and not where the circuit alone does.
   std::vector<ExplanationState> withMembers(const ExplanationState& state,
-                                            const std::vector<Mechanism>& mechanisms);
+                                            std::optional<Mechanism> only);
   /// Detection limits: the smallest strengths that would have been selected (linearised). Counts
   /// what neither the state nor another mechanism's regressors take up of a typical signature, less
-  /// the residual that looks like it. @param needed gain of ln evidence.
-  std::vector<LinearDetectionLimit> minStrengths(const ExplanationState& state,
-                                                 double needed) const;
+  /// the residual that looks like it. @param needed gain of a mechanism.
+  std::vector<LinearDetectionLimit> minStrengths(
+      const ExplanationState& state, const std::function<double(Mechanism)>& needed) const;
 
   /// By what one explanation is taken before another: of two that are as good the one with fewer
   /// effects, an equation before regressors.

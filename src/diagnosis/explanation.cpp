@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "diagnosis/hypotheses.hpp"
 #include "effect_search.hpp"
@@ -15,6 +16,8 @@ namespace battery_sof {
 namespace {
 
 constexpr int kFirstIterations = 4;
+constexpr double kSettled = 0.1;  // ln evidence
+constexpr int kSwaps = 2;         // rounds in which places may be taken by what does better
 
 /// Ids in the catalogue's order: what is given is one set, however it was written.
 std::vector<std::string> inOrder(const std::vector<std::string>& given) {
@@ -106,9 +109,9 @@ class StepwiseSelection {
 
   /// Whether effects represent mechanisms: their regressors add nothing to them, nothing above the
   /// relevance threshold, or no more than a battery's own law differs from the catalogue's.
-  bool doesAsWell(const ExplanationState& effects, const std::vector<Mechanism>& likely) const {
+  bool doesAsWell(const ExplanationState& effects, const std::set<Mechanism>& mechanisms) const {
     ExplanationState both = effects;
-    both.estimated.insert(likely.begin(), likely.end());
+    both.estimated.insert(mechanisms.begin(), mechanisms.end());
     fits_.evaluateEvidence(both);
     ExplanationState without = *start_;
     without.estimated = both.estimated;
@@ -119,50 +122,96 @@ class StepwiseSelection {
                         kCatalogueTolerance * ExplanationFits::beyond(without, *start_));
   }
 
-  /// Effects of the likely mechanisms one after the other, the best first, while each is worth it
-  /// and until they do as well as the regressors. Where they do not, or none is of the likeliest
-  /// mechanism, its regressors represent it.
-  void search(ExplanationState& state, const std::function<void(const std::string&)>& tell) {
-    std::vector<Mechanism> likely;
-    for (const MechanismProbability& one : likelyMechanisms(found_.mechanisms)) {
-      likely.push_back(one.mechanism);
-      probability_[one.mechanism] = one.probability;
+  static std::set<Mechanism> mechanismsOf(const ExplanationState& state) {
+    std::set<Mechanism> mechanisms;
+    for (const std::string& id : state.members) mechanisms.insert(mechanismOf(id));
+    return mechanisms;
+  }
+
+  /// A state with the mechanism's regressors that add most to it, where they are worth it.
+  std::optional<ExplanationState> withMostLeft(const ExplanationState& state) const {
+    std::optional<ExplanationState> most;
+    for (const Mechanism mechanism : kAllMechanisms) {
+      ExplanationState with = fits_.withRegressors(state, mechanism);
+      if ((!most || with.evidence > most->evidence) && isWorth(with, state, mechanism))
+        most = std::move(with);
     }
-    bool is_done = false;
-    while (static_cast<int>(state.members.size()) < rules_.max_terms && !is_done) {
-      std::vector<ExplanationState> members = search_.withMembers(state, likely);
-      const auto best = std::find_if(members.begin(), members.end(),
-                                     [&](const auto& one) { return isWorth(one, state); });
-      if (best == members.end()) break;
-      state = std::move(*best);
+    return most;
+  }
+
+  /// The best effect to add to a state. @param only of one mechanism (EffectSearch::withMembers()).
+  std::optional<ExplanationState> bestAdded(const ExplanationState& state,
+                                            std::optional<Mechanism> only) {
+    for (ExplanationState& with : search_.withMembers(state, only))
+      if (isWorth(with, state, mechanismOf(with.members.back()))) return std::move(with);
+    return std::nullopt;
+  }
+
+  /// Effects one after the other, the best first, while each is worth it; of all mechanisms, then
+  /// of the one of which most is left. Those stand that do as well as the regressors of their
+  /// mechanisms. Where none does, the regressors of the likeliest mechanism stand that is worth it.
+  void search(ExplanationState& state, const std::function<void(const std::string&)>& tell) {
+    for (int round = 0;
+         round < rules_.max_terms && static_cast<int>(state.members.size()) < rules_.max_terms;
+         ++round) {
+      std::optional<ExplanationState> next = bestAdded(state, std::nullopt);
+      if (!next && !state.members.empty())
+        if (const std::optional<ExplanationState> left = withMostLeft(state))
+          next = bestAdded(state, *left->estimated.begin());
+      if (!next) break;
+      if (mechanismOf(next->members.back()) == Mechanism::kStructure)
+        next->structure_gain = std::max(state.structure_gain, next->evidence - state.evidence);
+      state = std::move(*next);
       fits_.optimize(state);
       dropIdle(state);
-      is_done = doesAsWell(state, likely);
+      fits_.takeEffectiveSampleFraction(state);
+      fits_.evaluateEvidence(state);
       tell("weighing mechanisms (taken in so far: " + join(state.members) + ")");
     }
-    const bool has_likeliest =
-        std::any_of(state.members.begin(), state.members.end(),
-                    [&](const std::string& id) { return mechanismOf(id) == likely.front(); });
-    if (has_likeliest && (is_done || doesAsWell(state, likely))) return;
+    fits_.evaluateEvidence(*start_);
+    if (!state.members.empty() && doesAsWell(state, mechanismsOf(state))) {
+      if (std::optional<ExplanationState> rest = withMostLeft(state);
+          rest && !doesAsWell(state, rest->estimated)) {
+        state = std::move(*rest);
+        fits_.optimize(state);
+      }
+      return;
+    }
+    state = *start_;
     for (const MechanismProbability& one : mechanismProbabilities(found_.mechanisms)) {
-      ExplanationState regressors = fits_.withRegressors(*start_, one.mechanism);
-      if (!isWorth(regressors, *start_)) continue;
-      probability_[one.mechanism] = one.probability;
+      ExplanationState regressors = fits_.withRegressors(state, one.mechanism);
+      if (!isWorth(regressors, state, one.mechanism)) continue;
       state = std::move(regressors);
       fits_.optimize(state);
       return;
     }
   }
 
-  /// Gain of ln evidence that one more part must bring.
-  double neededBeyond(const ExplanationState& state) const {
-    return std::max(rules_.min_gain, kCatalogueTolerance * (state.evidence - start_->evidence));
+  /// Gain of ln evidence that one more part must bring. A battery's own structure is never quite
+  /// the catalogue's: the residual of it is no physics.
+  double needed(const ExplanationState& state, Mechanism mechanism) const {
+    const bool physics = mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
+    return physics ? std::max(rules_.min_gain, kCatalogueTolerance * state.structure_gain)
+                   : rules_.min_gain;
   }
 
-  /// Whether a part has enough evidence and exceeds the relevance threshold. A battery's own law is
-  /// never quite the catalogue's: what explains a small share of what is explained is no physics.
-  bool isWorth(const ExplanationState& with, const ExplanationState& without) const {
-    return with.evidence - without.evidence >= neededBeyond(without) && isRelevant(with, without);
+  /// Whether a part has enough evidence and exceeds the relevance threshold; is more than what the
+  /// effects named of its mechanism may leave; and is no physics that the regressors of structure
+  /// hold beside an effect of structure: another circuit than the catalogue's.
+  bool isWorth(const ExplanationState& with, const ExplanationState& without,
+               Mechanism mechanism) const {
+    if (with.evidence - without.evidence < needed(without, mechanism) ||
+        !isRelevant(with, without) ||
+        (mechanismsOf(without).count(mechanism) &&
+         ExplanationFits::beyond(with, without) <
+             kCatalogueTolerance * ExplanationFits::beyond(with, *start_)))
+      return false;
+    if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument ||
+        !(without.structure_gain > 0.0))
+      return true;
+    return fits_.withRegressors(with, Mechanism::kStructure).evidence -
+               fits_.withRegressors(without, Mechanism::kStructure).evidence >=
+           rules_.min_gain;
   }
 
   /// Whether a part exceeds the relevance threshold: of all rows, or while cranking.
@@ -177,27 +226,43 @@ class StepwiseSelection {
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() < 2) return;
       ExplanationState without = fits_.withoutMember(state, id);
-      if (state.evidence - without.evidence < rules_.min_gain || !isRelevant(state, without))
-        state = std::move(without);
+      if (mechanismOf(id) == Mechanism::kStructure)
+        state.structure_gain = std::max(state.structure_gain, state.evidence - without.evidence);
+      if (!isWorth(state, without, mechanismOf(id))) state = std::move(without);
     }
   }
 
   void finish(ExplanationState& state, ExplanationState& start) {
     fits_.refine(state);
     fits_.evaluateEvidence(start);
-    found_.evidence = state.evidence;
     found_.base_evidence = start.evidence;
+    takePlaces(state);
+    found_.evidence = state.evidence;
     found_.model = state.model;
     found_.point = state.point;
-    for (const std::string& id : state.members)
-      takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
-    for (const Mechanism mechanism : state.estimated) {
-      ExplanationState without = state;
-      without.estimated.erase(mechanism);
-      fits_.optimize(without);
-      takePlace(state, without, mechanism, "");
-    }
+    std::stable_sort(found_.terms.begin(), found_.terms.end(),
+                     [](const SelectedTerm& a, const SelectedTerm& b) { return a.gain > b.gain; });
     takeRest(state);
+  }
+
+  /// Every part's place. Where another effect does better in one, it is taken and the places are
+  /// weighed once more.
+  void takePlaces(ExplanationState& state) {
+    for (int round = 0; round <= kSwaps; ++round) {
+      if (better_) state = *std::exchange(better_, std::nullopt);
+      found_.terms.clear();
+      for (const std::string& id : state.members)
+        takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
+      for (const Mechanism mechanism : state.estimated) {
+        ExplanationState without = state;
+        without.estimated.erase(mechanism);
+        fits_.optimize(without);
+        takePlace(state, without, mechanism, "");
+      }
+      if (!better_ || !given_.empty()) return;
+      fits_.optimize(*better_);
+      dropIdle(*better_);
+    }
   }
 
   /// Whether an effect holds another: as good as that alone, it adds nothing.
@@ -210,13 +275,16 @@ class StepwiseSelection {
   void takePlace(const ExplanationState& state, const ExplanationState& without,
                  Mechanism mechanism, const std::string& id) {
     SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 1.0};
-    if (given_.empty()) one.probability = probability_[mechanism];
+    if (given_.empty())
+      for (const MechanismProbability& likely : mechanismProbabilities(found_.mechanisms))
+        if (likely.mechanism == mechanism) one.probability = likely.probability;
     one.rms =
         ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
     if (!id.empty()) {
-      for (const ExplanationState& member :
-           search_.withMembers(without, {kAllMechanisms.begin(), kAllMechanisms.end()})) {
+      for (const ExplanationState& member : search_.withMembers(without, std::nullopt)) {
         const std::string& other = member.members.back();
+        if (search_.rankOf(member) > search_.rankOf(better_ ? *better_ : state) + kSettled)
+          better_ = member;
         if (other != id && member.evidence - without.evidence > one.gain - rules_.tie &&
             !needs(other, id))
           one.indistinguishable.push_back(other);
@@ -239,15 +307,16 @@ class StepwiseSelection {
     found_.effective_sample_fraction = fits_.effective_sample_fraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.weighed = search_.weighed();
-    found_.detection_limits = search_.minStrengths(state, neededBeyond(state));
+    found_.detection_limits =
+        search_.minStrengths(state, [&](Mechanism mechanism) { return needed(state, mechanism); });
   }
 
   ExplanationRules rules_;
   std::vector<std::string> given_;
   ExplanationFits fits_;
   EffectSearch search_;
-  std::optional<ExplanationState> start_;    // the base circuit alone
-  std::map<Mechanism, double> probability_;  // of the likely ones
+  std::optional<ExplanationState> start_;   // the base circuit alone
+  std::optional<ExplanationState> better_;  // than the state, with another effect in a place
   Explanation found_;
 };
 

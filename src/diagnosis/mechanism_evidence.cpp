@@ -67,8 +67,12 @@ std::vector<MechanismProbability> mechanismProbabilities(const MechanismEvidence
   return all;
 }
 
-std::vector<MechanismProbability> likelyMechanisms(const MechanismEvidence& evidence) {
+std::vector<MechanismProbability> likelyMechanisms(const MechanismEvidence& evidence,
+                                                   std::optional<Mechanism> holds) {
   std::vector<MechanismProbability> all = mechanismProbabilities(evidence);
+  std::stable_partition(all.begin(), all.end(), [&](const MechanismProbability& one) {
+    return holds && one.mechanism == *holds;
+  });
   double sum = 0.0;
   std::size_t count = 0;
   while (count < all.size() && sum < kSetProbability) sum += all[count++].probability;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "model/mechanism.hpp"
@@ -38,6 +39,8 @@ struct MechanismProbability {
 std::vector<MechanismProbability> mechanismProbabilities(const MechanismEvidence& evidence);
 
 /// @return the fewest of them whose probabilities add up to 0.9.
-std::vector<MechanismProbability> likelyMechanisms(const MechanismEvidence& evidence);
+/// @param holds mechanism of which an effect holds: it comes first.
+std::vector<MechanismProbability> likelyMechanisms(const MechanismEvidence& evidence,
+                                                   std::optional<Mechanism> holds = std::nullopt);
 
 }  // namespace battery_sof

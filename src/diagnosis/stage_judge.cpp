@@ -12,6 +12,8 @@
 namespace battery_sof {
 namespace {
 
+constexpr double kLikely = 0.5;  // of a mechanism that is reported: likelier than all others
+
 /// RMS of what a fit leaves of its samples apart from white noise and rounding [V]; samples weigh
 /// by their count, which edges of a slow sampling make less.
 double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltage_lsb_std) {
@@ -132,11 +134,15 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
   // Regressors that do not hold on left-out blocks say what is missing, not how much of it.
   if (!judged.terms.empty() || (judged.verdict == Verdict::kUnexplained &&
                                 (rest.has_discrepancy || !explained.explanation.terms.empty())))
-    judged.mechanisms = likelyMechanisms(explanation.mechanisms);
+    judged.mechanisms = likelyMechanisms(explanation.mechanisms,
+                                         judged.terms.empty() || judged.terms.front().member.empty()
+                                             ? std::nullopt
+                                             : std::make_optional(judged.terms.front().mechanism));
   if (!explained.is_lead_acid && !judged.mechanisms.empty() &&
       isOfLeadAcid(judged.mechanisms.front().mechanism))
     judged.mechanisms.clear();
-  if (judged.verdict == Verdict::kUnexplained && !judged.mechanisms.empty())
+  if (judged.verdict == Verdict::kUnexplained && !judged.mechanisms.empty() &&
+      judged.mechanisms.front().probability >= kLikely)
     judged.verdict = Verdict::kMechanism;
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
   if (options.lists_detection_limits)

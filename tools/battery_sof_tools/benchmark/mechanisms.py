@@ -165,21 +165,29 @@ def left_out(inputs, truths, laws, folds):
     return shares
 
 
+def sharpened(shares, exponent):
+    """Probabilities at another temperature, one over the exponent."""
+    return softmax(exponent * np.log(shares + 1e-12))
+
+
+def held_by_set(shares, truths):
+    """Whether the set of SET holds the truth, and its size, of every case."""
+    order = np.argsort(-shares, axis=1)
+    size = 1 + (np.cumsum(np.take_along_axis(shares, order, axis=1), axis=1) < SET).sum(axis=1).clip(max=shares.shape[1] - 1)
+    return (order == truths[:, None]).argmax(axis=1) < size, size
+
+
 def calibrated(shares, truths):
-    """The exponent of probabilities of largest likelihood: one over the temperature."""
-    def likelihood(exponent):
-        return np.log(softmax(exponent * np.log(shares + 1e-12))[np.arange(len(truths)), truths]).mean()
-    return max(np.arange(0.5, 1.51, 0.05), key=likelihood)
+    """The largest exponent of probabilities at which the set of SET holds the truth in as many cases."""
+    return max(one for one in np.arange(0.5, 2.01, 0.05) if held_by_set(sharpened(shares, one), truths)[0].mean() >= SET)
 
 
 def judged(title, shares, truths):
     """A row of the table of judgements."""
-    order = np.argsort(-shares, axis=1)
-    size = 1 + (np.cumsum(np.take_along_axis(shares, order, axis=1), axis=1) < SET).sum(axis=1).clip(max=shares.shape[1] - 1)
-    place = (order == truths[:, None]).argmax(axis=1)
-    sure, right = shares.max(axis=1), order[:, 0] == truths
+    holds, size = held_by_set(shares, truths)
+    sure, right = shares.max(axis=1), shares.argmax(axis=1) == truths
     stated = [f"{100 * (sure >= least).mean():.0f} %, {100 * right[sure >= least].mean() if (sure >= least).any() else 0:.0f} % right" for least in (0.7, 0.9)]
-    return (title, str(len(truths)), f"{100 * right.mean():.0f} %", *stated, f"{100 * (place < size).mean():.0f} %", f"{size.mean():.1f}")
+    return (title, str(len(truths)), f"{100 * right.mean():.0f} %", *stated, f"{100 * holds.mean():.0f} %", f"{size.mean():.1f}")
 
 
 def table_text(weights, mechanisms):
@@ -195,13 +203,13 @@ def train(a):
     inputs, truths, laws = opened(a.out, known.mechanisms, known.mechanism_of)
     names = sorted(set(laws))
     alone = left_out(inputs, truths, laws, {law: k for k, law in enumerate(names)})
-    exponent = calibrated(alone, truths)
     halves = left_out(inputs, truths, laws, {law: k % 2 for k, law in enumerate(names)})
     is_law = np.char.startswith(laws, LAW)
+    exponent = calibrated(alone[is_law], truths[is_law])
     rows = []
     for title, some in (("laws", is_law), ("effects of the catalogue", ~is_law)):
         for how, shares in (("one law left out", alone), ("half of the laws left out", halves)):
-            rows.append(judged(f"{title}, {how}", softmax(exponent * np.log(shares + 1e-12))[some], truths[some]))
+            rows.append(judged(f"{title}, {how}", sharpened(shares, exponent)[some], truths[some]))
     print("\n".join(table(["", "cases", "right", "0.7 and more", "0.9 and more", "set of 0.9 has it", "mean size"], rows)))
     if a.table:
         write_text(a.table, table_text(exponent * fitted(inputs, truths, weights_of(laws)), known.mechanisms))
