@@ -139,11 +139,19 @@ class StepwiseSelection {
     return most;
   }
 
-  /// The best effect to add to a state. @param only of one mechanism (EffectSearch::withMembers()).
+  /// The best effect to add to a state; more than what the effects of its mechanism that are there
+  /// may leave. @param only of one mechanism (EffectSearch::withMembers()).
   std::optional<ExplanationState> bestAdded(const ExplanationState& state,
                                             std::optional<Mechanism> only) {
-    for (ExplanationState& with : search_.withMembers(state, only))
-      if (isWorth(with, state, mechanismOf(with.members.back()))) return std::move(with);
+    for (ExplanationState& with : search_.withMembers(state, only)) {
+      const Mechanism mechanism = mechanismOf(with.members.back());
+      if (!isWorth(with, state, mechanism)) continue;
+      const double adds = ExplanationFits::beyond(with, state);
+      double& explained = with.explained[mechanism];
+      explained = std::hypot(explained, adds);
+      if (adds < kCatalogueTolerance * explained) continue;
+      return std::move(with);
+    }
     return std::nullopt;
   }
 
@@ -195,16 +203,11 @@ class StepwiseSelection {
                    : rules_.min_gain;
   }
 
-  /// Whether a part has enough evidence and exceeds the relevance threshold; is more than what the
-  /// effects named of its mechanism may leave; and is no physics that the regressors of structure
+  /// Whether a part has enough evidence and exceeds the relevance threshold; and is no physics that the regressors of structure
   /// hold beside an effect of structure: another circuit than the catalogue's.
   bool isWorth(const ExplanationState& with, const ExplanationState& without,
                Mechanism mechanism) const {
-    if (with.evidence - without.evidence < needed(without, mechanism) ||
-        !isRelevant(with, without) ||
-        (mechanismsOf(without).count(mechanism) &&
-         ExplanationFits::beyond(with, without) <
-             kCatalogueTolerance * ExplanationFits::beyond(with, *start_)))
+    if (with.evidence - without.evidence < needed(without, mechanism) || !isRelevant(with, without))
       return false;
     if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument ||
         !(without.structure_gain > 0.0))
