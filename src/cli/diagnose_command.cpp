@@ -16,7 +16,6 @@ namespace {
 
 struct DiagnoseArguments {
   RecordingArguments recording;
-  std::vector<std::string> others;
   WindowArguments window;
   PriorsArguments priors;
   std::string report, out, base_out, json;
@@ -30,21 +29,6 @@ Recording stretchOf(const DiagnoseArguments& arguments, Digest& digest) {
   if (!recording.series.empty())
     recording.series = slice(recording.series, rangeOf(arguments.window, recording.series));
   return recording;
-}
-
-/// What the other recordings say of mechanisms, summed.
-MechanismEvidence evidenceOfOthers(const DiagnoseArguments& arguments,
-                                   const DiagnoseOptions& options, Progress& progress) {
-  MechanismEvidence sum{};
-  for (const std::string& path : arguments.others) {
-    progress.stage("weighing mechanisms in " + path);
-    RecordingArguments other = arguments.recording;
-    other.path = path;
-    Recording recording = loadRecording(other);
-    recording.series = atDesignRate(recording.series);
-    sum += mechanismEvidence(recording, options);
-  }
-  return sum;
 }
 
 /// A page that could not be written is found out before the minutes of work, not after.
@@ -93,7 +77,6 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   DiagnoseOptions options = arguments.options;
   options.priors = loadPriors(arguments.priors);
   Progress progress(line.err);
-  options.other_recordings = evidenceOfOthers(arguments, options, progress);
   Digest digest;
   const Recording recording = stretchOf(arguments, digest);
   Diagnosis diagnosis = interruptible(recording, std::move(options), progress, line.err);
@@ -114,10 +97,6 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       "diagnose", "find where base model and recording deviate, and which physics is missing");
   auto arguments = std::make_shared<DiagnoseArguments>();
   addRecordingOptions(*command, arguments->recording);
-  command
-      ->add_option("OTHERS", arguments->others,
-                   "further recordings of the same battery: what they say of mechanisms is added")
-      ->type_name(kReadFile);
   addSeriesBlocksOption(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
   command

@@ -22,8 +22,6 @@ struct DiagnoseOptions {
   /// What a fleet knows of parameters, in place of the catalogue's priors: for the base circuit and
   /// for every set of effects of which it has a population.
   std::vector<KnownPopulation> priors = {};
-  /// What other recordings of the battery say (mechanismEvidence()), summed.
-  MechanismEvidence other_recordings = {};
   bool lists_detection_limits = true;  ///< false: Diagnosis::detection_limits stays empty
   /// Ids whose strength in Diagnosis::detection_limits is one at which the recording with the
   /// effect put in was diagnosed and the effect named; up to six diagnoses each.
@@ -49,9 +47,5 @@ struct DiagnoseOptions {
  * @throws std::invalid_argument for options outside their ranges and unknown ids.
  */
 Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options = {});
-
-/// @return what a recording's training part says for each mechanism: zeros for poor data.
-MechanismEvidence mechanismEvidence(const Recording& recording,
-                                    const DiagnoseOptions& options = {});
 
 }  // namespace battery_sof

@@ -191,10 +191,9 @@ struct Diagnosis {
   /// of the samples whose voltage a source controls [0, 1] (detectControlMode())
   double charger_share = 0.0;
   ControlModeOverview source;  ///< operating mode over the whole recording
-  /// likely to be missing, the fewest whose probabilities add up to 0.9, likeliest first; empty when
-  /// nothing is missing, or nothing fits
-  std::vector<MechanismProbability> mechanisms;
-  MechanismEvidence mechanism_evidence;                 ///< what they follow from
+  /// of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
+  std::optional<Mechanism> mechanism;
+  double probability = 0.0;                             ///< of it [0, 1]
   double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, scaled by the fraction
   /// share of the rows that count as independent
   double effective_sample_fraction = 1.0;
@@ -207,12 +206,6 @@ struct Diagnosis {
   /// is not given, extended is the base model.
   std::optional<double> withheld_rmse;
   std::string next_experiment;
-
-  /// The likeliest of mechanisms; none without.
-  std::optional<Mechanism> mechanism() const {
-    return mechanisms.empty() ? std::nullopt : std::make_optional(mechanisms.front().mechanism);
-  }
-  double probability() const { return mechanisms.empty() ? 0.0 : mechanisms.front().probability; }
 
   /// fitted to the training part; state at its last sample; extended equals base when nothing was
   /// added

@@ -24,8 +24,6 @@ class EffectSearch {
   /// it allowed.
   std::vector<double> gridGains(const ExplanationState& state,
                                 const std::vector<EffectGridPoint>& grid) const;
-  /// The same, the best of every effect.
-  std::map<std::string, double> bestGains(const ExplanationState& state) const;
   /// A state with one effect more, from a point of its grid; the first steps of its fit. @param
   /// gain that the grid promises.
   ExplanationState withMember(const ExplanationState& state, const EffectGridPoint& from,

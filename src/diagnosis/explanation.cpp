@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <utility>
 
 #include "diagnosis/hypotheses.hpp"
 #include "effect_search.hpp"
@@ -17,7 +16,7 @@ namespace {
 
 constexpr int kFirstIterations = 4;
 constexpr double kSettled = 0.1;  // ln evidence
-constexpr int kSwaps = 2;         // rounds in which places may be taken by what does better
+constexpr int kSwaps = 3;         // rounds in which places may be taken by what does better
 
 /// Ids in the catalogue's order: what is given is one set, however it was written.
 std::vector<std::string> inOrder(const std::vector<std::string>& given) {
@@ -41,29 +40,6 @@ class StepwiseSelection {
     const auto tell = [&](const std::string& what) {
       if (progress) progress(what);
     };
-    ExplanationState start = circuit();
-    tell("trying the catalogue's effects");
-    search_.takeGrid();
-    tell("weighing mechanisms");
-    ExplanationState now = start;
-    start_ = start;
-    for (const std::string& id : given_) take(now, id);
-    found_.mechanisms = rules_.mechanisms ? *rules_.mechanisms : evidenceFrom(start);
-    found_.mechanisms += rules_.other_recordings;
-    if (given_.empty()) search(now, tell);
-    finish(now, start);
-    return std::move(found_);
-  }
-
-  MechanismEvidence mechanisms() {
-    const ExplanationState start = circuit();
-    search_.takeGrid();
-    return evidenceFrom(start);
-  }
-
- private:
-  /// The base circuit where it fits best.
-  ExplanationState circuit() {
     ExplanationState start = fits_.baseState();
     fits_.takeNoise(start);
     ExplanationState typical = start;
@@ -73,28 +49,28 @@ class StepwiseSelection {
     fits_.begin(typical, kFirstIterations);
     if (typical.evidence > start.evidence) start = std::move(typical);
     fits_.optimize(start);
-    return start;
+    tell("trying the catalogue's effects");
+    search_.takeGrid();
+    tell("weighing mechanisms");
+    ExplanationState now = start;
+    for (const std::string& id : given_) take(now, id);
+    while (given_.empty() &&
+           static_cast<int>(now.members.size() + now.estimated.size()) < rules_.max_terms &&
+           extend(now)) {
+      tell("weighing mechanisms (taken in so far: " + takenIn(now) + ")");
+      weighAgain(now);
+      fits_.takeEffectiveSampleFraction(now);
+      fits_.evaluateEvidence(now);
+    }
+    finish(now, start);
+    return std::move(found_);
   }
 
-  /// What the rows say for each mechanism in addition to a state: a linear fit of its regressors
-  /// alone, of all, and of all but its own.
-  MechanismEvidence evidenceFrom(const ExplanationState& state) const {
-    ExplanationState full = state;
-    full.estimated.insert(kAllMechanisms.begin(), kAllMechanisms.end());
-    fits_.evaluateEvidence(full);
-    MechanismEvidence found;
-    for (std::size_t k = 0; k < kMechanisms; ++k) {
-      ExplanationState without = full;
-      without.estimated.erase(kAllMechanisms[k]);
-      fits_.evaluateEvidence(without);
-      found[k] = {fits_.withRegressors(state, kAllMechanisms[k]).evidence - state.evidence,
-                  full.evidence - without.evidence, 0.0};
-    }
-    for (const auto& [id, gain] : search_.bestGains(state)) {
-      double& best = found[static_cast<std::size_t>(mechanismOf(id))].effect;
-      best = std::max(best, gain);
-    }
-    return found;
+ private:
+  static std::string takenIn(const ExplanationState& state) {
+    std::vector<std::string> names = state.members;
+    if (!state.estimated.empty()) names.push_back("what no equation represents");
+    return join(names);
   }
 
   /// Takes in what is known to be there.
@@ -107,114 +83,53 @@ class StepwiseSelection {
     fits_.evaluateEvidence(state);
   }
 
-  /// Whether effects represent mechanisms: their regressors add nothing to them, nothing above the
-  /// relevance threshold, or no more than a battery's own law differs from the catalogue's.
-  bool doesAsWell(const ExplanationState& effects, const std::set<Mechanism>& mechanisms) const {
-    ExplanationState both = effects;
-    both.estimated.insert(mechanisms.begin(), mechanisms.end());
-    fits_.evaluateEvidence(both);
-    ExplanationState without = *start_;
-    without.estimated = both.estimated;
-    fits_.evaluateEvidence(without);
-    return both.evidence - effects.evidence < rules_.min_gain ||
-           ExplanationFits::beyond(both, effects) <
-               std::max(fits_.relevanceLimit(both),
-                        kCatalogueTolerance * ExplanationFits::beyond(without, *start_));
+  /// What the effects of a mechanism that a state has explain [V].
+  static double explainedBy(Mechanism mechanism, const ExplanationState& state) {
+    const bool named =
+        std::any_of(state.members.begin(), state.members.end(),
+                    [&](const std::string& id) { return mechanismOf(id) == mechanism; });
+    return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
   }
 
-  static std::set<Mechanism> mechanismsOf(const ExplanationState& state) {
-    std::set<Mechanism> mechanisms;
-    for (const std::string& id : state.members) mechanisms.insert(mechanismOf(id));
-    return mechanisms;
+  /// Whether effects represent their mechanism's regressors: as evident, or these add nothing above
+  /// the relevance threshold, or no more than a battery's own law differs from the catalogue's.
+  /// @param without the mechanism.
+  bool doesAsWell(const ExplanationState& member, const ExplanationState& regressors,
+                  Mechanism mechanism, const ExplanationState& without) const {
+    if (member.evidence > regressors.evidence - rules_.tie) return true;
+    const ExplanationState both = fits_.withRegressors(member, mechanism);
+    if (both.evidence - member.evidence < rules_.min_gain) return true;
+    const double mechanism_brings =
+        std::hypot(ExplanationFits::beyond(both, without), explainedBy(mechanism, without));
+    return ExplanationFits::beyond(both, member) <
+           std::max(fits_.relevanceLimit(both), kCatalogueTolerance * mechanism_brings);
   }
 
-  /// A state with the mechanism's regressors that add most to it, where they are worth it.
-  std::optional<ExplanationState> withMostLeft(const ExplanationState& state) const {
-    std::optional<ExplanationState> most;
-    for (const Mechanism mechanism : kAllMechanisms) {
-      ExplanationState with = fits_.withRegressors(state, mechanism);
-      if ((!most || with.evidence > most->evidence) && isWorth(with, state, mechanism))
-        most = std::move(with);
+  /// What represents a mechanism in addition to a state: the best of its effects where that does as
+  /// well as its regressors, else those.
+  ExplanationState standingFor(Mechanism mechanism, const ExplanationState& without,
+                               const std::vector<ExplanationState>& members) const {
+    ExplanationState estimated = fits_.withRegressors(without, mechanism);
+    for (const ExplanationState& member : members)
+      if (mechanismOf(member.members.back()) == mechanism)
+        return doesAsWell(member, estimated, mechanism, without) ? member : estimated;
+    return estimated;
+  }
+
+  /// The same once a mechanism is chosen: its effects one after the other, while each is worth it,
+  /// until they do as well as its regressors.
+  ExplanationState membersFor(Mechanism mechanism, const ExplanationState& without,
+                              ExplanationState regressors) {
+    ExplanationState best = without;
+    for (int count = 0; count < rules_.max_terms; ++count) {
+      const std::vector<ExplanationState> members = search_.withMembers(best, mechanism);
+      if (members.empty() || members.front().evidence - best.evidence < rules_.min_gain ||
+          !isRelevant(members.front(), best))
+        break;
+      best = members.front();
+      if (doesAsWell(best, regressors, mechanism, without)) return best;
     }
-    return most;
-  }
-
-  /// The best effect to add to a state; more than what the effects of its mechanism that are there
-  /// may leave. @param only of one mechanism (EffectSearch::withMembers()).
-  std::optional<ExplanationState> bestAdded(const ExplanationState& state,
-                                            std::optional<Mechanism> only) {
-    for (ExplanationState& with : search_.withMembers(state, only)) {
-      const Mechanism mechanism = mechanismOf(with.members.back());
-      if (!isWorth(with, state, mechanism)) continue;
-      const double adds = ExplanationFits::beyond(with, state);
-      double& explained = with.explained[mechanism];
-      explained = std::hypot(explained, adds);
-      if (adds < kCatalogueTolerance * explained) continue;
-      return std::move(with);
-    }
-    return std::nullopt;
-  }
-
-  /// Effects one after the other, the best first, while each is worth it; of all mechanisms, then
-  /// of the one of which most is left. Those stand that do as well as the regressors of their
-  /// mechanisms. Where none does, the regressors of the likeliest mechanism stand that is worth it.
-  void search(ExplanationState& state, const std::function<void(const std::string&)>& tell) {
-    for (int round = 0;
-         round < rules_.max_terms && static_cast<int>(state.members.size()) < rules_.max_terms;
-         ++round) {
-      std::optional<ExplanationState> next = bestAdded(state, std::nullopt);
-      if (!next && !state.members.empty())
-        if (const std::optional<ExplanationState> left = withMostLeft(state))
-          next = bestAdded(state, *left->estimated.begin());
-      if (!next) break;
-      if (mechanismOf(next->members.back()) == Mechanism::kStructure)
-        next->structure_gain = std::max(state.structure_gain, next->evidence - state.evidence);
-      state = std::move(*next);
-      fits_.optimize(state);
-      dropIdle(state);
-      fits_.takeEffectiveSampleFraction(state);
-      fits_.evaluateEvidence(state);
-      tell("weighing mechanisms (taken in so far: " + join(state.members) + ")");
-    }
-    fits_.evaluateEvidence(*start_);
-    if (!state.members.empty() && doesAsWell(state, mechanismsOf(state))) {
-      if (std::optional<ExplanationState> rest = withMostLeft(state);
-          rest && !doesAsWell(state, rest->estimated)) {
-        state = std::move(*rest);
-        fits_.optimize(state);
-      }
-      return;
-    }
-    state = *start_;
-    for (const MechanismProbability& one : mechanismProbabilities(found_.mechanisms)) {
-      ExplanationState regressors = fits_.withRegressors(state, one.mechanism);
-      if (!isWorth(regressors, state, one.mechanism)) continue;
-      state = std::move(regressors);
-      fits_.optimize(state);
-      return;
-    }
-  }
-
-  /// Gain of ln evidence that one more part must bring. A battery's own structure is never quite
-  /// the catalogue's: the residual of it is no physics.
-  double needed(const ExplanationState& state, Mechanism mechanism) const {
-    const bool physics = mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
-    return physics ? std::max(rules_.min_gain, kCatalogueTolerance * state.structure_gain)
-                   : rules_.min_gain;
-  }
-
-  /// Whether a part has enough evidence and exceeds the relevance threshold; and is no physics that the regressors of structure
-  /// hold beside an effect of structure: another circuit than the catalogue's.
-  bool isWorth(const ExplanationState& with, const ExplanationState& without,
-               Mechanism mechanism) const {
-    if (with.evidence - without.evidence < needed(without, mechanism) || !isRelevant(with, without))
-      return false;
-    if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument ||
-        !(without.structure_gain > 0.0))
-      return true;
-    return fits_.withRegressors(with, Mechanism::kStructure).evidence -
-               fits_.withRegressors(without, Mechanism::kStructure).evidence >=
-           rules_.min_gain;
+    return regressors;
   }
 
   /// Whether a part exceeds the relevance threshold: of all rows, or while cranking.
@@ -224,36 +139,120 @@ class StepwiseSelection {
            fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
   }
 
-  /// Effects that are not worth their place with the others go.
-  void dropIdle(ExplanationState& state) {
-    for (const std::string& id : std::vector<std::string>(state.members)) {
-      if (state.members.size() < 2) return;
-      ExplanationState without = fits_.withoutMember(state, id);
+  /// Gain of ln evidence that a mechanism must bring. A battery's own structure is never quite the
+  /// catalogue's: the residual of it is no physics.
+  double needed(const ExplanationState& state, Mechanism mechanism) const {
+    const bool physics = mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
+    return physics ? std::max(rules_.min_gain, kCatalogueTolerance * state.structure_gain)
+                   : rules_.min_gain;
+  }
+
+  /// Whether regressors are no more than what the effects named of their mechanism may leave of it.
+  bool isRestOfNamed(const ExplanationState& regressors, const ExplanationState& state,
+                     Mechanism mechanism) const {
+    if (regressors.estimated.size() == state.estimated.size()) return false;
+    return ExplanationFits::beyond(regressors, state) <
+           kCatalogueTolerance * std::hypot(ExplanationFits::beyond(regressors, state),
+                                            explainedBy(mechanism, state));
+  }
+
+  /// Whether physics added to an effect of structure is no more than the structure's regressors
+  /// hold: another circuit than the catalogue's.
+  bool isHeldByStructure(const ExplanationState& with, const ExplanationState& without,
+                         Mechanism mechanism) const {
+    if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument ||
+        !(explainedBy(Mechanism::kStructure, without) > 0.0))
+      return false;
+    return fits_.withRegressors(with, Mechanism::kStructure).evidence -
+               fits_.withRegressors(without, Mechanism::kStructure).evidence <
+           rules_.min_gain;
+  }
+
+  static std::set<std::string> partsOf(const ExplanationState& state) {
+    std::set<std::string> parts(state.members.begin(), state.members.end());
+    for (const Mechanism mechanism : state.estimated) parts.insert(mechanismId(mechanism));
+    return parts;
+  }
+
+  /// Takes in the mechanism of greatest evidence. The same parts get the same mechanism once: what
+  /// was taken and let go does not come again and again. @return whether one was worth it.
+  bool extend(ExplanationState& state) {
+    const std::vector<ExplanationState> members = search_.withMembers(state, std::nullopt);
+    ExplanationState best = state;
+    std::optional<Mechanism> chosen;
+    const std::set<std::string> parts = partsOf(state);
+    for (const Mechanism mechanism : kAllMechanisms) {
+      if (state.estimated.count(mechanism) || tried_.count({parts, mechanism})) continue;
+      const ExplanationState of_mechanism = standingFor(mechanism, state, members);
+      if (of_mechanism.evidence - state.evidence < needed(state, mechanism) ||
+          isHeldByStructure(of_mechanism, state, mechanism))
+        continue;
+      if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) ||
+          !isRelevant(of_mechanism, state) || isRestOfNamed(of_mechanism, state, mechanism))
+        continue;
+      best = of_mechanism;
+      chosen = mechanism;
+    }
+    if (!chosen) return false;
+    tried_.insert({parts, *chosen});
+    if (best.estimated.size() > state.estimated.size()) best = membersFor(*chosen, state, best);
+    best.explained[*chosen] =
+        std::hypot(explainedBy(*chosen, state), ExplanationFits::beyond(best, state));
+    if (*chosen == Mechanism::kStructure)
+      best.structure_gain = std::max(state.structure_gain, best.evidence - state.evidence);
+    state = std::move(best);
+    fits_.optimize(state);
+    return true;
+  }
+
+  /// Each part once more with the others: regressors give way to an effect that does as well, what
+  /// is not worth its place goes.
+  void weighAgain(ExplanationState& state) {
+    if (state.members.size() + state.estimated.size() < 2) return;
+    for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
+      ExplanationState without = state;
+      without.estimated.erase(mechanism);
+      fits_.optimize(without);
+      if (state.evidence - without.evidence < rules_.min_gain || !isRelevant(state, without)) {
+        state = std::move(without);
+        continue;
+      }
+      const std::vector<ExplanationState> members = search_.withMembers(without, mechanism);
+      if (!members.empty() && doesAsWell(members.front(), state, mechanism, without))
+        state = members.front();
+    }
+    for (const std::string& id : state.members)
       if (mechanismOf(id) == Mechanism::kStructure)
-        state.structure_gain = std::max(state.structure_gain, state.evidence - without.evidence);
-      if (!isWorth(state, without, mechanismOf(id))) state = std::move(without);
+        state.structure_gain = std::max(state.structure_gain,
+                                        state.evidence - fits_.withoutMember(state, id).evidence);
+    for (const std::string& id : std::vector<std::string>(state.members)) {
+      if (state.members.size() + state.estimated.size() < 2) return;
+      ExplanationState without = fits_.withoutMember(state, id);
+      if (state.evidence - without.evidence < needed(state, mechanismOf(id)) ||
+          !isRelevant(state, without) || isHeldByStructure(state, without, mechanismOf(id)))
+        state = std::move(without);
     }
   }
 
   void finish(ExplanationState& state, ExplanationState& start) {
     fits_.refine(state);
     fits_.evaluateEvidence(start);
-    found_.base_evidence = start.evidence;
-    takePlaces(state);
     found_.evidence = state.evidence;
+    found_.base_evidence = start.evidence;
     found_.model = state.model;
     found_.point = state.point;
+    takePlaces(state);
     std::stable_sort(found_.terms.begin(), found_.terms.end(),
                      [](const SelectedTerm& a, const SelectedTerm& b) { return a.gain > b.gain; });
     takeRest(state);
   }
 
-  /// Every part's place. Where another effect does better in one, it is taken and the places are
-  /// weighed once more.
+  /// Every part's place. Where another does better in one, it is taken and the places are weighed
+  /// once more.
   void takePlaces(ExplanationState& state) {
-    for (int round = 0; round <= kSwaps; ++round) {
-      if (better_) state = *std::exchange(better_, std::nullopt);
+    for (int round = 0; round < kSwaps; ++round) {
       found_.terms.clear();
+      better_.reset();
       for (const std::string& id : state.members)
         takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
       for (const Mechanism mechanism : state.estimated) {
@@ -262,10 +261,13 @@ class StepwiseSelection {
         fits_.optimize(without);
         takePlace(state, without, mechanism, "");
       }
-      if (!better_ || !given_.empty()) return;
-      fits_.optimize(*better_);
-      dropIdle(*better_);
+      if (!better_ || !given_.empty() || round + 1 == kSwaps) break;
+      state = std::move(*better_);
+      fits_.optimize(state);
     }
+    found_.evidence = state.evidence;
+    found_.model = state.model;
+    found_.point = state.point;
   }
 
   /// Whether an effect holds another: as good as that alone, it adds nothing.
@@ -274,28 +276,52 @@ class StepwiseSelection {
     return contains(ids, other);
   }
 
+  void weighRival(const ExplanationState& rival, const ExplanationState& state) {
+    if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_)
+                                                                        : search_.rankOf(state)) +
+                                    kSettled)
+      better_ = rival;
+  }
+
   /// What a part is worth, what it adds, and what could stand in its place.
   void takePlace(const ExplanationState& state, const ExplanationState& without,
                  Mechanism mechanism, const std::string& id) {
     SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 1.0};
-    if (given_.empty())
-      for (const MechanismProbability& likely : mechanismProbabilities(found_.mechanisms))
-        if (likely.mechanism == mechanism) one.probability = likely.probability;
     one.rms =
         ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
-    if (!id.empty()) {
-      for (const ExplanationState& member : search_.withMembers(without, std::nullopt)) {
-        const std::string& other = member.members.back();
-        if (search_.rankOf(member) > search_.rankOf(better_ ? *better_ : state) + kSettled)
-          better_ = member;
-        if (other != id && member.evidence - without.evidence > one.gain - rules_.tie &&
-            !needs(other, id))
-          one.indistinguishable.push_back(other);
-      }
+    std::map<Mechanism, double> rivals = {{mechanism, one.gain}};
+    const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);
+    for (const ExplanationState& member : members) {
+      if (!std::isfinite(member.evidence)) continue;
+      const double gain = member.evidence - without.evidence;
+      const Mechanism of = mechanismOf(member.members.back());
+      if (!id.empty() && member.members.back() != id && gain > one.gain - rules_.tie &&
+          !needs(member.members.back(), id))
+        one.indistinguishable.push_back(member.members.back());
+      if (of == mechanism) weighRival(member, state);
+      if (!rivals.count(of) || gain > rivals[of]) rivals[of] = gain;
+    }
+    if (!id.empty())
       for (const std::string& alike : effectInfo(id).same_as)
         if (!ExplanationFits::isUsed(alike, state) && !contains(one.indistinguishable, alike))
           one.indistinguishable.push_back(alike);
+    if (id.empty() && !better_)
+      for (const ExplanationState& member : members)
+        if (mechanismOf(member.members.back()) == mechanism &&
+            doesAsWell(member, state, mechanism, without)) {
+          better_ = member;
+          break;
+        }
+    for (const Mechanism other : kAllMechanisms) {
+      if (without.estimated.count(other) || other == mechanism) continue;
+      const ExplanationState standing = standingFor(other, without, members);
+      weighRival(standing, state);
+      const double gain = standing.evidence - without.evidence;
+      if (!rivals.count(other) || gain > rivals[other]) rivals[other] = gain;
     }
+    double sum = 0.0;
+    for (const auto& rival : rivals) sum += std::exp(rival.second - rivals[mechanism]);
+    one.probability = 1.0 / sum;
     found_.terms.push_back(one);
   }
 
@@ -312,25 +338,28 @@ class StepwiseSelection {
     found_.weighed = search_.weighed();
     found_.detection_limits =
         search_.minStrengths(state, [&](Mechanism mechanism) { return needed(state, mechanism); });
+    double most = rules_.min_gain;
+    for (const Mechanism mechanism : kAllMechanisms) {
+      if (state.estimated.count(mechanism)) continue;
+      const double gain = fits_.withRegressors(state, mechanism).evidence - state.evidence;
+      if (gain <= most) continue;
+      most = gain;
+      found_.unexplained_mechanism = mechanism;
+    }
   }
 
   ExplanationRules rules_;
   std::vector<std::string> given_;
   ExplanationFits fits_;
   EffectSearch search_;
-  std::optional<ExplanationState> start_;   // the base circuit alone
-  std::optional<ExplanationState> better_;  // than the state, with another effect in a place
+  // mechanisms tried with these parts
+  std::set<std::pair<std::set<std::string>, Mechanism>> tried_;
+  // than the state, by what could stand in a place
+  std::optional<ExplanationState> better_;
   Explanation found_;
 };
 
 }  // namespace
-
-MechanismEvidence mechanismEvidence(const InputSequence& inputs, DesignMatrix table,
-                                    const CompositionPoint& base,
-                                    const std::vector<std::string>& ids,
-                                    const ExplanationRules& rules) {
-  return StepwiseSelection(inputs, inputs.samples.size(), table, base, ids, {}, rules).mechanisms();
-}
 
 double minError(const InputSequence& inputs, std::size_t training, const DesignMatrix& table,
                 const CompositionPoint& base, const ExplanationRules& rules) {

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/mechanism_evidence.hpp"
 #include "diagnosis/row_simulation.hpp"
 #include "estimation/parameter_space.hpp"
 #include "regression/discrepancy_fit.hpp"
@@ -23,8 +22,8 @@ struct SelectedTerm {
   /// [V], what it adds over the training rows that the base circuit cannot
   double rms = 0.0;
   std::vector<std::string> indistinguishable;  ///< ids that would do as well in its place
-  /// of its mechanism, when it was taken [0, 1]
-  double probability = 0.0;
+  /// of its mechanism in this place, if it is one of the mechanisms that were weighed [0, 1]
+  double probability = 1.0;
 };
 
 /// An effect that was fitted in some step.
@@ -57,10 +56,6 @@ struct ExplanationRules {
   int max_terms = 5;
   /// in place of the catalogue's, of exactly a composition's effects
   std::vector<KnownPopulation> priors = {};
-  /// what the recording says with the current as its input, where the rows have another
-  std::optional<MechanismEvidence> mechanisms = std::nullopt;
-  /// what other recordings of the battery say, summed
-  MechanismEvidence other_recordings = {};
   /// called at every fit; what it throws ends the search
   std::function<void()> pulse = nullptr;
 };
@@ -74,8 +69,7 @@ struct LinearDetectionLimit {
 
 /// What explains the rows' errors of a base circuit.
 struct Explanation {
-  std::vector<SelectedTerm> terms;      ///< in the order in which they were taken
-  MechanismEvidence mechanisms;         ///< in addition to the base circuit alone
+  std::vector<SelectedTerm> terms;      ///< largest gain first
   BatteryModel model = BatteryModel();  ///< the base circuit with the effects among the components
   CompositionPoint point;               ///< of it
   double evidence = 0.0;                ///< ln evidence, scaled by the fraction
@@ -90,14 +84,15 @@ struct Explanation {
   double unexplained_rms = 0.0;
   double unexplained_crank = 0.0;         ///< [V], mean magnitude of that while cranking
   double unexplained_charge_share = 0.0;  ///< [1], of the charging current, that it represents
-  std::vector<WeighedMember> weighed;     ///< in the order in which they came
+  std::optional<Mechanism> unexplained_mechanism;      ///< that gains most in addition
+  std::vector<WeighedMember> weighed;                  ///< in the order in which they came
   std::vector<LinearDetectionLimit> detection_limits;  ///< of every effect that is not in it
 };
 
 /**
- * @brief Explains errors by mechanisms first: the likeliest by the evidence of all
- * (likelyMechanisms()) that is worth it is taken, by its effects where they do as well as its
- * regressors, else by those; then what is left is weighed in the same way.
+ * @brief Explains errors by mechanisms first: in each step the mechanism of greatest evidence, by
+ * one of its effects or by its regressors, whichever the data support; then what was selected
+ * is weighed again with the rest.
  *
  * Evidence is that of LinearProblem at one fraction for all: a composition stands by its errors at
  * its best parameters and the directions these may move in (Laplace), regressors by one strength a
@@ -115,12 +110,6 @@ Explanation explain(InputSequence inputs, std::size_t training, DesignMatrix tab
                     const CompositionPoint& base, const std::vector<std::string>& ids,
                     const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress = nullptr);
-
-/// @return what the rows say for each mechanism; @param as explain()'s.
-MechanismEvidence mechanismEvidence(const InputSequence& inputs, DesignMatrix table,
-                                    const CompositionPoint& base,
-                                    const std::vector<std::string>& ids,
-                                    const ExplanationRules& rules);
 
 /// @return the residual of the rows once all that can be estimated with the base circuit is taken
 /// out [V, RMS]; infinite where the circuit has no finite voltage.

@@ -39,8 +39,8 @@ struct ExplanationState {
   std::vector<std::string> members;  // named ones, without what they need
   LinearFit fit;
   double evidence = -std::numeric_limits<double>::infinity();
-  std::map<Mechanism, double> explained;  // [V], by the effects of a mechanism
-  double structure_gain = 0.0;            // of ln evidence, by the largest effect of structure
+  double structure_gain = 0.0;            // of ln evidence, by the structure taken in
+  std::map<Mechanism, double> explained;  // [V], by the mechanisms taken in
 };
 
 /// What an effect adds to the base circuit at one point of its grid.

@@ -11,10 +11,10 @@ namespace {
 
 // of the training part: ten for every unknown of base model and noise
 constexpr std::size_t kMinSamples = 120;
-constexpr double kMinDuration = 44.0;  // [s], of a minute's recording
-constexpr double kMinCharge = 20.0;    // [As] that must flow in either direction
-constexpr double kSlow = 0.15;         // [s]; sampled more slowly, edges cannot be set aside
-constexpr double kLostShare = 0.005;   // of the samples; a second in three minutes
+constexpr double kMinDuration = 120.0;  // [s], two time constants of the double layer at rest
+constexpr double kMinCharge = 20.0;     // [As] that must flow in either direction
+constexpr double kSlow = 0.15;          // [s]; sampled more slowly, edges cannot be set aside
+constexpr double kLostShare = 0.005;    // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
 constexpr double kCoarseVoltage =
     // [V], 10 mV but for printed digits; most effects leave less than 20 mV

@@ -73,56 +73,40 @@ struct Rows {
   DesignMatrix table;
 };
 
+}  // namespace
+
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
 /// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
 /// source, and a voltage that is controlled although it is not brings its noise into the battery's
 /// state.
-Rows rowsOf(const Prepared& prepared, const ExplanationRules& rules, Explained& explained) {
-  const CompositionPoint& base = prepared.base.point;
+Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
+  Explained explained;
   explained.driving = chargerControl(prepared.screened.series);
-  Rows rows(prepared, std::nullopt);
-  if (!explained.driving) return rows;
-  Rows controlled(prepared, explained.driving);
-  if (controlled.minError(base, rules) < (1.0 - kCatalogueTolerance) * rows.minError(base, rules))
-    return controlled;
-  explained.driving.reset();
-  explained.notes.push_back(
-      "a source is seen, but to take it as holding the voltage leaves no less of the error: "
-      "the current is the input");
-  return rows;
-}
-
-ExplanationRules rulesOf(const DiagnoseOptions& options) {
+  explained.is_lead_acid = isLeadAcid(prepared.screened.series);
+  const CompositionPoint& base = prepared.base.point;
   ExplanationRules rules;
   rules.relevance = options.relevance;
   rules.priors = options.priors;
-  rules.other_recordings = options.other_recordings;
   rules.pulse = options.pulse;
-  return rules;
-}
-
-}  // namespace
-
-/// The current is the input throughout: whether a source is taken to control the voltage hangs on
-/// little, and a milliohm in series, which changes that, must change no mechanism.
-MechanismEvidence weighMechanisms(const Prepared& prepared, const DiagnoseOptions& options) {
   Rows rows(prepared, std::nullopt);
-  return mechanismEvidence(rows.inputs, std::move(rows.table), prepared.base.point,
-                           hypothesesOf(options.hypotheses, false), rulesOf(options));
-}
-
-Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options) {
-  Explained explained;
-  explained.is_lead_acid = isLeadAcid(prepared.screened.series);
-  ExplanationRules rules = rulesOf(options);
-  Rows rows = rowsOf(prepared, rules, explained);
-  if (explained.driving) rules.mechanisms = weighMechanisms(prepared, options);
+  if (explained.driving) {
+    Rows controlled(prepared, explained.driving);
+    if (controlled.minError(base, rules) <
+        (1.0 - kCatalogueTolerance) * rows.minError(base, rules)) {
+      rows = std::move(controlled);
+    } else {
+      explained.driving.reset();
+      explained.notes.push_back(
+          "a source is seen, but to take it as holding the voltage leaves no less of the error: "
+          "the current is the input");
+    }
+  }
   const std::vector<std::string> ids =
       idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(),
                  explained.is_lead_acid, explained.notes);
   const std::size_t training = rows.inputs.samples.size();
-  explained.explanation = explain(std::move(rows.inputs), training, std::move(rows.table),
-                                  prepared.base.point, ids, options.given, rules, options.progress);
+  explained.explanation = explain(std::move(rows.inputs), training, std::move(rows.table), base,
+                                  ids, options.given, rules, options.progress);
   return explained;
 }
 

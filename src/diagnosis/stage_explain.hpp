@@ -21,9 +21,6 @@ struct Explained {
   bool hasEffects() const { return !explanation.model.effects().empty(); }
 };
 
-/// What the training part says for each mechanism.
-MechanismEvidence weighMechanisms(const Prepared& prepared, const DiagnoseOptions& options);
-
 Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options);
 
 }  // namespace battery_sof

@@ -12,7 +12,8 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kLikely = 0.5;  // of a mechanism that is reported: likelier than all others
+// [1], of the mechanisms reported of batteries of unknown law: docs/diagnosis.md
+constexpr double kReportedRight = 0.7;
 
 /// RMS of what a fit leaves of its samples apart from white noise and rounding [V]; samples weigh
 /// by their count, which edges of a slow sampling make less.
@@ -131,18 +132,21 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
   judged.verdict =
       judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
   judged.terms = explanation.terms;
-  // Regressors that do not hold on left-out blocks say what is missing, not how much of it.
-  if (!judged.terms.empty() || (judged.verdict == Verdict::kUnexplained &&
-                                (rest.has_discrepancy || !explained.explanation.terms.empty())))
-    judged.mechanisms = likelyMechanisms(explanation.mechanisms,
-                                         judged.terms.empty() || judged.terms.front().member.empty()
-                                             ? std::nullopt
-                                             : std::make_optional(judged.terms.front().mechanism));
-  if (!explained.is_lead_acid && !judged.mechanisms.empty() &&
-      isOfLeadAcid(judged.mechanisms.front().mechanism))
-    judged.mechanisms.clear();
-  if (judged.verdict == Verdict::kUnexplained && !judged.mechanisms.empty() &&
-      judged.mechanisms.front().probability >= kLikely)
+  // The evidence weighs mechanisms against each other and does not know that a battery's law may be
+  // none of them.
+  for (SelectedTerm& one : judged.terms) one.probability *= kReportedRight;
+  if (!judged.terms.empty()) {
+    judged.mechanism = judged.terms.front().mechanism;
+    judged.probability = judged.terms.front().probability;
+  } else if (judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
+             !discrepancy.finding->mechanisms.empty()) {
+    judged.mechanism = discrepancy.finding->mechanisms.front().mechanism;
+  }
+  if (judged.mechanism && !explained.is_lead_acid && isOfLeadAcid(*judged.mechanism)) {
+    judged.mechanism.reset();
+    judged.probability = 0.0;
+  }
+  if (judged.verdict == Verdict::kUnexplained && judged.mechanism)
     judged.verdict = Verdict::kMechanism;
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
   if (options.lists_detection_limits)

@@ -172,11 +172,9 @@ std::string summaryOf(const Diagnosis& diagnosis) {
              gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kMechanism:
     case Verdict::kUnexplained:
-      return (diagnosis.mechanism()
-                  ? format("Missing mechanism (%.0f %% likely), of which no equation of the "
-                           "catalogue fits: ",
-                           100.0 * diagnosis.probability()) +
-                        mechanismSentence(*diagnosis.mechanism())
+      return (diagnosis.mechanism
+                  ? "Missing mechanism, of which no equation of the catalogue fits: " +
+                        mechanismSentence(*diagnosis.mechanism)
                   : std::string("Model and measurement deviate, and no mechanism explains how")) +
              partOfIt(diagnosis) + discrepancySentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault:

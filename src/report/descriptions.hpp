@@ -219,7 +219,7 @@ void describe(Visit& visit, const ErrorMetrics& metrics) {
 template <typename Visit>
 void describe(Visit& visit, const Diagnosis& d) {
   std::optional<std::string> mechanism;
-  if (d.mechanism()) mechanism = mechanismId(*d.mechanism());
+  if (d.mechanism) mechanism = mechanismId(*d.mechanism);
   visit(FIELD(verdict), toString(d.verdict));
   visit(FIELD(summary), d.summary);
   visit(FIELD(mechanism), mechanism);

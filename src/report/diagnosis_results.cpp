@@ -23,10 +23,10 @@ std::string timesText(const FitWindow& window) {
 
 std::string verdictText(const Diagnosis& d) {
   std::string text = wrapped("verdict      ", toString(d.verdict) + ": " + d.summary);
-  for (const MechanismProbability& one : d.mechanisms)
-    text += wrapped(&one == &d.mechanisms.front() ? "mechanism    " : kIndent,
-                    mechanismId(one.mechanism) + " (" + mechanismSentence(one.mechanism) +
-                        format("), probability %.2f", one.probability));
+  if (d.mechanism)
+    text += wrapped("mechanism    ",
+                    mechanismId(*d.mechanism) + " (" + mechanismSentence(*d.mechanism) + ")" +
+                        (d.probability > 0.0 ? format(", probability %.2f", d.probability) : ""));
   if (!d.base.provenance.recording.empty())
     text += "recording    " + d.base.provenance.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
@@ -263,12 +263,6 @@ void describe(Visit& visit, const DiscrepancyAtCurrent& at) {
 }
 
 template <typename Visit>
-void describe(Visit& visit, const MechanismProbability& one) {
-  visit("id", mechanismId(one.mechanism));
-  visit("probability", one.probability);
-}
-
-template <typename Visit>
 void describe(Visit& visit, const MechanismWeight& weight) {
   visit("mechanism", mechanismId(weight.mechanism));
   visit("gain", weight.gain);
@@ -337,6 +331,23 @@ void describe(Visit& visit, const ControlModeOverview& source) {
   visit("voltage", source.voltage_controlled);
 }
 
+namespace {
+
+std::optional<double> probabilityOf(const Diagnosis& d) {
+  return d.mechanism && d.probability > 0.0 ? std::optional<double>(d.probability) : std::nullopt;
+}
+
+/// Those whose probabilities add up to 0.9, likeliest first: at present the one of the verdict.
+nlohmann::json mechanismsJson(const Diagnosis& d) {
+  nlohmann::json mechanisms = nlohmann::json::array();
+  if (d.mechanism)
+    mechanisms.push_back(
+        {{"id", mechanismId(*d.mechanism)}, {"probability", jsonOf(probabilityOf(d))}});
+  return mechanisms;
+}
+
+}  // namespace
+
 nlohmann::json resultJson(const Diagnosis& d) {
   JsonFields visit;
   describe(visit, d);
@@ -350,8 +361,8 @@ nlohmann::json resultJson(const Diagnosis& d) {
   visit("baseline_line", d.fit.baseline_line);
   visit("regimes", d.regimes);
   visit("parameter_bias", d.parameter_bias);
-  visit("mechanisms", d.mechanisms);
-  visit("probability", d.mechanism() ? std::optional<double>(d.probability()) : std::nullopt);
+  visit("mechanisms", mechanismsJson(d));
+  visit("probability", probabilityOf(d));
   visit("relevance", d.unexplained);
   visit("withheld_rmse", d.withheld_rmse, "v");
   visit("discrepancy", d.discrepancy);

@@ -464,8 +464,7 @@ std::string unexplainedSection(const Diagnosis& d) {
   const DiscrepancyFinding& discrepancy = *d.discrepancy;
   std::string html = paragraph(escaped(discrepancy.description + " " + useOfDiscrepancy(d)));
   if (!discrepancy.is_used) return section("unexplained", "What no equation represents", html);
-  if (d.mechanism())
-    html += paragraph("Its kind: " + escaped(mechanismSentence(*d.mechanism())) + ".");
+  if (d.mechanism) html += paragraph("Its kind: " + escaped(mechanismSentence(*d.mechanism)) + ".");
   html += element("h3", "What it follows most") + listHtml(discrepancy.terms);
   return section("unexplained", "What no equation represents", html + discrepancyHtml(d));
 }

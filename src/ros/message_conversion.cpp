@@ -150,7 +150,7 @@ DiagnosisMessage messageOf(const FinishedDiagnosis& report, const Adoption& adop
   message.from = report.from;
   message.samples = static_cast<std::uint32_t>(report.samples);
   message.duration_ms = report.duration_ms;
-  message.probability = diagnosis.probability();
+  message.probability = diagnosis.probability;
   message.unexplained_rmse = diagnosis.unexplained.rmse;
   Comparison fit = diagnosis.fit;
   if (fit.train.samples == 0) {  // nothing was compared: no numbers

@@ -70,7 +70,7 @@ TEST(DiagnoseCases, AModelThatTheEdgesChangeLastIsAnswered) {
   const Diagnosis diagnosis =
       diagnosisOf(recordingOf({"structural_control"}, 5825019654786576155u, 400.0));
   EXPECT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
-  EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism()) << diagnosis.summary;
+  EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
   for (const std::string& id : namesBeyondStructure(diagnosis))
     EXPECT_EQ("sensor_lag", id) << diagnosis.summary;
   EXPECT_FALSE(diagnosis.detection_limits.empty());
@@ -152,7 +152,7 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
   std::sort(ids.begin(), ids.end());
   EXPECT_EQ((std::vector<std::string>{"cpe2", "current_dependent_resistance"}), ids)
       << diagnosis.summary;
-  EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism()) << diagnosis.summary;
+  EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
   EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
 }
 
@@ -163,7 +163,7 @@ TEST(DiagnoseCases, AFamilyThatComesAndGoesIsAnswered) {
   order.seed = 3701564531710842015u;
   const Diagnosis diagnosis =
       diagnosisOf(recordingOf("law", reference::drawLawScenario(order).samples));
-  EXPECT_EQ(Mechanism::kAcceptance, diagnosis.mechanism()) << diagnosis.summary;
+  EXPECT_EQ(Mechanism::kAcceptance, diagnosis.mechanism) << diagnosis.summary;
 }
 
 /// The catalogue's structure is not quite this circuit: what is left of it had been called a gain

@@ -124,7 +124,8 @@ inline MadeDiagnosis madeNamed() {
   effect.mechanism = "acceptance";
   effect.probability = 0.97;
   d.effects = {effect};
-  d.mechanisms = {{Mechanism::kAcceptance, 0.97}};
+  d.mechanism = Mechanism::kAcceptance;
+  d.probability = 0.97;
   d.evidence_base = 5210.0;
   d.evidence_extended = 7050.0;
   d.effective_sample_fraction = 0.11;
@@ -207,7 +208,8 @@ inline MadeDiagnosis madeUnknown() {
   d.summary =
       "Of what is missing the kind is known and the form is not: charging is limited by how fast "
       "the battery takes charge up.";
-  d.mechanisms = {{Mechanism::kAcceptance, 0.94}};
+  d.mechanism = Mechanism::kAcceptance;
+  d.probability = 0.94;
   d.mismatch = {{187.0, 225.0, "long_charge", 0.08, 0.15, 1e-4}};
   d.candidates = {
       {"acid_transport", 55.0, 0.0, "what was taken instead explains more of the error", "acid"}};

@@ -200,7 +200,7 @@ TEST(Diagnose, OneSampleASecondWhoseVoltageIsHalfASecondLateIsNamedSo) {
   EXPECT_EQ("time_skew", diagnosis.effects.front().id);
   ASSERT_FALSE(diagnosis.effects.front().parameters.empty());
   EXPECT_NEAR(0.5, diagnosis.effects.front().parameters.front().value, 0.1);
-  EXPECT_EQ(Mechanism::kInstrument, diagnosis.mechanism()) << diagnosis.summary;
+  EXPECT_EQ(Mechanism::kInstrument, diagnosis.mechanism) << diagnosis.summary;
 }
 
 /// Slow diffusion of a lithium cell, which in a lead-acid battery would be the acid's.
@@ -213,41 +213,20 @@ TEST(Diagnose, ACellOfAnotherChemistryGetsNoNameOfLeadAcid) {
     series.voltage[k] += 0.002 * memory;
   }
   const Diagnosis twelve = diagnose(recording);
-  ASSERT_TRUE(twelve.mechanism() && isOfLeadAcid(*twelve.mechanism())) << twelve.summary;
+  ASSERT_TRUE(twelve.mechanism && isOfLeadAcid(*twelve.mechanism)) << twelve.summary;
   for (double& voltage : series.voltage) voltage -= 8.9;
   const Diagnosis cell = diagnose(recording);
-  EXPECT_FALSE(cell.mechanism() && isOfLeadAcid(*cell.mechanism())) << cell.summary;
+  EXPECT_FALSE(cell.mechanism && isOfLeadAcid(*cell.mechanism)) << cell.summary;
   EXPECT_EQ(std::string::npos, cell.summary.find("acid")) << cell.summary;
   EXPECT_TRUE(hasNoEquation(cell.verdict)) << cell.summary;
 }
 
-TEST(Diagnose, LessThanAMinuteIsTooShort) {
-  const Diagnosis diagnosis = diagnose(recordingOfDrive(55.0));
+TEST(Diagnose, AMinuteIsTooShort) {
+  const Diagnosis diagnosis = diagnose(recordingOfDrive(60.0));
   EXPECT_EQ(Verdict::kInsufficientData, diagnosis.verdict);
-  EXPECT_NE(std::string::npos, diagnosis.summary.find("at least 44 s")) << diagnosis.summary;
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("120")) << diagnosis.summary;
   EXPECT_FALSE(diagnosis.next_experiment.empty());
   EXPECT_FALSE(diagnosis.source.totals.empty());
-}
-
-TEST(Diagnose, AMinuteIsDiagnosed) {
-  const Diagnosis diagnosis = diagnose(recordingOfDrive(60.0));
-  EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
-}
-
-/// What another trip of the same battery says is added: the sum is sure where each is less so.
-TEST(Diagnose, WhatOtherRecordingsSayIsAdded) {
-  const Recording recording = withSlope(0.1, 2.0);
-  DiagnoseOptions options;
-  options.lists_detection_limits = false;
-  const Diagnosis alone = diagnose(recording, options);
-  options.other_recordings = mechanismEvidence(recording);
-  const Diagnosis both = diagnose(recording, options);
-  for (std::size_t k = 0; k < kMechanisms; ++k)
-    EXPECT_EQ(2.0 * alone.mechanism_evidence[k].alone, both.mechanism_evidence[k].alone);
-  EXPECT_EQ(alone.mechanism(), both.mechanism());
-  EXPECT_GE(both.probability(), alone.probability());
-  const MechanismEvidence nothing = mechanismEvidence(Recording());
-  for (const MechanismSupport& one : nothing) EXPECT_EQ(0.0, one.alone);
 }
 
 TEST(Diagnose, ABatteryAtRestIsInsufficientData) {

@@ -55,6 +55,7 @@ TEST(Explain, TheBaseCircuitsOwnVoltageNeedsNoExplanation) {
   EXPECT_EQ(found.base_evidence, found.evidence);
   EXPECT_NEAR(0.002 / std::sqrt(10.0), found.noise, 1e-4);
   EXPECT_LT(found.unexplained_rms, 0.001);
+  EXPECT_FALSE(found.unexplained_mechanism.has_value());
 }
 
 TEST(Explain, AnOpenCircuitVoltageThatFollowsTheChargeIsExplainedByItself) {
@@ -64,8 +65,7 @@ TEST(Explain, AnOpenCircuitVoltageThatFollowsTheChargeIsExplainedByItself) {
   EXPECT_EQ("ocv_soc", one.member);
   EXPECT_EQ(Mechanism::kOpenCircuit, one.mechanism);
   EXPECT_GT(one.gain, ExplanationRules().min_gain);
-  EXPECT_EQ(Mechanism::kOpenCircuit, likelyMechanisms(found.mechanisms).front().mechanism);
-  EXPECT_EQ(likelyMechanisms(found.mechanisms).front().probability, one.probability);
+  EXPECT_GT(one.probability, 0.9);
   EXPECT_NEAR(0.2, found.point.parameters[*found.model.parameterRow("ocv_slope")], 0.02);
   EXPECT_GT(found.evidence, found.base_evidence);
 }

@@ -113,8 +113,8 @@ TEST_F(Invariance, AnotherBeginningOfTheClockChangesNothingButTimes) {
   for (double& time : later.series.time) time += kShift;
   const Diagnosis shifted = diagnose(later, weighing(kHypotheses));
   EXPECT_EQ(diagnosis().verdict, shifted.verdict);
-  EXPECT_EQ(diagnosis().mechanism(), shifted.mechanism());
-  EXPECT_EQ(diagnosis().probability(), shifted.probability());
+  EXPECT_EQ(diagnosis().mechanism, shifted.mechanism);
+  EXPECT_EQ(diagnosis().probability, shifted.probability);
   EXPECT_EQ(diagnosis().fit.holdout.from + kShift, shifted.fit.holdout.from);
   const nlohmann::json one = resultJson(diagnosis()), other = resultJson(shifted);
   for (const char* part : {"effects", "candidates", "parameter_bias", "evidence"})

@@ -98,11 +98,10 @@ TEST(Summary, OfSomethingUnknownSaysItsFamilyAndWhetherItIsLearnt) {
   diagnosis.verdict = Verdict::kUnexplained;
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("no mechanism"));
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be estimated"));
-  diagnosis.mechanisms = {{Mechanism::kAcid, 0.63}, {Mechanism::kOpenCircuit, 0.3}};
+  diagnosis.mechanism = Mechanism::kAcid;
   diagnosis.discrepancy.emplace();
   diagnosis.discrepancy->is_used = true;
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find(mechanismSentence(Mechanism::kAcid)));
-  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("63 % likely"));
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("is in the extended model"));
   diagnosis.discrepancy->is_used = false;
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be estimated"));

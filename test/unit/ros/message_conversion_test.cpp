@@ -310,7 +310,8 @@ FinishedDiagnosis someReport() {
   segment.regime = "long_charge";
   segment.mean_error = -0.2;
   diagnosis.mismatch = {segment};
-  diagnosis.mechanisms = {{Mechanism::kSideReactions, 0.98}};
+  diagnosis.mechanism = Mechanism::kSideReactions;
+  diagnosis.probability = 0.98;
   diagnosis.unexplained.rmse = 0.0004;
   diagnosis.fit.train = {100.0, 1450.0, 135000};
   diagnosis.fit.base_holdout.rmse = 0.05;

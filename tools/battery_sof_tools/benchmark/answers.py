@@ -34,8 +34,7 @@ def essentials(diagnosis):
         "hidden": [one["id"] for one in several("detection_limits") if not one["visible"]],
         "mismatch": [[one[key] for key in OF_EPISODE] for one in several("mismatch")],
         "instrument": diagnosis.get("instrument"), "next_experiment": diagnosis.get("next_experiment"),
-        "mechanism": diagnosis.get("mechanism"), "probability": diagnosis.get("probability"),
-        "mechanisms": [one["id"] for one in several("mechanisms")]}
+        "mechanism": diagnosis.get("mechanism"), "probability": diagnosis.get("probability")}
 
 
 def asked(sof, recording, *options, patience_s=None):
@@ -126,11 +125,6 @@ class Case:
     def said(self):
         """{mechanism: probability} that count as named."""
         return mechanisms_of(self.answer, self.catalogue)
-
-    @property
-    def likely(self):
-        """Mechanisms whose probabilities add up to 0.9, likeliest first."""
-        return self.answer.get("mechanisms") or []
 
     @property
     def outcome(self):

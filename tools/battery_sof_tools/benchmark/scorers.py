@@ -76,15 +76,7 @@ def outcome_rows(cases, of=interval):
             ("wrong mechanism", rate(counts["wrong"], judged, of)),
             ("alarm without a mechanism", rate(counts["none"], judged, of)),
             ("missed", rate(counts["missed"], judged, of)),
-            ("insufficient data", rate(counts["short"], len(cases), of))] + set_rows(cases, of)
-
-
-def set_rows(cases, of=interval):
-    """Of the mechanisms whose probabilities add up to 0.9."""
-    stated = [one for one in cases if one.likely]
-    return [("first mechanism right", share(lambda one: one.likely[0] in one.truths, stated, of)),
-            ("set of 0.9 holds the mechanism", share(lambda one: one.truths & set(one.likely), stated, of)),
-            ("mean size of the set", f"{sum(len(one.likely) for one in stated) / len(stated):.2f} (n = {len(stated)})" if stated else "no case")]
+            ("insufficient data", rate(counts["short"], len(cases), of))]
 
 
 def outcome_table(title, groups, more=()):
