@@ -91,8 +91,9 @@ class Generator:
         return dict(forms)
 
     def draw_law(self, case, recording, label):
-        """Draws a case with a law, or a control of the same batteries, and writes its label."""
+        """Draws a case with a law, or a control of the same batteries, and writes its label. case: independent_drive, where its drive is."""
         run([self.program(), "--kind", LAW_KIND_OF[case["kind"]], "--out", recording, "--label", label]
+            + ["--independent-drive"] * case.get("independent_drive", False)
             + law_options(case, ("seed", "mechanism", "form", "rate", "duration")))
 
     def inject(self, recording, out, case, strength, resistances):

@@ -93,6 +93,8 @@ def draw_cases(a):
     for folder in (RECORDINGS, LABELS):
         os.makedirs(os.path.join(a.out, folder), exist_ok=True)
     given = {key: value for key, value in (("rate", a.rate), ("duration", a.duration)) if value is not None}
+    if a.independent_drive:
+        given["independent_drive"] = True
     cases = plan(wanted_of(a.kinds), a.seed, generator.laws(), **given)
     require_same(os.path.join(a.out, "plan.json"), {"cases": cases}, "other cases")
 
@@ -182,6 +184,7 @@ def arguments(given):
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rate", type=float, help="of all recordings [Hz]; the seeds choose 1, 10 or 100")
     parser.add_argument("--duration", type=float, help="of all recordings [s]; the seeds choose 600 to 3600")
+    parser.add_argument("--independent-drive", action="store_true", help="drives drawn independently of the law, 60 to 3600 s")
     parser.add_argument("--jobs", type=int, default=2)
     only = parser.add_mutually_exclusive_group()
     only.add_argument("--only-draw", action="store_true", help="ask nothing: recordings and labels")

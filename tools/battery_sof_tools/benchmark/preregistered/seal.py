@@ -153,7 +153,7 @@ def cases_of(sealed, results, catalogue):
     for label in labels:
         row = rows.get(label["name"], {"failed": label.get("failed", "no answer")})
         if "failed" in row:
-            failed.append(f"{label['name']} {label['level']} {label['mechanism']} {label['id']}: {row['failed']}")
+            failed.append(f"{label['name']} {label['level']} {label.get('mechanism', label.get('family'))} {label['id']}: {row['failed']}")
         else:
             cases.append(judged.Case(label, row["answers"], told_truth.get(label["name"]), catalogue))
     return said, cases, failed
