@@ -15,14 +15,13 @@ using namespace battery_sof;
 
 void print(const std::string& recording, const SessionEvents& events,
            const OnlineSession& session) {
-  for (const CrankComparison& c : events.cranks)
+  for (const EventComparison& c : events.cranks)
     std::printf("%s,crank,%.2f,%.2f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time,
-                c.current, c.measured_minimum, c.expected_minimum.value, c.expected_minimum.lower,
-                c.expected_minimum.upper, session.crankCalibration().factor);
-  for (const ChargeComparison& c : events.charges)
+                c.current, c.measured, c.expected.value, c.expected.lower, c.expected.upper,
+                session.crankCalibration().factor);
+  for (const EventComparison& c : events.charges)
     std::printf("%s,charge,%.2f,%.3f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time,
-                c.mean_voltage, c.measured_current, c.expected_current.value,
-                c.expected_current.lower, c.expected_current.upper,
+                c.voltage, c.measured, c.expected.value, c.expected.lower, c.expected.upper,
                 session.chargeCalibration().factor);
 }
 

@@ -76,8 +76,7 @@ class StateTracker {
   /// What a slow sampling saw of the discharge under way.
   const MissedCrank& missed() const { return here().missed; }
   /// An event passed: what it teaches goes along with the model.
-  template <typename Event>
-  void updateFrom(const Event& event) {
+  void updateFrom(const PastEvent& event) {
     EventHistory& past = model_.intervals.event_history;
     past.add(event);
     settled_.errors.setNextStop(past.nextStop(model_.fit.scores.rmse));
