@@ -5,13 +5,12 @@
 
 namespace battery_sof {
 
-ModelMonitor::ModelMonitor(const EventLimits& limits) : watch_(limits) {}
-
 void ModelMonitor::install(const FittedModel& model, double max_gap) {
   model_ = model;
   fitted_until_ = model.fit.window.to;
   compared_.clear();
-  tracker_.emplace(model, max_gap);
+  if (!steps_.event_history) model_->intervals.event_history = {};
+  tracker_.emplace(*model_, max_gap, steps_.residual_filter);
   tracker_->setCalibrations(crank_calibration_, charge_calibration_);
 }
 
@@ -52,7 +51,7 @@ void ModelMonitor::moveTo(const StreamSample& first, double moved, double max_ga
   there.intervals.event_history.moveBy(moved);
   setStateFromVoltage(there, first.time, first.current, first.voltage);
   const bool learns = tracker_->learns();
-  tracker_.emplace(there, max_gap);
+  tracker_.emplace(there, max_gap, steps_.residual_filter);
   if (learns) tracker_->learn();
   tracker_->setCalibrations(crank_calibration_, charge_calibration_);
 }
@@ -82,13 +81,13 @@ SessionEvents ModelMonitor::watch(const StreamSample& sample, double max_gap) {
   if (auto crank = watch_.cranks.add(at)) {
     compareWithBaseline(*crank, crank_selector_);
     events.cranks.push_back(*crank);
-    update(crank_calibration_, crank->measured, crank->expected);
+    if (steps_.calibration) update(crank_calibration_, crank->measured, crank->expected);
     updateFrom(*crank);
   }
   if (auto charge = watch_.charges.add(at)) {
     compareWithBaseline(*charge, charge_selector_);
     events.charges.push_back(*charge);
-    update(charge_calibration_, charge->measured, charge->expected);
+    if (steps_.calibration) update(charge_calibration_, charge->measured, charge->expected);
     charge_voltages_.push_back(charge->voltage);
     if (charge_voltages_.size() > kChargesKept) charge_voltages_.pop_front();
     updateFrom(*charge);
@@ -106,7 +105,7 @@ SessionEvents ModelMonitor::watch(const StreamSample& sample, double max_gap) {
 }
 
 void ModelMonitor::updateFrom(const PastEvent& event) {
-  if (model_->fit.source) tracker_->updateFrom(event);
+  if (model_->fit.source && steps_.event_history) tracker_->updateFrom(event);
 }
 
 void ModelMonitor::compareWithBaseline(EventComparison& event, BaselineSelector& selector) const {

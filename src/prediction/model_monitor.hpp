@@ -19,6 +19,11 @@ struct BacktestScore {
   double duration = 0.0;  ///< [s], from the first to the last sample compared
 };
 
+/// The steps from the equations to an answer; experiments leave one out.
+struct AnswerSteps {
+  bool residual_filter = true, event_history = true, calibration = true;
+};
+
 /**
  * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
  * charges that it was compared with.
@@ -32,7 +37,8 @@ class ModelMonitor {
 
   static constexpr std::size_t kChargesKept = 20;  ///< whose voltage is kept
 
-  explicit ModelMonitor(const EventLimits& limits);
+  explicit ModelMonitor(const EventLimits& limits, const AnswerSteps& steps = {})
+      : steps_(steps), watch_(limits) {}
 
   /// Takes a model in the place of the one before; the back-test begins again. @param max_gap [s],
   /// longest interval joined.
@@ -106,6 +112,7 @@ class ModelMonitor {
   void compareWithBaseline(EventComparison& event, BaselineSelector& selector) const;
   void updateFrom(const PastEvent& event);
 
+  AnswerSteps steps_;
   EventWatch watch_;
   IntervalCalibration crank_calibration_, charge_calibration_;
   BaselineSelector crank_selector_, charge_selector_, long_charge_selector_;
