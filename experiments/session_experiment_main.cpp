@@ -3,10 +3,12 @@
 #include <cstdio>
 #include <cstring>
 #include <map>
+#include <numeric>
 
 #include "battery_sof/csv.hpp"
 #include "column_options.hpp"
 #include "diagnosis/diagnose.hpp"
+#include "prediction/event_corrections.hpp"
 #include "prediction/online_session.hpp"
 
 namespace {
@@ -15,14 +17,13 @@ using namespace battery_sof;
 
 void print(const std::string& recording, const SessionEvents& events,
            const OnlineSession& session) {
-  for (const CrankComparison& c : events.cranks)
+  for (const EventComparison& c : events.cranks)
     std::printf("%s,crank,%.2f,%.2f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time,
-                c.current, c.measured_minimum, c.expected_minimum.value, c.expected_minimum.lower,
-                c.expected_minimum.upper, session.crankCalibration().factor);
-  for (const ChargeComparison& c : events.charges)
+                c.current, c.measured, c.expected.value, c.expected.lower, c.expected.upper,
+                session.crankCalibration().factor);
+  for (const EventComparison& c : events.charges)
     std::printf("%s,charge,%.2f,%.3f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time,
-                c.mean_voltage, c.measured_current, c.expected_current.value,
-                c.expected_current.lower, c.expected_current.upper,
+                c.voltage, c.measured, c.expected.value, c.expected.lower, c.expected.upper,
                 session.chargeCalibration().factor);
 }
 
@@ -125,6 +126,62 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
   if (asks) answers.print(recording.name);
 }
 
+/// What was expected of one kind of event.
+struct Tally {
+  std::vector<double> errors, widths;
+  double inside = 0.0;
+
+  void add(double measured, const Interval& expected) {
+    errors.push_back(std::abs(measured - expected.value));
+    widths.push_back(expected.upper - expected.lower);
+    inside += expected.lower <= measured && measured <= expected.upper ? 1.0 : 0.0;
+  }
+  void print() const {
+    const double count = static_cast<double>(errors.size());
+    std::printf(",%.0f,%.4f,%.4f,%.1f,%.3f", count,
+                std::accumulate(errors.begin(), errors.end(), 0.0) / count, medianOf(errors),
+                100.0 * inside / count, medianOf(widths));
+  }
+};
+
+/// Plays a recording with each step of an answer left out in turn.
+void leaveOutSteps(const std::string& path, const CsvColumns& columns, SessionOptions options) {
+  const Recording recording = readCsv(path, columns);
+  const std::pair<const char*, bool AnswerSteps::*> steps[] = {
+      {"nothing", nullptr},
+      {"residual filter", &AnswerSteps::residual_filter},
+      {"event history", &AnswerSteps::event_history},
+      {"interval calibration", &AnswerSteps::calibration}};
+  const auto row = [&](const char* left_out, const Tally& cranks, const Tally& charges) {
+    std::printf("%s,%s", recording.name.c_str(), left_out);
+    cranks.print();
+    charges.print();
+    std::puts("");
+  };
+  for (const auto& [name, step] : steps) {
+    options.steps = {};
+    if (step) options.steps.*step = false;
+    OnlineSession session(options);
+    Tally cranks, charges, expected_cranks, expected_charges;
+    for (std::size_t n = 0; n < recording.series.size(); ++n) {
+      const SessionEvents events =
+          session.push({recording.series.time[n], recording.series.current[n],
+                        recording.series.voltage[n], std::nullopt});
+      for (const EventComparison& crank : events.cranks) {
+        cranks.add(crank.measured, crank.answered());
+        expected_cranks.add(crank.measured, crank.expected);
+      }
+      for (const EventComparison& charge : events.charges) {
+        charges.add(charge.measured, charge.answered());
+        expected_charges.add(charge.measured, charge.expected);
+      }
+      if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
+    }
+    row(name, cranks, charges);
+    if (!step) row("selection", expected_cranks, expected_charges);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -149,12 +206,22 @@ int main(int argc, char** argv) {
   app.add_flag("--questions", asks,
                "asks the standing questions of ~status each second instead, and prints how many "
                "answers were valid");
+  bool leaves_out = false;
+  app.add_flag("--steps", leaves_out,
+               "leaves out each step of an answer in turn and prints what cranks and charges then "
+               "miss: count, mean and median error, share inside [%], median width");
   addColumnOptions(app, columns);
   CLI11_PARSE(app, argc, argv);
-  if (!asks)
+  if (leaves_out)
+    std::puts(
+        "recording,left_out,cranks,mean_v,median_v,inside,width_v,charges,mean_a,median_a,inside,"
+        "width_a");
+  else if (!asks)
     std::puts("recording,kind,time_s,current_a_or_voltage_v,measured,expected,lower,upper,scale");
   try {
-    for (const auto& path : recordings) play(path, columns, options, trial, asks);
+    for (const auto& path : recordings)
+      leaves_out ? leaveOutSteps(path, columns, options)
+                 : play(path, columns, options, trial, asks);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "session_experiment: %s\n", error.what());
     return 2;

@@ -66,7 +66,7 @@ class Play {
       : rule_(rule), habits_(rule), session_(options), stops_(std::move(stops)), period_(period) {}
 
   void take(const RawSample& sample) {
-    for (const CrankComparison& crank : session_.push(sample).cranks)
+    for (const EventComparison& crank : session_.push(sample).cranks)
       habits_.addCrank(crank.current);
     if (auto job = session_.takeDueJob()) session_.finish(runIdentification(*job));
     if (next_ == stops_.size()) return;

@@ -95,10 +95,9 @@ void askLongest(const OnlineSession& session, const Series& series, const Stop& 
 }
 
 void print(const SessionEvents& events, const char* basis) {
-  for (const StopComparison& s : events.stops)
+  for (const EventComparison& s : events.stops)
     std::printf("stop,%s,%.1f,0,%.1f,0,1,%.4f,%.4f,%.4f,%.4f,%.4f\n", basis, s.time, s.duration,
-                s.measured_voltage, s.expected_voltage.value, s.expected_voltage.lower,
-                s.expected_voltage.upper, s.modelled_voltage);
+                s.measured, s.expected.value, s.expected.lower, s.expected.upper, s.modelled);
 }
 
 void play(const Series& series, double capacity) {

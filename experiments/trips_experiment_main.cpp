@@ -17,14 +17,14 @@ struct Trip {
 };
 
 void print(const Trip& trip, const SessionEvents& events, const char* basis) {
-  for (const CrankComparison& c : events.cranks)
+  for (const EventComparison& c : events.cranks)
     std::printf("%s,%s,crank,%.2f,%.4f,%.4f,%.4f,%.4f\n", trip.name.c_str(), basis,
-                c.time - trip.begin, c.measured_minimum, c.expected_minimum.value,
-                c.expected_minimum.lower, c.expected_minimum.upper);
-  for (const ChargeComparison& c : events.charges)
+                c.time - trip.begin, c.measured, c.expected.value, c.expected.lower,
+                c.expected.upper);
+  for (const EventComparison& c : events.charges)
     std::printf("%s,%s,charge,%.2f,%.4f,%.4f,%.4f,%.4f\n", trip.name.c_str(), basis,
-                c.time - trip.begin, c.measured_current, c.expected_current.value,
-                c.expected_current.lower, c.expected_current.upper);
+                c.time - trip.begin, c.measured, c.expected.value, c.expected.lower,
+                c.expected.upper);
 }
 
 /// The standing questions with the node's defaults: valid or not, and the crank's width.

@@ -193,7 +193,7 @@ std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& events,
   return baseline;
 }
 
-void push(const BaselineInterval& interval, std::vector<double>& value, std::vector<double>& lower,
+void push(const Interval& interval, std::vector<double>& value, std::vector<double>& lower,
           std::vector<double>& upper) {
   value.push_back(interval.value);
   lower.push_back(interval.lower);
@@ -224,7 +224,7 @@ double meanOverPhase(const BaselinePhase& phase, double duration, double beyond)
 
 }  // namespace
 
-BaselineInterval BaselineLine::around(double x) const {
+Interval BaselineLine::around(double x) const {
   const double distance = spread > 0.0 ? (x - centre) / spread : 0.0;
   const double wider =
       std::sqrt(1.0 + distance * distance / static_cast<double>(std::max<std::size_t>(samples, 1)));
@@ -278,19 +278,18 @@ BaselineSeries predictBaseline(const BaselinePredictor& baseline, const Series& 
   return predicted;
 }
 
-std::optional<BaselineInterval> baselineCrankMinimum(const BaselinePredictor& baseline,
-                                                     double current) {
+std::optional<Interval> baselineCrankMinimum(const BaselinePredictor& baseline, double current) {
   if (baseline.cranks) {
     const double minimum = baseline.cranks->intercept + baseline.cranks->slope * current;
-    return BaselineInterval{minimum, minimum + baseline.cranks->lower_error,
-                            minimum + baseline.cranks->upper_error};
+    return Interval{minimum, minimum + baseline.cranks->lower_error,
+                    minimum + baseline.cranks->upper_error};
   }
   if (baseline.voltage_from_current) return baseline.voltage_from_current->around(current);
   return std::nullopt;
 }
 
-std::optional<BaselineInterval> baselineChargeCurrent(const BaselinePredictor& baseline,
-                                                      double voltage, double duration) {
+std::optional<Interval> baselineChargeCurrent(const BaselinePredictor& baseline, double voltage,
+                                              double duration) {
   if (!(duration > 0.0))
     throw std::invalid_argument("baselineChargeCurrent: duration is " + std::to_string(duration) +
                                 " s; expected above 0");
@@ -304,10 +303,8 @@ std::optional<BaselineInterval> baselineChargeCurrent(const BaselinePredictor& b
   const double mean = meanOverPhase(*baseline.phase, duration, beyond);
   const bool is_short = duration * duration <= kShort * kLong;
   const auto& history = is_short && baseline.charge_10s ? baseline.charge_10s : baseline.charge_60s;
-  if (history)
-    return BaselineInterval{mean, mean + history->lower_error, mean + history->upper_error};
-  return BaselineInterval{mean, mean + baseline.phase->lower_error,
-                          mean + baseline.phase->upper_error};
+  if (history) return Interval{mean, mean + history->lower_error, mean + history->upper_error};
+  return Interval{mean, mean + baseline.phase->lower_error, mean + baseline.phase->upper_error};
 }
 
 }  // namespace battery_sof

@@ -4,17 +4,12 @@
 #include <optional>
 #include <vector>
 
+#include "battery_sof/queries.hpp"
 #include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
 struct Event;
-
-/// A number with the bounds in which nine in ten are expected, from the errors the fitted window
-/// itself shows.
-struct BaselineInterval {
-  double value = 0.0, lower = 0.0, upper = 0.0;
-};
 
 /// y = intercept + slope x by least squares, and the errors it leaves.
 struct BaselineLine {
@@ -31,7 +26,7 @@ struct BaselineLine {
   /// Bounds lower_error and upper_error, times sqrt(1 + (x - centre)^2 / (samples spread^2)): far
   /// from the samples the slope's own error counts (as if errors were independent; they are not, so
   /// these bounds are still narrow there).
-  BaselineInterval around(double x) const;
+  Interval around(double x) const;
 };
 
 /// Median current over the time since a discharge ended, in steps of equal length.
@@ -126,8 +121,7 @@ BaselineSeries predictBaseline(const BaselinePredictor& baseline, const Series& 
 
 /// @param current lowest current of the crank [A], negative.   @return lowest voltage [V]; v(i)
 /// where no crank is known, none without a line.
-std::optional<BaselineInterval> baselineCrankMinimum(const BaselinePredictor& baseline,
-                                                     double current);
+std::optional<Interval> baselineCrankMinimum(const BaselinePredictor& baseline, double current);
 
 /**
  * @brief Mean current of a charge that follows a discharge: the median phase as far as it goes,
@@ -138,7 +132,7 @@ std::optional<BaselineInterval> baselineCrankMinimum(const BaselinePredictor& ba
  * @return [A]; none when neither phase nor line is known.
  * @throws std::invalid_argument for a duration that is not above 0.
  */
-std::optional<BaselineInterval> baselineChargeCurrent(const BaselinePredictor& baseline,
-                                                      double voltage, double duration);
+std::optional<Interval> baselineChargeCurrent(const BaselinePredictor& baseline, double voltage,
+                                              double duration);
 
 }  // namespace battery_sof

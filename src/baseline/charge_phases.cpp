@@ -26,14 +26,13 @@ std::vector<std::size_t> chargeBeginnings(const Series& series, IndexRange range
                                           const std::vector<char>& voltage_controlled) {
   requireMask(series, range, voltage_controlled);
   std::vector<std::size_t> beginnings;
-  bool discharged = false;
+  EventDetector detector;
   for (std::size_t k = range.first; k < range.last; ++k) {
-    if (series.current[k] < kDischargeCurrent) {
-      discharged = true;
-    } else if (discharged && voltage_controlled[k] && series.current[k] > 0.0) {
+    detector.add(series.time[k], series.current[k], false, 0.0);
+    if (!voltage_controlled[k])
+      detector.denyCharge();
+    else if (detector.chargeBegins())
       beginnings.push_back(k);
-      discharged = false;
-    }
   }
   return beginnings;
 }

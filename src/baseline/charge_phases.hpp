@@ -4,12 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "battery_sof/series.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
-
-/// [A]; below it a discharge is under way that a charge may follow
-constexpr double kDischargeCurrent = -10.0;
 
 /**
  * @brief Where charges begin: the first sample above 0 A with a controlled voltage after the

@@ -5,38 +5,25 @@
 
 namespace battery_sof {
 
-/// A past crank, and what was to be expected of the current that flowed.
-struct PastCrank {
-  double time = 0.0;      ///< [s], of the minimum
-  double current = 0.0;   ///< [A], lowest
-  double minimum = 0.0;   ///< [V], lowest, as the sensor showed it
-  double modelled = 0.0;  ///< [V], lowest by the equations
-};
+/// An event of the battery's own past, and what was to be expected of it.
+struct PastEvent {
+  enum class Kind { kCrank, kCharge, kStop };
+  static constexpr double kStopAge = 10.0;  ///< [s], of a stop when its voltage is compared
 
-/// The beginning of a past charge, and what was to be expected at the voltage that stood.
-struct PastCharge {
-  double time = 0.0;           ///< [s], of its first sample
-  double duration = 0.0;       ///< [s], over which currents are means: 10 or 60
-  double voltage = 0.0;        ///< [V], mean
-  double first_voltage = 0.0;  ///< [V], at its first sample
-  double measured = 0.0;       ///< [A], mean
-  /// [A], mean by the equations and what was estimated without this charge
+  Kind kind = Kind::kCrank;
+  double time = 0.0;      ///< [s], of a crank's minimum; else of the beginning
+  double duration = 0.0;  ///< [s], a charge's, over which it is averaged; a stop's so far; else 0
+  double current = 0.0;   ///< [A], a crank's lowest; a stop's when it was compared
+  double voltage = 0.0;   ///< [V], of a charge: mean
+  double first_voltage = 0.0;  ///< [V], of a charge: at its first sample
+  /// [V], of a crank the lowest, as the sensor showed it, of a stop the last; [A], of a charge: mean
+  double measured = 0.0;
+  /// the same by the equations; of a charge and a stop with what was estimated without this one
   double modelled = 0.0;
+
+  /// What it is reported by: a crank's lowest current [A], a charge's mean voltage [V].
+  double stimulus() const { return kind == Kind::kCharge ? voltage : current; }
 };
-
-/// The voltage of a past stop 10 s after a load took over, and what was to be expected before it.
-struct PastStop {
-  static constexpr double kAge = 10.0;  ///< [s]
-
-  double time = 0.0;      ///< [s], of its beginning
-  double current = 0.0;   ///< [A], when it was compared
-  double measured = 0.0;  ///< [V]
-  double modelled = 0.0;  ///< [V], by the equations and what was estimated without this stop
-};
-
-/// Whether a current is that of a stop: a load draws it that no charger helps out with, and it is no
-/// crank's. @param min_current [A], below it a load controls the current (ControlModeRule).
-bool isStopLoad(double current, double min_current);
 
 /// What a model misses of the voltage in a stop.
 struct StopLevel {
@@ -49,13 +36,9 @@ struct StopLevel {
 struct EventHistory {
   static constexpr std::size_t kMost = 40;  ///< of each kind are kept, the newest
 
-  std::vector<PastCrank> cranks;    ///< in order of time
-  std::vector<PastCharge> charges;  ///< in order of time
-  std::vector<PastStop> stops;      ///< in order of time
+  std::vector<PastEvent> cranks, charges, stops;  ///< each in order of time
 
-  void add(const PastCrank& crank);
-  void add(const PastCharge& charge);
-  void add(const PastStop& stop);
+  void add(const PastEvent& event);
   void moveBy(double moved);  ///< puts every event onto a clock that jumped. @param moved [s]
 
   /**

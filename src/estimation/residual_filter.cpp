@@ -6,6 +6,7 @@
 
 #include "estimation/follower.hpp"
 #include "model/input_sequence.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
 namespace {

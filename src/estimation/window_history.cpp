@@ -41,15 +41,16 @@ Followed followWindow(const FittedModel& model, const InputSequence& inputs) {
 void addCranks(EventHistory& event_history, const Series& series, IndexRange range,
                const std::vector<double>& modelled) {
   const Series part = slice(series, range);
-  for (const Event& event : detectEvents(part)) {
-    if (event.kind != EventKind::kCrank) continue;
+  for (const Event& event : detectCranks(part, {0, part.size()}, {}, gapThreshold(part))) {
     const auto first = static_cast<std::ptrdiff_t>(event.range.first),
                last = static_cast<std::ptrdiff_t>(event.range.last);
     const auto lowest = std::min_element(part.voltage.begin() + first, part.voltage.begin() + last);
-    event_history.add(
-        PastCrank{part.time[static_cast<std::size_t>(lowest - part.voltage.begin())],
-                  *std::min_element(part.current.begin() + first, part.current.begin() + last),
-                  *lowest, *std::min_element(modelled.begin() + first, modelled.begin() + last)});
+    PastEvent crank;
+    crank.time = part.time[static_cast<std::size_t>(lowest - part.voltage.begin())];
+    crank.current = event.peak_current;
+    crank.measured = *lowest;
+    crank.modelled = *std::min_element(modelled.begin() + first, modelled.begin() + last);
+    event_history.add(crank);
   }
 }
 
@@ -60,7 +61,8 @@ void addCharges(EventHistory& event_history, const Series& series, IndexRange ra
       const auto charge =
           beginningOfCharge(series, range, first, duration, source.voltage_controlled);
       if (!charge) continue;
-      PastCharge past{series.time[first], duration, 0.0, series.voltage[first], 0.0, 0.0};
+      PastEvent past{PastEvent::Kind::kCharge, series.time[first], duration};
+      past.first_voltage = series.voltage[first];
       const double count = static_cast<double>(charge->size());
       for (std::size_t n = charge->first; n < charge->last; ++n) {
         past.voltage += series.voltage[n] / count;
@@ -75,23 +77,22 @@ void addCharges(EventHistory& event_history, const Series& series, IndexRange ra
 void addStops(EventHistory& event_history, const InputSequence& inputs,
               const std::vector<char>& voltage_controlled, const std::vector<double>& modelled,
               double min_current) {
-  double began = inputs.first_time;
-  bool was_stop = true, is_compared = true;
+  EventDetector detector;
+  std::optional<double> began;
   double before = inputs.first_time;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     const InputSample& sample = inputs.samples[n];
-    const double time = sample.step.time;
-    const bool is_stop = !voltage_controlled[n] && isStopLoad(sample.step.current, min_current);
-    if (is_stop && !was_stop) {
-      began = before;
-      is_compared = false;
-    }
-    if (is_stop && !is_compared && time - began >= PastStop::kAge) {
-      event_history.add(PastStop{began, sample.step.current, sample.voltage, modelled[n]});
-      is_compared = true;
-    }
-    was_stop = is_stop;
-    before = time;
+    detector.add(sample.step.time, sample.step.current, false,
+                 voltage_controlled[n] ? -HUGE_VAL : min_current);
+    if (detector.stopBegins()) began = before;
+    if (!detector.isInStop()) began.reset();
+    before = sample.step.time;
+    if (!began || before - *began < PastEvent::kStopAge) continue;
+    PastEvent stop{PastEvent::Kind::kStop, *began, PastEvent::kStopAge, sample.step.current};
+    stop.measured = sample.voltage;
+    stop.modelled = modelled[n];
+    event_history.add(stop);
+    began.reset();
   }
 }
 

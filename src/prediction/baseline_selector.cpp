@@ -21,10 +21,6 @@ Interval scaled(const Interval& baseline, const IntervalCalibration& scale) {
           baseline.value + scale.factor * (baseline.upper - baseline.value)};
 }
 
-Interval scaled(const BaselineInterval& baseline, const IntervalCalibration& scale) {
-  return scaled(Interval{baseline.value, baseline.lower, baseline.upper}, scale);
-}
-
 double lowestCurrent(const CrankingQuery& query) {
   if (query.crank.empty()) return query.i_cranking;
   return *std::min_element(query.crank.current.begin(), query.crank.current.end());
@@ -51,8 +47,8 @@ std::string warningOf(const std::string& message) {
 
 }  // namespace
 
-Interval BaselineSelector::add(const BaselineSelectorEvent& event) {
-  const Interval baseline = scaled(event.baseline, calibration_);
+Interval BaselineSelector::add(const EventComparison& event) {
+  const Interval baseline = scaled(*event.baseline, calibration_);
   update(calibration_, event.measured, baseline);
   events_.push_back(event);
   while (events_.size() > kEvents && events_.front().time < event.time - kSpan) events_.pop_front();
@@ -64,16 +60,16 @@ Interval BaselineSelector::add(const BaselineSelectorEvent& event) {
 }
 
 void BaselineSelector::moveBy(double moved) {
-  for (BaselineSelectorEvent& event : events_) event.time += moved;
+  for (EventComparison& event : events_) event.time += moved;
 }
 
 BaselineScore BaselineSelector::score() const {
   BaselineScore score;
   score.events = static_cast<int>(events_.size());
   score.baseline_selected = baseline_selected_;
-  for (const BaselineSelectorEvent& event : events_) {
-    score.model_error += std::abs(event.measured - event.modelled) / score.events;
-    score.baseline_error += std::abs(event.measured - event.baseline.value) / score.events;
+  for (const EventComparison& event : events_) {
+    score.model_error += std::abs(event.measured - event.expected.value) / score.events;
+    score.baseline_error += std::abs(event.measured - event.baseline->value) / score.events;
   }
   return score;
 }
@@ -81,16 +77,15 @@ BaselineScore BaselineSelector::score() const {
 BaselineSelection BaselineSelector::selection() const {
   BaselineSelection selection{score(), calibration_, 0.0, 0.0, 0.0, 0.0};
   if (events_.empty()) return selection;
-  const auto by = [&](double BaselineSelectorEvent::*number) {
-    const auto [least, most] = std::minmax_element(
-        events_.begin(), events_.end(),
-        [number](const BaselineSelectorEvent& a, const BaselineSelectorEvent& b) {
-          return a.*number < b.*number;
-        });
-    return std::pair((*least).*number, (*most).*number);
+  const auto by = [&](auto&& number) {
+    const auto [least, most] =
+        std::minmax_element(events_.begin(), events_.end(),
+                            [&](const auto& a, const auto& b) { return number(a) < number(b); });
+    return std::pair(number(*least), number(*most));
   };
-  std::tie(selection.least, selection.most) = by(&BaselineSelectorEvent::at);
-  std::tie(selection.shortest, selection.longest) = by(&BaselineSelectorEvent::duration);
+  std::tie(selection.least, selection.most) = by([](const PastEvent& e) { return e.stimulus(); });
+  std::tie(selection.shortest, selection.longest) =
+      by([](const PastEvent& e) { return e.duration; });
   return selection;
 }
 

@@ -7,19 +7,9 @@
 #include "baseline/baseline_predictor.hpp"
 #include "prediction/charge_acceptance.hpp"
 #include "prediction/cranking.hpp"
+#include "prediction/event_comparison.hpp"
 
 namespace battery_sof {
-
-/// An event of one kind with what was expected of it.
-struct BaselineSelectorEvent {
-  double time = 0.0;  ///< [s]
-  /// what it is reported by: a crank's lowest current [A], a charge's mean voltage [V]
-  double at = 0.0;
-  double duration = 0.0;  ///< [s], of a charge
-  double measured = 0.0;  ///< [V] or [A]
-  double modelled = 0.0;  ///< the model's answer
-  Interval baseline;      ///< the baseline predictor's, as it comes
-};
 
 /// Mean magnitudes of errors [V] or [A] over the events that a contest remembers.
 struct BaselineScore {
@@ -32,7 +22,7 @@ struct BaselineScore {
 struct BaselineSelection {
   BaselineScore score;
   IntervalCalibration scale;             ///< of the baseline predictor's intervals
-  double least = 0.0, most = 0.0;        ///< of `at`
+  double least = 0.0, most = 0.0;        ///< of PastEvent::stimulus()
   double shortest = 0.0, longest = 0.0;  ///< [s], durations
 };
 
@@ -52,9 +42,10 @@ class BaselineSelector {
   static constexpr int kMinEvents = 5;
   static constexpr double kTolerated = 1.05;
 
-  /// Takes in an event and decides again. @return the baseline interval, scaled as events before
+  /// Takes in an event with the baseline predictor's interval as it comes, and decides again.
+  /// @return the baseline interval, scaled as events before
   /// this one asked for.
-  Interval add(const BaselineSelectorEvent& event);
+  Interval add(const EventComparison& event);
   /// The clock jumped. @param moved [s], by how much.
   void moveBy(double moved);
 
@@ -63,7 +54,7 @@ class BaselineSelector {
   BaselineSelection selection() const;
 
  private:
-  std::deque<BaselineSelectorEvent> events_;
+  std::deque<EventComparison> events_;
   IntervalCalibration calibration_;
   bool baseline_selected_ = false;
 };

@@ -28,10 +28,6 @@ std::optional<double> meanAbsError(const std::vector<CrankScore>& cranks) {
   return sum / static_cast<double>(cranks.size());
 }
 
-Interval toInterval(const BaselineInterval& baseline) {
-  return {baseline.value, baseline.lower, baseline.upper};
-}
-
 }  // namespace
 
 BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range,
@@ -60,13 +56,13 @@ BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& se
                              line.voltage_lower, line.voltage_upper});
   for (ChargeScore& charge : scores.mixed.charges)
     if (const auto current = baselineChargeCurrent(baseline, charge.mean_voltage, charge.duration))
-      charge.predicted = toInterval(*current);
+      charge.predicted = *current;
   if (line.voltage.empty()) return scores;
   scores.cranks =
       scorePrediction(series, range, {line.voltage, line.voltage_lower, line.voltage_upper}).cranks;
   for (CrankScore& crank : scores.cranks)
     if (const auto minimum = baselineCrankMinimum(baseline, crank.current))
-      crank.predicted_minimum = toInterval(*minimum);
+      crank.predicted_minimum = *minimum;
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
   return scores;
 }

@@ -148,16 +148,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
                                                const ChargeAcceptanceQuery& query,
                                                double capacity) {
   ChargeAcceptanceAnswer answer;
-  answer.message = faultsOf(query);
-  if (!answer.message.empty()) {
-    answer.code = AnswerCode::kInvalidQuery;
-    return answer;
-  }
-  if (!isUsable(model.fit)) {
-    answer.code = AnswerCode::kNoModel;
-    answer.message = "the model cannot be used: " + model.fit.message;
-    return answer;
-  }
+  if (isRefused(answer, model.fit, faultsOf(query))) return answer;
   const double u_boost = query.u_boost / model.fit.series_blocks;
   const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query, u_boost), query.i_limit);
   // At the source's limit the current is the source's, not the battery's: past charges have no say.

@@ -168,16 +168,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
                                double capacity) {
   CrankingAnswer answer;
-  answer.message = faultsOf(query);
-  if (!answer.message.empty()) {
-    answer.code = AnswerCode::kInvalidQuery;
-    return answer;
-  }
-  if (!isUsable(model.fit)) {
-    answer.code = AnswerCode::kNoModel;
-    answer.message = "the model cannot be used: " + model.fit.message;
-    return answer;
-  }
+  if (isRefused(answer, model.fit, faultsOf(query))) return answer;
   Simulation simulation = uncertainSimulationOf(model);
   if (query.load.empty())
     hold(simulation, query.i_load, query.t_stop);

@@ -36,11 +36,11 @@ double halfWidth(const std::vector<double>& errors) {
 }
 
 /// The sensor's end of range, if past cranks show one.
-std::optional<double> endOfRange(const std::vector<PastCrank>& cranks) {
+std::optional<double> endOfRange(const std::vector<PastEvent>& cranks) {
   if (cranks.size() < 2) return std::nullopt;
   double lowest = cranks.front().current;
-  for (const PastCrank& crank : cranks) lowest = std::min(lowest, crank.current);
-  const auto there = std::count_if(cranks.begin(), cranks.end(), [&](const PastCrank& crank) {
+  for (const PastEvent& crank : cranks) lowest = std::min(lowest, crank.current);
+  const auto there = std::count_if(cranks.begin(), cranks.end(), [&](const PastEvent& crank) {
     return crank.current < lowest + kSameCurrent;
   });
   return there >= 2 ? std::optional<double>(lowest) : std::nullopt;
@@ -55,21 +55,21 @@ Eigen::Vector3d featuresOf(double current, const std::optional<double>& end) {
 class CrankCorrection {
  public:
   /// @param bases [V], one a past crank.
-  CrankCorrection(const std::vector<PastCrank>& cranks, const std::vector<double>& bases)
+  CrankCorrection(const std::vector<PastEvent>& cranks, const std::vector<double>& bases)
       : end_(endOfRange(cranks)),
         A_(kPenalty * Eigen::Matrix3d::Identity()),
         b_(Eigen::Vector3d::Zero()) {
     for (std::size_t k = 0; k < cranks.size(); ++k) {
       const Eigen::Vector3d f = featuresOf(cranks[k].current, end_);
       A_ += f * f.transpose();
-      b_ += f * (cranks[k].minimum - bases[k]);
+      b_ += f * (cranks[k].measured - bases[k]);
     }
   }
   double at(double current) const { return featuresOf(current, end_).dot(A_.ldlt().solve(b_)); }
-  double without(const PastCrank& crank, double base) const {
+  double without(const PastEvent& crank, double base) const {
     const Eigen::Vector3d f = featuresOf(crank.current, end_);
     const Eigen::Matrix3d A = A_ - f * f.transpose();
-    const Eigen::Vector3d b = b_ - f * (crank.minimum - base);
+    const Eigen::Vector3d b = b_ - f * (crank.measured - base);
     return f.dot(A.ldlt().solve(b));
   }
 
@@ -79,10 +79,10 @@ class CrankCorrection {
   Eigen::Vector3d b_;
 };
 
-std::vector<PastCharge> alike(const EventHistory& event_history, double voltage, double duration,
-                              double reach) {
-  std::vector<PastCharge> charges;
-  for (const PastCharge& charge : event_history.charges)
+std::vector<PastEvent> alike(const EventHistory& event_history, double voltage, double duration,
+                             double reach) {
+  std::vector<PastEvent> charges;
+  for (const PastEvent& charge : event_history.charges)
     if (charge.duration <= 2.0 * duration && duration <= 2.0 * charge.duration &&
         std::abs(charge.voltage - voltage) <= reach)
       charges.push_back(charge);
@@ -91,24 +91,23 @@ std::vector<PastCharge> alike(const EventHistory& event_history, double voltage,
 
 /// Median of a number of the charges but one. @param left_out beyond the last: none.
 template <typename Number>
-double medianWithout(const std::vector<PastCharge>& charges, std::size_t left_out,
-                     Number&& number) {
+double medianWithout(const std::vector<PastEvent>& charges, std::size_t left_out, Number&& number) {
   std::vector<double> others;
   for (std::size_t k = 0; k < charges.size(); ++k)
     if (k != left_out) others.push_back(number(charges[k]));
   return medianOf(others);
 }
 
-double missedBy(const PastCharge& charge) { return charge.measured - charge.modelled; }
+double missedBy(const PastEvent& charge) { return charge.measured - charge.modelled; }
 
 /// Model and median, each by the inverse of its median error.
-double stackOf(const std::vector<PastCharge>& charges, double modelled, std::size_t left_out) {
+double stackOf(const std::vector<PastEvent>& charges, double modelled, std::size_t left_out) {
   const double median =
-      medianWithout(charges, left_out, [](const PastCharge& c) { return c.measured; });
+      medianWithout(charges, left_out, [](const PastEvent& c) { return c.measured; });
   const double a =
-      medianWithout(charges, left_out, [](const PastCharge& c) { return std::abs(missedBy(c)); });
-  const double b = medianWithout(
-      charges, left_out, [&](const PastCharge& c) { return std::abs(c.measured - median); });
+      medianWithout(charges, left_out, [](const PastEvent& c) { return std::abs(missedBy(c)); });
+  const double b = medianWithout(charges, left_out,
+                                 [&](const PastEvent& c) { return std::abs(c.measured - median); });
   const double share = (b + kFloor) / (a + b + 2.0 * kFloor);
   return share * modelled + (1.0 - share) * median;
 }
@@ -118,9 +117,9 @@ Eigen::Vector4d chargeFeatures(double voltage, double first_voltage, double mode
 }
 
 /// What past charges' errors say of a charge's.
-double regressedError(const std::vector<PastCharge>& charges, const ChargeBeginning& at,
+double regressedError(const std::vector<PastEvent>& charges, const ChargeBeginning& at,
                       double modelled, std::size_t left_out) {
-  const double usual = kFloor + medianWithout(charges, left_out, [](const PastCharge& c) {
+  const double usual = kFloor + medianWithout(charges, left_out, [](const PastEvent& c) {
                          return std::abs(missedBy(c));
                        });
   Eigen::Matrix4d A = kChargePenalty * Eigen::Matrix4d::Identity();
@@ -157,38 +156,38 @@ double medianOf(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-std::optional<double> usualVoltage(const std::vector<PastCharge>& charges) {
+std::optional<double> usualVoltage(const std::vector<PastEvent>& charges) {
   std::vector<double> voltages;
-  for (const PastCharge& charge : charges) voltages.push_back(charge.voltage);
+  for (const PastEvent& charge : charges) voltages.push_back(charge.voltage);
   return voltages.empty() ? std::nullopt : std::optional<double>(medianOf(std::move(voltages)));
 }
 
 Interval correctCrankPrediction(const FittedModel& model, double current,
                                 const Interval& modelled) {
-  const std::vector<PastCrank>& cranks = model.intervals.event_history.cranks;
+  const std::vector<PastEvent>& cranks = model.intervals.event_history.cranks;
   if (cranks.empty()) return modelled;
   std::vector<double> by_model, by_line;
-  for (const PastCrank& crank : cranks) by_model.push_back(crank.modelled);
+  for (const PastEvent& crank : cranks) by_model.push_back(crank.modelled);
   const CrankCorrection of_model(cranks, by_model);
   const auto& line = model.fit.baseline.voltage_from_current;
   const bool takes_line = line && cranks.size() >= kMinForLine;
   double value = modelled.value + of_model.at(current);
   if (takes_line)
-    for (const PastCrank& crank : cranks) by_line.push_back(line->at(crank.current));
-  const CrankCorrection of_line(takes_line ? cranks : std::vector<PastCrank>(), by_line);
+    for (const PastEvent& crank : cranks) by_line.push_back(line->at(crank.current));
+  const CrankCorrection of_line(takes_line ? cranks : std::vector<PastEvent>(), by_line);
   if (takes_line) value = 0.5 * (value + line->at(current) + of_line.at(current));
   std::vector<double> errors;
   for (std::size_t k = 0; k < cranks.size() && cranks.size() >= kMinForInterval; ++k) {
     double without = by_model[k] + of_model.without(cranks[k], by_model[k]);
     if (takes_line) without = 0.5 * (without + by_line[k] + of_line.without(cranks[k], by_line[k]));
-    errors.push_back(cranks[k].minimum - without);
+    errors.push_back(cranks[k].measured - without);
   }
   return around(value, errors, model.intervals.crank_calibration, modelled);
 }
 
 Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning& charge,
                                  const Interval& modelled) {
-  const std::vector<PastCharge> charges =
+  const std::vector<PastEvent> charges =
       alike(model.intervals.event_history, charge.voltage, charge.duration, kAlikeVoltage);
   if (charges.size() < kMinForInterval) return modelled;
   const auto answer = [&](const ChargeBeginning& at, double of_model, std::size_t left_out) {
@@ -208,7 +207,7 @@ Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning
 ChargeEvidence chargeEvidence(const EventHistory& event_history, double voltage, double duration) {
   ChargeEvidence evidence;
   std::vector<double> errors, currents;
-  for (const PastCharge& charge : alike(event_history, voltage, duration, kSupportVoltage)) {
+  for (const PastEvent& charge : alike(event_history, voltage, duration, kSupportVoltage)) {
     errors.push_back(std::abs(charge.measured - charge.modelled));
     currents.push_back(std::abs(charge.measured));
   }

@@ -66,6 +66,6 @@ ChargeEvidence chargeEvidence(const EventHistory& event_history, double voltage,
 double medianOf(std::vector<double> values);
 
 /// @return the median voltage [V] of past charges; none without any.
-std::optional<double> usualVoltage(const std::vector<PastCharge>& charges);
+std::optional<double> usualVoltage(const std::vector<PastEvent>& charges);
 
 }  // namespace battery_sof

@@ -33,9 +33,8 @@ double openLoopRmse(FittedModel model, const Series& series, IndexRange range, d
 }
 
 /// A model as it follows what lies behind its window, with the events there.
-ModelMonitor followedBehind(const FittedModel& model, const Series& series,
-                            const EventLimits& events, double max_gap) {
-  ModelMonitor followed(events);
+ModelMonitor followedBehind(const FittedModel& model, const Series& series, ModelMonitor followed,
+                            double max_gap) {
   followed.install(model, max_gap);
   followed.lookBack(series);
   const auto later = std::upper_bound(series.time.begin(), series.time.end(), model.state.time);
@@ -47,8 +46,8 @@ ModelMonitor followedBehind(const FittedModel& model, const Series& series,
 /// What all fits of one job share.
 struct JobWindow {
   IndexRange range, recent;
-  double max_gap = 0.0;  // [s]
-  EventLimits events;
+  double max_gap;        // [s]
+  ModelMonitor monitor;  // without a model
   InstrumentLimits limits;
   std::optional<ChargerControl> source;  // where it controls the voltage
 };
@@ -65,7 +64,7 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   if (!isUsable(trial.model->fit)) return trial;
   fitErrors(*trial.model, series, window.range);
   if (trial.model->fit.source) {
-    trial.followed = followedBehind(*trial.model, series, window.events, window.max_gap);
+    trial.followed = followedBehind(*trial.model, series, window.monitor, window.max_gap);
     trial.model = trial.followed->now();
   } else {
     carryState(*trial.model, series, series.size() - 1);
@@ -104,7 +103,7 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
   const JobWindow window{*choice.range,
                          recentWindow(job.series, lengthOf(job)),
                          result.max_gap,
-                         job.events,
+                         ModelMonitor(job.events, job.steps),
                          instrumentLimits(job.series),
                          chargerControl(job.series)};
   static_cast<IdentificationTrial&>(result) =

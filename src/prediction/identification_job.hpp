@@ -19,7 +19,8 @@ struct IdentificationJob {
   std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
   double min_window_quality = 0.0;      ///< [0, 1], a window below it is not fitted
   IdentifyOptions options;
-  EventLimits events;                    ///< what counts as a crank
+  EventLimits events;  ///< what counts as a crank
+  AnswerSteps steps;
   std::optional<FittedModel> incumbent;  ///< the model in use, to be compared with
   /// of a second fit to the same window; none: not asked
   std::optional<IdentifyOptions> extended_options;

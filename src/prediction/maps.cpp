@@ -16,17 +16,8 @@ Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name
            const std::vector<double>& columns, const char* column_name, const WorkWatch& watch,
            Ask&& ask) {
   Map map;
-  map.message = faultOf(rows, row_name);
-  if (map.message.empty()) map.message = faultOf(columns, column_name);
-  if (!map.message.empty()) {
-    map.code = AnswerCode::kInvalidQuery;
-    return map;
-  }
-  if (!isUsable(fit)) {
-    map.code = AnswerCode::kNoModel;
-    map.message = "the model cannot be used: " + fit.message;
-    return map;
-  }
+  const std::string fault = faultOf(rows, row_name);
+  if (isRefused(map, fit, fault.empty() ? faultOf(columns, column_name) : fault)) return map;
   const std::size_t cells = rows.size() * columns.size();
   for (const double row : rows)
     for (const double column : columns) {

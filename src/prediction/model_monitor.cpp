@@ -5,13 +5,12 @@
 
 namespace battery_sof {
 
-ModelMonitor::ModelMonitor(const EventLimits& limits) : crank_watch_(limits) {}
-
 void ModelMonitor::install(const FittedModel& model, double max_gap) {
   model_ = model;
   fitted_until_ = model.fit.window.to;
   compared_.clear();
-  tracker_.emplace(model, max_gap);
+  if (!steps_.event_history) model_->intervals.event_history = {};
+  tracker_.emplace(*model_, max_gap, steps_.residual_filter);
   tracker_->setCalibrations(crank_calibration_, charge_calibration_);
 }
 
@@ -27,25 +26,16 @@ void ModelMonitor::goOnAs(const ModelMonitor& other, const FittedModel& model) {
   tracker_ = other.tracker_;
   tracker_->setKnown(model);
   tracker_->setCalibrations(crank_calibration_, charge_calibration_);
-  crank_watch_ = other.crank_watch_;
-  charge_watch_ = other.charge_watch_;
-  long_charge_watch_ = other.long_charge_watch_;
-  stop_watch_ = other.stop_watch_;
+  watch_ = other.watch_;
 }
 
 void ModelMonitor::lookBack(const Series& series) {
   tracker_->lookBack(series);
-  charge_watch_.beginBehind(tracker_->state().current);
-  long_charge_watch_.beginBehind(tracker_->state().current);
-  stop_watch_.beginBehind();
-  crank_watch_.reset();
+  watch_.beginBehind(tracker_->state().current);
 }
 
 void ModelMonitor::forgetPast() {
-  crank_watch_.reset();
-  stop_watch_.reset();
-  charge_watch_.reset();
-  long_charge_watch_.reset();
+  watch_.reset();
   compared_.clear();
 }
 
@@ -61,7 +51,7 @@ void ModelMonitor::moveTo(const StreamSample& first, double moved, double max_ga
   there.intervals.event_history.moveBy(moved);
   setStateFromVoltage(there, first.time, first.current, first.voltage);
   const bool learns = tracker_->learns();
-  tracker_.emplace(there, max_gap);
+  tracker_.emplace(there, max_gap, steps_.residual_filter);
   if (learns) tracker_->learn();
   tracker_->setCalibrations(crank_calibration_, charge_calibration_);
 }
@@ -87,67 +77,45 @@ SessionEvents ModelMonitor::follow(const StreamSample& sample, double max_gap) {
 
 SessionEvents ModelMonitor::watch(const StreamSample& sample, double max_gap) {
   SessionEvents events;
-  if (auto crank = crank_watch_.add(sample, *tracker_, max_gap)) {
-    compareWithBaseline(*crank);
+  const WatchedSample at = watch_.moveTo(sample, *tracker_, max_gap);
+  if (auto crank = watch_.cranks.add(at)) {
+    compareWithBaseline(*crank, crank_selector_);
     events.cranks.push_back(*crank);
-    update(crank_calibration_, crank->measured_minimum, crank->expected_minimum);
-    if (model_->fit.source)
-      tracker_->updateFrom(
-          PastCrank{crank->time, crank->current, crank->measured_minimum, crank->modelled_minimum});
+    if (steps_.calibration) update(crank_calibration_, crank->measured, crank->expected);
+    updateFrom(*crank);
   }
-  if (auto charge = charge_watch_.add(sample, *tracker_, max_gap)) {
+  if (auto charge = watch_.charges.add(at)) {
     compareWithBaseline(*charge, charge_selector_);
     events.charges.push_back(*charge);
-    update(charge_calibration_, charge->measured_current, charge->expected_current);
-    charge_voltages_.push_back(charge->mean_voltage);
+    if (steps_.calibration) update(charge_calibration_, charge->measured, charge->expected);
+    charge_voltages_.push_back(charge->voltage);
     if (charge_voltages_.size() > kChargesKept) charge_voltages_.pop_front();
     updateFrom(*charge);
   }
   if (!model_->fit.source) return events;
-  if (const auto stop = stop_watch_.add(sample, *tracker_, max_gap)) {
+  if (const auto stop = watch_.stops.add(at)) {
     events.stops.push_back(*stop);
-    if (stop->duration == PastStop::kAge)
-      tracker_->updateFrom(
-          PastStop{stop->time, stop->current, stop->measured_voltage, stop->modelled_voltage});
+    if (stop->duration == PastEvent::kStopAge) updateFrom(*stop);
   }
-  if (auto charge = long_charge_watch_.add(sample, *tracker_, max_gap)) {
+  if (auto charge = watch_.long_charges.add(at)) {
     compareWithBaseline(*charge, long_charge_selector_);
     updateFrom(*charge);
   }
   return events;
 }
 
-void ModelMonitor::updateFrom(const ChargeComparison& charge) {
-  if (!model_->fit.source) return;
-  tracker_->updateFrom(PastCharge{charge.time, charge.duration, charge.mean_voltage,
-                                  charge.first_voltage, charge.measured_current,
-                                  charge.modelled_current});
+void ModelMonitor::updateFrom(const PastEvent& event) {
+  if (model_->fit.source && steps_.event_history) tracker_->updateFrom(event);
 }
 
-void ModelMonitor::compareWithBaseline(CrankComparison& crank) {
-  const auto baseline = baselineCrankMinimum(model_->fit.baseline, crank.current);
-  if (!baseline) return;
-  crank.baseline_answered = crank_selector_.isBaselineSelected();
-  crank.baseline_minimum =
-      crank_selector_.add({crank.time,
-                           crank.current,
-                           0.0,
-                           crank.measured_minimum,
-                           crank.expected_minimum.value,
-                           {baseline->value, baseline->lower, baseline->upper}});
-}
-
-void ModelMonitor::compareWithBaseline(ChargeComparison& charge, BaselineSelector& selector) const {
-  const auto baseline =
-      baselineChargeCurrent(model_->fit.baseline, charge.mean_voltage, charge.duration);
-  if (!baseline) return;
-  charge.baseline_answered = selector.isBaselineSelected();
-  charge.baseline_current = selector.add({charge.time,
-                                          charge.mean_voltage,
-                                          charge.duration,
-                                          charge.measured_current,
-                                          charge.expected_current.value,
-                                          {baseline->value, baseline->lower, baseline->upper}});
+void ModelMonitor::compareWithBaseline(EventComparison& event, BaselineSelector& selector) const {
+  const BaselinePredictor& predictor = model_->fit.baseline;
+  event.baseline = event.kind == PastEvent::Kind::kCrank
+                       ? baselineCrankMinimum(predictor, event.current)
+                       : baselineChargeCurrent(predictor, event.voltage, event.duration);
+  if (!event.baseline) return;
+  event.baseline_answered = selector.isBaselineSelected();
+  event.baseline = selector.add(event);
 }
 
 std::optional<double> ModelMonitor::chargeVoltage() const {

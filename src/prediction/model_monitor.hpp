@@ -5,12 +5,10 @@
 #include <vector>
 
 #include "prediction/baseline_selector.hpp"
-#include "prediction/charge_watch.hpp"
-#include "prediction/crank_watch.hpp"
+#include "prediction/event_watch.hpp"
 #include "prediction/interval_calibration.hpp"
 #include "prediction/sample_stream.hpp"
 #include "prediction/state_tracker.hpp"
-#include "prediction/stop_watch.hpp"
 
 namespace battery_sof {
 
@@ -21,11 +19,9 @@ struct BacktestScore {
   double duration = 0.0;  ///< [s], from the first to the last sample compared
 };
 
-/// What ended with a sample and was compared with the model's expectation.
-struct SessionEvents {
-  std::vector<CrankComparison> cranks;
-  std::vector<ChargeComparison> charges;
-  std::vector<StopComparison> stops;
+/// The steps from the equations to an answer; experiments leave one out.
+struct AnswerSteps {
+  bool residual_filter = true, event_history = true, calibration = true;
 };
 
 /**
@@ -41,10 +37,8 @@ class ModelMonitor {
 
   static constexpr std::size_t kChargesKept = 20;  ///< whose voltage is kept
 
-  /// [s], charges that a model with a source is compared over in addition to 10 s
-  static constexpr double kLongCharge = 60.0;
-
-  explicit ModelMonitor(const EventLimits& limits);
+  explicit ModelMonitor(const EventLimits& limits, const AnswerSteps& steps = {})
+      : steps_(steps), watch_(limits) {}
 
   /// Takes a model in the place of the one before; the back-test begins again. @param max_gap [s],
   /// longest interval joined.
@@ -101,7 +95,7 @@ class ModelMonitor {
 
   const BaselineSelector& crankSelector() const { return crank_selector_; }
   const BaselineSelector& chargeSelector() const { return charge_selector_; }
-  /// over kLongCharge
+  /// over EventWatch::kLongCharge
   const BaselineSelector& longChargeSelector() const { return long_charge_selector_; }
   BaselineSelections selections() const {
     return {crank_selector_.selection(), charge_selector_.selection(),
@@ -115,13 +109,11 @@ class ModelMonitor {
   };
 
   SessionEvents watch(const StreamSample& sample, double max_gap);
-  void compareWithBaseline(CrankComparison& crank);
-  void compareWithBaseline(ChargeComparison& charge, BaselineSelector& selector) const;
-  void updateFrom(const ChargeComparison& charge);
+  void compareWithBaseline(EventComparison& event, BaselineSelector& selector) const;
+  void updateFrom(const PastEvent& event);
 
-  CrankWatch crank_watch_;
-  ChargeWatch charge_watch_, long_charge_watch_{kLongCharge};
-  StopWatch stop_watch_;
+  AnswerSteps steps_;
+  EventWatch watch_;
   IntervalCalibration crank_calibration_, charge_calibration_;
   BaselineSelector crank_selector_, charge_selector_, long_charge_selector_;
   std::optional<FittedModel> model_;

@@ -16,12 +16,8 @@ constexpr double kNegligibleCurrent = 1.25;    // [A]
 
 double meanOf(double sum, int count) { return count > 0 ? sum / count : 0.0; }
 
-double errorOf(const CrankComparison& crank) {
-  return std::abs(crank.measured_minimum - crank.expected_minimum.value);
-}
-
-double errorOf(const ChargeComparison& charge) {
-  return std::abs(charge.measured_current - charge.expected_current.value);
+double errorOf(const EventComparison& event) {
+  return std::abs(event.measured - event.expected.value);
 }
 
 }  // namespace

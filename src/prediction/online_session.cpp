@@ -68,7 +68,7 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 OnlineSession::OnlineSession(const SessionOptions& options)
     : options_(checked(options)),
       stream_(options.buffer),
-      contenders_{ModelMonitor(options.events), std::nullopt, {}},
+      contenders_{ModelMonitor(options.events, options.steps), std::nullopt, {}},
       at_job_(contenders_) {}
 
 // ----------------------------------------------------------------------------------------------------
@@ -188,7 +188,7 @@ SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_g
 }
 
 void OnlineSession::loseModel(const std::string& why) {
-  contenders_ = {ModelMonitor(options_.events), std::nullopt, {}};
+  contenders_ = {ModelMonitor(options_.events, options_.steps), std::nullopt, {}};
   last_outcome_ = why;
   next_look_ = driving_ + kLookInterval;
 }
@@ -256,6 +256,7 @@ IdentificationJob OnlineSession::makeJob() {
   job.min_window_quality = options_.min_window_quality;
   job.options = options_.identify;
   job.events = options_.events;
+  job.steps = options_.steps;
   const auto& [base, extended, selector] = contenders_;
   if (base.holdsModel()) job.incumbent = base.accepted();
   if (!extension_) return job;
@@ -340,7 +341,7 @@ void OnlineSession::install(const IdentificationResult& result, bool base, bool 
   if (base) install(contenders_.base, result, result.max_gap);
   if (extended) {
     if (!contenders_.extended) {
-      contenders_.extended.emplace(options_.events);
+      contenders_.extended.emplace(options_.events, options_.steps);
       contenders_.extended->setCalibrations(contenders_.base.crankCalibration(),
                                             contenders_.base.chargeCalibration());
     }

@@ -24,6 +24,7 @@ struct SessionOptions {
   /// 12 V blocks in series that samples, questions and answers are of (recording/series_blocks.hpp)
   double series_blocks = 1.0;
   EventLimits events;
+  AnswerSteps steps;
   IdentifyOptions identify;
 };
 

@@ -113,7 +113,7 @@ std::string OnlineSession::whyNoSample() const {
 
 FittedModel OnlineSession::restoredNow() const {
   const Series& first = stream_.waiting();
-  ModelMonitor model(options_.events);
+  ModelMonitor model(options_.events, options_.steps);
   model.setCalibrations(restored_->intervals.crank_calibration,
                         restored_->intervals.charge_calibration);
   if (!first.empty())

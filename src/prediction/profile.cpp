@@ -152,16 +152,7 @@ ProfileAnswer brokenOff(std::size_t done, std::size_t samples, const std::string
 ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
                               const std::vector<double>& current, const WorkWatch& watch) {
   ProfileAnswer answer;
-  answer.message = faultOf(time, current);
-  if (!answer.message.empty()) {
-    answer.code = AnswerCode::kInvalidQuery;
-    return answer;
-  }
-  if (!isUsable(model.fit)) {
-    answer.code = AnswerCode::kNoModel;
-    answer.message = "the model cannot be used: " + model.fit.message;
-    return answer;
-  }
+  if (isRefused(answer, model.fit, faultOf(time, current))) return answer;
   Simulation simulation = uncertainSimulationOf(model);
   const ResidualFilter errors(model);
   const double own = model.fit.noise ? model.fit.noise->white_std : model.fit.scores.rmse;

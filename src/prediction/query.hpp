@@ -136,6 +136,16 @@ Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error,
 /// Whether a value and the ends of its interval are finite.
 bool areNumbers(const Interval& answer);
 
+/// Marks an answer that has none to give. @param faults of the query, empty when it is sound.
+/// @return whether there is none.
+template <typename Answer>
+bool isRefused(Answer& answer, const Fit& fit, const std::string& faults) {
+  if (faults.empty() && isUsable(fit)) return false;
+  answer.code = faults.empty() ? AnswerCode::kNoModel : AnswerCode::kInvalidQuery;
+  answer.message = faults.empty() ? "the model cannot be used: " + fit.message : faults;
+  return true;
+}
+
 /// An answer without numbers: the model makes none that are finite of a question (kNoModel).
 template <typename Answer>
 Answer withoutNumbers() {

@@ -56,20 +56,16 @@ RangePrediction ofSeries(RangePrediction of_one, double series_blocks) {
 }
 
 SessionEvents ofSeries(SessionEvents of_one, double series_blocks) {
-  for (CrankComparison& crank : of_one.cranks) {
-    scale(crank.measured_minimum, series_blocks);
-    scale(crank.expected_minimum, series_blocks);
-    scale(crank.modelled_minimum, series_blocks);
-    if (crank.baseline_minimum) scale(*crank.baseline_minimum, series_blocks);
-  }
-  for (ChargeComparison& charge : of_one.charges) {
-    scale(charge.mean_voltage, series_blocks);
+  for (auto* events : {&of_one.cranks, &of_one.stops})
+    for (EventComparison& event : *events) {
+      scale(event.measured, series_blocks);
+      scale(event.expected, series_blocks);
+      scale(event.modelled, series_blocks);
+      if (event.baseline) scale(*event.baseline, series_blocks);
+    }
+  for (EventComparison& charge : of_one.charges) {
+    scale(charge.voltage, series_blocks);
     scale(charge.first_voltage, series_blocks);
-  }
-  for (StopComparison& stop : of_one.stops) {
-    scale(stop.measured_voltage, series_blocks);
-    scale(stop.expected_voltage, series_blocks);
-    scale(stop.modelled_voltage, series_blocks);
   }
   return of_one;
 }

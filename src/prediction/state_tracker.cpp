@@ -35,9 +35,10 @@ void forgetFirst(Series& series, std::size_t count) {
 
 }  // namespace
 
-StateTracker::StateTracker(const FittedModel& model, double max_gap)
+StateTracker::StateTracker(const FittedModel& model, double max_gap, bool follows_errors)
     : model_(model),
       max_gap_(max_gap),
+      follows_errors_(follows_errors),
       settled_{Follower(model, true), {}, model.state, ResidualFilter(model)},
       needs_trace_(!model.fit.effects.empty()) {
   if (model.fit.source) watch_.emplace(*model.fit.source);
@@ -199,7 +200,8 @@ void StateTracker::setCalibrations(const IntervalCalibration& crank,
 
 FittedModel StateTracker::modelAt(const SimulationPoint& point) const {
   FittedModel now = model_;
-  now.state.residual_state = point.errors.residualState();
+  now.state.residual_state =
+      follows_errors_ ? point.errors.residualState() : ResidualState{0.0, 0.0, 0.0, 0.0, 0.0};
   takeState(now, point.follower, point.state.current);
   return now;
 }

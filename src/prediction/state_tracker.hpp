@@ -24,7 +24,8 @@ namespace battery_sof {
 class StateTracker {
  public:
   /// Starts from the model's saved state. @param max_gap [s], longest interval that is joined.
-  StateTracker(const FittedModel& model, double max_gap);
+  /// @param follows_errors false: what the model misses of a voltage is not forecast.
+  StateTracker(const FittedModel& model, double max_gap, bool follows_errors = true);
 
   /// Shows the samples up to the state's, right at the beginning: the past that a source is judged
   /// by, 300 s as in inputsOf().
@@ -76,8 +77,7 @@ class StateTracker {
   /// What a slow sampling saw of the discharge under way.
   const MissedCrank& missed() const { return here().missed; }
   /// An event passed: what it teaches goes along with the model.
-  template <typename Event>
-  void updateFrom(const Event& event) {
+  void updateFrom(const PastEvent& event) {
     EventHistory& past = model_.intervals.event_history;
     past.add(event);
     settled_.errors.setNextStop(past.nextStop(model_.fit.scores.rmse));
@@ -108,6 +108,7 @@ class StateTracker {
 
   FittedModel model_;
   double max_gap_;
+  bool follows_errors_;
   SimulationPoint settled_;
   std::optional<SimulationPoint> ahead_;  // at the newest sample, where that is not settled
   std::optional<ControlModeDetector> watch_;

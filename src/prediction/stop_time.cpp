@@ -235,18 +235,9 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
                                double capacity) {
   StopTimeAnswer answer;
   const CrankingQuery crank = crankOf(query);
-  answer.message = faultsOf(crank);
-  if (!askedFor(query.u_required))
-    answer.message = "no limit is given for a crank to hold: " + answer.message;
-  if (!answer.message.empty()) {
-    answer.code = AnswerCode::kInvalidQuery;
-    return answer;
-  }
-  if (!isUsable(model.fit)) {
-    answer.code = AnswerCode::kNoModel;
-    answer.message = "the model cannot be used: " + model.fit.message;
-    return answer;
-  }
+  std::string faults = faultsOf(crank);
+  if (!askedFor(query.u_required)) faults = "no limit is given for a crank to hold: " + faults;
+  if (isRefused(answer, model.fit, faults)) return answer;
   const bool draws = query.i_load < 0.0;
   const double supported = supportedCharge(model.fit, capacity);
   const double longest = stopThatDraws(capacity, query.i_load);

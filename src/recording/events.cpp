@@ -7,7 +7,9 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kLongCharge = 10.0;  // [s]
+constexpr double kLongCharge = 10.0;    // [s]
+constexpr double kStopCurrent = -2.0;   // [A], more than an idle network's
+constexpr double kChargeCurrent = 2.0;  // [A], docs/physics.md#regimes
 
 void requireValid(const EventLimits& limits) {
   const bool valid = std::isfinite(limits.crank_current) && limits.crank_current < 0.0 &&
@@ -25,34 +27,20 @@ EventKind kindBySign(double current, const EventLimits& limits) {
   return current > 0.0 ? EventKind::kCharge : EventKind::kDischarge;
 }
 
-/// The stretch around a sample, within bounds and without a gap, in which the current stays at or
-/// below half the crank current.
-IndexRange widened(const Series& series, std::size_t sample, IndexRange bounds, double half,
-                   double max_gap) {
-  const auto joined = [&](std::size_t n) { return series.time[n] - series.time[n - 1] <= max_gap; };
-  IndexRange range{sample, sample + 1};
-  while (range.first > bounds.first && series.current[range.first - 1] <= half &&
-         joined(range.first))
-    --range.first;
-  while (range.last < bounds.last && series.current[range.last] <= half && joined(range.last))
-    ++range.last;
-  return range;
-}
-
 std::vector<IndexRange> crankRanges(const Series& series, IndexRange bounds,
                                     const EventLimits& limits, double max_gap) {
   std::vector<IndexRange> cranks;
-  const auto end = series.current.begin() + static_cast<std::ptrdiff_t>(bounds.last);
-  for (std::size_t from = bounds.first;;) {
-    const auto low = std::find_if(series.current.begin() + static_cast<std::ptrdiff_t>(from), end,
-                                  [&](double i) { return i <= limits.crank_current; });
-    if (low == end) return cranks;
-    const auto k = static_cast<std::size_t>(low - series.current.begin());
-    const IndexRange range = widened(series, k, bounds, 0.5 * limits.crank_current, max_gap);
-    const double duration = series.time[range.last - 1] - series.time[range.first];
-    if (duration <= limits.crank_max_duration) cranks.push_back(range);
-    from = range.last;
+  EventDetector detector(limits);
+  std::size_t first = bounds.first;
+  for (std::size_t n = bounds.first; n <= bounds.last; ++n) {
+    const bool was_at_level = detector.isAtCrankLevel(), is_end = n == bounds.last;
+    const bool is_gap =
+        is_end || (n > bounds.first && series.time[n] - series.time[n - 1] > max_gap);
+    detector.add(is_end ? HUGE_VAL : series.time[n], is_end ? 0.0 : series.current[n], is_gap);
+    if (detector.crankEnded()) cranks.push_back({first, n});
+    if (!was_at_level || is_gap) first = n;
   }
+  return cranks;
 }
 
 std::vector<EventKind> kindOfEverySample(const Series& series, const EventLimits& limits,
@@ -137,6 +125,36 @@ std::string toString(EventKind kind) {
     case EventKind::kRest: return "rest";
   }
   throw std::invalid_argument("describe: not an event kind");
+}
+
+bool isStopLoad(double current, double min_current) {
+  return current < std::min(min_current, kStopCurrent) && current > 0.5 * kCrankCurrent;
+}
+
+void EventDetector::add(double time, double current, bool is_gap,
+                        std::optional<double> min_current) {
+  const bool is_level = current <= 0.5 * limits_.crank_current;
+  crank_ended_ = (is_gap || !is_level) && mayBeCrank() && crank_lowest_ <= limits_.crank_current;
+  if (is_gap || !is_level) crank_since_.reset();
+  if (is_level) {
+    crank_lowest_ = crank_since_ ? std::min(crank_lowest_, current) : current;
+    crank_since_ = crank_since_.value_or(time);
+    crank_until_ = time;
+  }
+  const bool was_charging = charging_;
+  charging_ = current > kChargeCurrent && !is_gap;
+  charge_begins_ =
+      !is_gap && (min_current ? discharged_ && current > 0.0 : charging_ && !was_charging);
+  discharged_ = current < kDischargeCurrent || (discharged_ && !(is_gap || current > 0.0));
+  in_stop_ = !is_gap && min_current && isStopLoad(current, *min_current);
+  stop_begins_ = in_stop_ && may_stop_;
+  may_stop_ = !is_gap && !in_stop_;
+}
+
+void EventDetector::beginBehind(double current) {
+  *this = EventDetector(limits_);
+  charging_ = current > kChargeCurrent;
+  discharged_ = current < kDischargeCurrent;
 }
 
 std::vector<Event> detectEvents(const Series& series, const EventLimits& limits) {

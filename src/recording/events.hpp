@@ -27,6 +27,56 @@ struct EventLimits {
   double rest_current = 0.5;             ///< [A]; |current| below it is rest
 };
 
+/// [A]; below it a discharge is under way that a charge may follow
+inline constexpr double kDischargeCurrent = -10.0;
+
+/// Whether a current is that of a stop: a load draws it that no charger helps out with, and it is no
+/// crank's. @param min_current [A], below it a load controls the current (ControlModeRule).
+bool isStopLoad(double current, double min_current);
+
+/**
+ * @brief Where cranks, charges and stops begin and end, sample by sample: of a recording as live.
+ *
+ *     crank   samples at or below half of crank_current that follow each other without a gap, one
+ *             of them at or below it, no longer than crank_max_duration
+ *     charge  begins above 2 A; where a source may control the voltage, above 0 A after less than
+ *             -10 A, at the first sample whose voltage is controlled (denyCharge())
+ *     stop    begins with the first isStopLoad() behind a sample that is none
+ */
+class EventDetector {
+ public:
+  explicit EventDetector(const EventLimits& limits = {}) : limits_(limits) {}
+
+  /// Moves on to a sample. @param is_gap behind the one before. @param min_current [A], of the
+  /// source (isStopLoad()); none without a source: stops are not looked for.
+  void add(double time, double current, bool is_gap = false,
+           std::optional<double> min_current = std::nullopt);
+  /// The newest sample's voltage is not controlled: the charge that would have begun may begin later.
+  void denyCharge() { discharged_ = discharged_ || charge_begins_; }
+  /// Begins behind a sample: what is under way there does not begin.
+  void beginBehind(double current);
+
+  bool isAtCrankLevel() const { return crank_since_.has_value(); }
+  /// is at crank level, and not for too long yet
+  bool mayBeCrank() const {
+    return crank_since_ && crank_until_ - *crank_since_ <= limits_.crank_max_duration;
+  }
+  /// the sample before was a crank's last
+  bool crankEnded() const { return crank_ended_; }
+  bool chargeBegins() const { return charge_begins_; }
+  bool isCharging() const { return charging_; }  ///< above 2 A
+  bool stopBegins() const { return stop_begins_; }
+  bool isInStop() const { return in_stop_; }
+
+ private:
+  EventLimits limits_;
+  std::optional<double> crank_since_;              // [s], first sample at crank level
+  double crank_until_ = 0.0, crank_lowest_ = 0.0;  // [s], [A]
+  bool crank_ended_ = false, charge_begins_ = false, stop_begins_ = false;
+  bool charging_ = false, discharged_ = false, in_stop_ = false;
+  bool may_stop_ = false;  // the sample before was none of a stop
+};
+
 /// A stretch of one kind of load. Ranges of neighbouring events do not overlap; every sample
 /// belongs to one event.
 struct Event {

@@ -262,7 +262,7 @@ void describeSource(File& file, Model& fit) {
 template <typename File, typename History>
 void describeEvents(File& file, History& history) {
   file.rows("cranks", history.cranks, {kTimes, kCurrents, kVoltages, kVoltages},
-            [](auto& c, auto&& take) { take(c.time, c.current, c.minimum, c.modelled); });
+            [](auto& c, auto&& take) { take(c.time, c.current, c.measured, c.modelled); });
   file.rows("charges", history.charges,
             {kTimes, {kMinStep, kTimes.most}, kVoltages, kVoltages, kCurrents, kCurrents},
             [](auto& c, auto&& take) {
@@ -272,9 +272,16 @@ void describeEvents(File& file, History& history) {
             [](auto& s, auto&& take) { take(s.time, s.current, s.measured, s.modelled); });
   if constexpr (File::kReads) {
     EventHistory newest;
-    for (const PastCrank& crank : history.cranks) newest.add(crank);
-    for (const PastCharge& charge : history.charges) newest.add(charge);
-    for (const PastStop& stop : history.stops) newest.add(stop);
+    const auto keep = [&](const std::vector<PastEvent>& past, PastEvent::Kind kind) {
+      for (PastEvent event : past) {
+        event.kind = kind;
+        if (kind == PastEvent::Kind::kStop) event.duration = PastEvent::kStopAge;
+        newest.add(event);
+      }
+    };
+    keep(history.cranks, PastEvent::Kind::kCrank);
+    keep(history.charges, PastEvent::Kind::kCharge);
+    keep(history.stops, PastEvent::Kind::kStop);
     history = newest;
   }
 }

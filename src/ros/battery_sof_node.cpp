@@ -214,7 +214,7 @@ void BatterySofNode::take(const RawSample& sample) {
   last_arrival_ = ros::Time::now();
   const SessionEvents events = session_.push(sample);
   events_.add(events);
-  for (const CrankComparison& crank : events.cranks) logCrank(crank);
+  for (const EventComparison& crank : events.cranks) logCrank(crank);
   if (auto job = session_.takeDueJob()) {
     ROS_INFO("identification begins on %zu samples", job->series.size());
     worker_.post({std::move(*job)});
@@ -224,8 +224,8 @@ void BatterySofNode::take(const RawSample& sample) {
   if (isStatusDue()) demandStatus();
 }
 
-void BatterySofNode::logCrank(const CrankComparison& crank) const {
-  const Interval& expected = crank.expected_minimum;
+void BatterySofNode::logCrank(const EventComparison& crank) const {
+  const Interval& expected = crank.expected;
   std::string answered = "no query was answered before";
   if (last_answer_) {
     char text[160];
@@ -237,8 +237,8 @@ void BatterySofNode::logCrank(const CrankComparison& crank) const {
   }
   ROS_INFO(
       "crank at %.2f s, %.0f A: measured %.2f V; expected of this current %.2f V [%.2f, %.2f]; %s",
-      crank.time, crank.current, crank.measured_minimum, expected.value, expected.lower,
-      expected.upper, answered.c_str());
+      crank.time, crank.current, crank.measured, expected.value, expected.lower, expected.upper,
+      answered.c_str());
 }
 
 void BatterySofNode::announceWhoAnswers() {

@@ -139,7 +139,7 @@ class BatterySofNode {
   bool isStatusDue() const;
   void demandStatus();
   std::optional<double> noDataFor() const;
-  void logCrank(const CrankComparison& crank) const;
+  void logCrank(const EventComparison& crank) const;
   SessionStatus statusNow() const;
   void announceWhoAnswers();
 

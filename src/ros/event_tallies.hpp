@@ -36,28 +36,22 @@ struct EventTallies {
   EventTally baseline_cranks, baseline_charges;
   /// of the one that answered questions then (BaselineSelector)
   EventTally answered_cranks, answered_charges;
-  std::optional<CrankComparison> last_crank;
-  std::optional<ChargeComparison> last_charge;
+  std::optional<EventComparison> last_crank, last_charge;
   IntervalCalibration crank_calibration, charge_calibration;
 
   void add(const SessionEvents& events) {
-    for (const CrankComparison& crank : events.cranks) {
-      cranks.add(crank.measured_minimum, crank.expected_minimum);
-      if (crank.baseline_minimum)
-        baseline_cranks.add(crank.measured_minimum, *crank.baseline_minimum);
-      answered_cranks.add(crank.measured_minimum, crank.baseline_answered ? *crank.baseline_minimum
-                                                                          : crank.expected_minimum);
-      last_crank = crank;
-    }
-    for (const ChargeComparison& charge : events.charges) {
-      charges.add(charge.measured_current, charge.expected_current);
-      if (charge.baseline_current)
-        baseline_charges.add(charge.measured_current, *charge.baseline_current);
-      answered_charges.add(charge.measured_current, charge.baseline_answered
-                                                        ? *charge.baseline_current
-                                                        : charge.expected_current);
-      last_charge = charge;
-    }
+    for (const EventComparison& crank : events.cranks)
+      add(last_crank.emplace(crank), cranks, baseline_cranks, answered_cranks);
+    for (const EventComparison& charge : events.charges)
+      add(last_charge.emplace(charge), charges, baseline_charges, answered_charges);
+  }
+
+ private:
+  static void add(const EventComparison& event, EventTally& model, EventTally& baseline,
+                  EventTally& answered) {
+    model.add(event.measured, event.expected);
+    if (event.baseline) baseline.add(event.measured, *event.baseline);
+    answered.add(event.measured, event.answered());
   }
 };
 

@@ -199,7 +199,7 @@ std::uint8_t stateCode(SessionState state) {
 /// What the record of one kind of event says of all of them.
 EventRecord recordOf(const EventTally& model, const EventTally& baseline,
                      const EventTally& answered, const IntervalCalibration& scale,
-                     const BaselineScore& selector) {
+                     const BaselineScore& selector, const std::optional<EventComparison>& last) {
   EventRecord record;
   record.count = static_cast<std::uint32_t>(model.count);
   record.coverage = orNan(model.coverageOf());
@@ -208,39 +208,14 @@ EventRecord recordOf(const EventTally& model, const EventTally& baseline,
   record.answered_mean_abs_error = orNan(answered.meanAbsError());
   record.answered_by = selector.baseline_selected ? "baseline" : "model";
   record.interval_factor = scale.factor;
-  return record;
-}
-
-/// The last event's part of a record.
-void fillLast(EventRecord& record, double time, double given, double measured,
-              const Interval& expected) {
-  record.time = time;
-  record.stimulus = given;
-  record.measured = measured;
-  record.expected = expected.value;
-  record.lower = expected.lower;
-  record.upper = expected.upper;
-}
-
-EventRecord cranksOf(const EventTallies& events, const BaselineScore& selector) {
-  EventRecord record = recordOf(events.cranks, events.baseline_cranks, events.answered_cranks,
-                                events.crank_calibration, selector);
-  record.duration = kNan;
-  fillLast(record, kNan, kNan, kNan, Interval{kNan, kNan, kNan});
-  if (const auto& last = events.last_crank)
-    fillLast(record, last->time, last->current, last->measured_minimum, last->expected_minimum);
-  return record;
-}
-
-EventRecord chargesOf(const EventTallies& events, const BaselineScore& selector) {
-  EventRecord record = recordOf(events.charges, events.baseline_charges, events.answered_charges,
-                                events.charge_calibration, selector);
-  const auto& last = events.last_charge;
-  record.duration = last ? last->duration : kNan;
-  fillLast(record, kNan, kNan, kNan, Interval{kNan, kNan, kNan});
-  if (last)
-    fillLast(record, last->time, last->mean_voltage, last->measured_current,
-             last->expected_current);
+  const bool is_charge = last && last->kind == PastEvent::Kind::kCharge;
+  record.duration = is_charge ? last->duration : kNan;
+  record.time = last ? last->time : kNan;
+  record.stimulus = last ? last->stimulus() : kNan;
+  record.measured = last ? last->measured : kNan;
+  record.expected = last ? last->expected.value : kNan;
+  record.lower = last ? last->expected.lower : kNan;
+  record.upper = last ? last->expected.upper : kNan;
   return record;
 }
 
@@ -272,8 +247,13 @@ SofStatus messageOf(const StatusContents& contents) {
   put(message.crank, contents.answers.cranking);
   put(message.stop_time, contents.answers.stop_time);
   put(message.charge, contents.answers.charge);
-  message.past_cranks = cranksOf(contents.events, session.crank_selector);
-  message.past_charges = chargesOf(contents.events, session.charge_selector);
+  const EventTallies& events = contents.events;
+  message.past_cranks =
+      recordOf(events.cranks, events.baseline_cranks, events.answered_cranks,
+               events.crank_calibration, session.crank_selector, events.last_crank);
+  message.past_charges =
+      recordOf(events.charges, events.baseline_charges, events.answered_charges,
+               events.charge_calibration, session.charge_selector, events.last_charge);
   message.charger_present = session.charger_present;
   message.charger_share = orNan(session.charger_share);
   message.voltage_controlled = session.voltage_controlled;

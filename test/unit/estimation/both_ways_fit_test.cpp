@@ -270,13 +270,13 @@ TEST(FollowWindow, KeepsCranksAndChargesOfTheWindowBesideWhatWasExpectedOfThem) 
                                                               [](double i) { return i < -150.0; }));
   EXPECT_GE(sources, 6u);
   EXPECT_EQ(model.intervals.event_history.cranks.size(), sources);
-  for (const PastCrank& crank : model.intervals.event_history.cranks) {
+  for (const PastEvent& crank : model.intervals.event_history.cranks) {
     EXPECT_LT(crank.current, -150.0);
-    EXPECT_NEAR(crank.modelled, crank.minimum, 0.15);
+    EXPECT_NEAR(crank.modelled, crank.measured, 0.15);
   }
   double before = -1.0;
   int short_ones = 0, long_ones = 0;
-  for (const PastCharge& charge : model.intervals.event_history.charges) {
+  for (const PastEvent& charge : model.intervals.event_history.charges) {
     EXPECT_GE(charge.time, before) << "in order of time";
     before = charge.time;
     (charge.duration == 10.0 ? short_ones : long_ones) += 1;
@@ -294,15 +294,16 @@ TEST(EventHistory, KeepsTheNewestInOrderOfTime) {
   EventHistory past;
   for (int n = 0; n < 100; ++n)
     for (const double duration : {10.0, 60.0})
-      past.add(PastCharge{10.0 * n, duration, 14.0, 14.0, 5.0, 5.0});
+      past.add({PastEvent::Kind::kCharge, 10.0 * n, duration, 0.0, 14.0, 14.0, 5.0, 5.0});
   ASSERT_EQ(past.charges.size(), 2 * EventHistory::kMost);
   for (std::size_t k = 1; k < past.charges.size(); ++k)
     EXPECT_GE(past.charges[k].time, past.charges[k - 1].time);
   EXPECT_EQ(past.charges.front().time, 600.0);
   EXPECT_EQ(std::count_if(past.charges.begin(), past.charges.end(),
-                          [](const PastCharge& c) { return c.duration == 10.0; }),
+                          [](const PastEvent& c) { return c.duration == 10.0; }),
             40);
-  for (int n = 0; n < 100; ++n) past.add(PastCrank{1.0 * n, -200.0, 10.0, 10.0});
+  for (int n = 0; n < 100; ++n)
+    past.add({PastEvent::Kind::kCrank, 1.0 * n, 0.0, -200.0, 0.0, 0.0, 10.0, 10.0});
   ASSERT_EQ(past.cranks.size(), EventHistory::kMost);
   EXPECT_EQ(past.cranks.front().time, 60.0);
 }

@@ -10,8 +10,8 @@ namespace {
 EventHistory missedBy(const std::vector<double>& errors) {
   EventHistory history;
   for (const double error : errors)
-    history.add(
-        PastStop{100.0 * static_cast<double>(history.stops.size()), -20.0, 12.4, 12.4 - error});
+    history.add({PastEvent::Kind::kStop, 100.0 * static_cast<double>(history.stops.size()), 10.0,
+                 -20.0, 0.0, 0.0, 12.4, 12.4 - error});
   return history;
 }
 
@@ -49,13 +49,6 @@ TEST(NextStop, IsAsUncertainAsPastStopsDiffer) {
 
 TEST(NextStop, OfAModelThatIsAlwaysRightIsNotMovedByOneOutlier) {
   EXPECT_LT(std::abs(missedBy({0.3}).nextStop(0.02).mean), 0.03);
-}
-
-TEST(IsStopLoad, IsMoreThanAnIdleNetworkBelowTheRuleAndNoCrank) {
-  EXPECT_TRUE(isStopLoad(-20.0, -7.0));
-  EXPECT_FALSE(isStopLoad(-5.0, -7.0));
-  EXPECT_FALSE(isStopLoad(-1.0, -0.5));
-  EXPECT_FALSE(isStopLoad(-120.0, -7.0));
 }
 
 TEST(EventHistory, KeepsTheNewestStopsAndMovesThemWithTheClock) {

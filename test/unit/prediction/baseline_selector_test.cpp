@@ -15,6 +15,18 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+/// Ten seconds of 10 A at 14 V.
+EventComparison chargeAt(double time, double expected, const Interval& baseline) {
+  EventComparison charge;
+  charge.kind = PastEvent::Kind::kCharge;
+  charge.time = time;
+  charge.duration = charge.measured = 10.0;
+  charge.voltage = 14.0;
+  charge.expected.value = expected;
+  charge.baseline = baseline;
+  return charge;
+}
+
 /// Charges of 10 A, expected by a model and by a baseline predictor that err by as much as they are
 /// reported.
 class Charges {
@@ -26,8 +38,7 @@ class Charges {
     baseline_ += std::abs(baseline_error);
     answered_ += std::abs(baseline_answered ? baseline_error : model_error);
     const double value = 10.0 - baseline_error;
-    last = selector.add(
-        {time_, 14.0, 10.0, 10.0, 10.0 - model_error, {value, value - 1.0, value + 1.0}});
+    last = selector.add(chargeAt(time_, 10.0 - model_error, {value, value - 1.0, value + 1.0}));
     if (last.lower <= 10.0 && 10.0 <= last.upper) ++inside;
     ++events;
   }
@@ -104,9 +115,9 @@ TEST(BaselineSelector,
 TEST(BaselineSelector, RemembersTwentyEventsAndAQuarterOfAnHour) {
   BaselineSelector often, seldom;
   for (int k = 0; k < 100; ++k) {
-    const BaselineSelectorEvent event{20.0 * k, 14.0, 10.0, 10.0, 9.0, {9.0, 8.0, 10.0}};
+    const EventComparison event = chargeAt(20.0 * k, 9.0, {9.0, 8.0, 10.0});
     often.add(event);
-    BaselineSelectorEvent rare = event;
+    EventComparison rare = event;
     rare.time *= 10.0;
     seldom.add(rare);
   }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "prediction/charge_watch.hpp"
+#include "prediction/event_watch.hpp"
 #include "prediction/state_tracker.hpp"
 #include "support/known_model.hpp"
 #include "support/start_stop.hpp"
@@ -161,7 +161,7 @@ TEST_F(BothWays, PastCranksCorrectThePredictedOnes) {
   ignorant.intervals.event_history = {};
   // Equations that read every crank 0.4 V too low, in the past as now.
   for (double& u : low.equations_voltage) u -= 0.4;
-  for (PastCrank& crank : baseline_model.intervals.event_history.cranks) crank.modelled -= 0.4;
+  for (PastEvent& crank : baseline_model.intervals.event_history.cranks) crank.modelled -= 0.4;
   const double corrected =
       *scoreBothWays(baseline_model, inputs_->series, rest(), low).crank_mean_abs_error;
   EXPECT_GT(*scoreBothWays(ignorant, inputs_->series, rest(), low).crank_mean_abs_error, 0.3);

@@ -82,7 +82,8 @@ TEST(PredictChargeAcceptance, StaysAtTheSourcesLimitAndLeavesItWhenTheBatteryFil
 TEST(PredictChargeAcceptance, PastChargesTakeNoBoundBeyondTheSourcesLimit) {
   FittedModel model = knownModel();
   for (int k = 0; k < 6; ++k)
-    model.intervals.event_history.add(PastCharge{10.0 * k, 10.0, 14.2, 14.2, 90.0 + k, 60.0});
+    model.intervals.event_history.add(
+        {PastEvent::Kind::kCharge, 10.0 * k, 10.0, 0.0, 14.2, 14.2, 90.0 + k, 60.0});
   const ChargeAcceptanceAnswer answer = predictChargeAcceptance(model, {14.2, 10.0, 40.0});
   EXPECT_LE(answer.i_boost->lower, answer.i_boost->value);
   EXPECT_LE(answer.i_boost->value, answer.i_boost->upper);

@@ -1,4 +1,4 @@
-#include "prediction/charge_watch.hpp"
+#include "prediction/event_watch.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ constexpr double kMaxGap = 5.0;
 /// them.
 class Ride {
  public:
-  std::vector<ChargeComparison> comparisons;
+  std::vector<EventComparison> comparisons;
 
   void hold(double current, double duration) {
     for (long n = 0; n < std::lround(duration / 0.1); ++n) pass(current, 0.1);
@@ -28,7 +28,8 @@ class Ride {
     before_ = current;
     const StreamSample sample{time_, current,
                               test::terminalVoltage(drivenBattery(), current, u_c2_)};
-    if (const auto charge = watch_.add(sample, tracker_, kMaxGap)) comparisons.push_back(*charge);
+    const WatchedSample at = watch_.moveTo(sample, tracker_, kMaxGap);
+    if (const auto charge = watch_.charges.add(at)) comparisons.push_back(*charge);
     tracker_.follow(time_, current, sample.voltage);
   }
   void reset() { watch_.reset(); }
@@ -36,7 +37,7 @@ class Ride {
  private:
   test::BaseStep step_{drivenBattery()};
   StateTracker tracker_{knownModel(), kMaxGap};
-  ChargeWatch watch_;
+  EventWatch watch_{EventLimits()};
   double time_ = 100.0, u_c2_ = 0.0, before_ = 0.0;
 };
 
@@ -45,12 +46,12 @@ TEST(ChargeWatch, ComparesAChargeOnceAfterTenSeconds) {
   run.hold(-10.0, 5.0);
   run.hold(40.0, 60.0);
   ASSERT_EQ(run.comparisons.size(), 1u);
-  const ChargeComparison& charge = run.comparisons[0];
+  const EventComparison& charge = run.comparisons[0];
   EXPECT_NEAR(charge.time, 105.1, 1e-6);
   EXPECT_NEAR(charge.duration, 10.0, 0.11);
-  EXPECT_NEAR(charge.measured_current, 40.0, 1e-9);
-  EXPECT_NEAR(charge.expected_current.value, 40.0, 2.0);
-  EXPECT_GT(charge.mean_voltage, 12.9);
+  EXPECT_NEAR(charge.measured, 40.0, 1e-9);
+  EXPECT_NEAR(charge.expected.value, 40.0, 2.0);
+  EXPECT_GT(charge.voltage, 12.9);
 }
 
 TEST(ChargeWatch, ComparesTheNextChargeAnew) {

@@ -13,6 +13,16 @@ using namespace test;
 
 constexpr Interval kModelled = {10.0, 9.8, 10.3};
 
+PastEvent pastCrank(double time, double current, double measured, double modelled) {
+  return {PastEvent::Kind::kCrank, time, 0.0, current, 0.0, 0.0, measured, modelled};
+}
+
+/// Ten seconds at a voltage.
+PastEvent pastCharge(double time, double voltage, double first_voltage, double measured,
+                     double modelled) {
+  return {PastEvent::Kind::kCharge, time, 10.0, 0.0, voltage, first_voltage, measured, modelled};
+}
+
 /// Cranks of which the equations miss `bias` and noise; with a baseline line that misses nothing of
 /// v = 12 + 0.01 i.
 FittedModel cranked(std::size_t cranks, double bias, double noise = 0.0, bool line = false,
@@ -21,9 +31,9 @@ FittedModel cranked(std::size_t cranks, double bias, double noise = 0.0, bool li
   FittedModel model = knownModel();
   for (std::size_t k = 0; k < cranks; ++k) {
     const double current = random.uniform(-240.0, -160.0), modelled = 12.0 + 0.01 * current;
-    model.intervals.event_history.add(PastCrank{10.0 * static_cast<double>(k), current,
+    model.intervals.event_history.add(pastCrank(10.0 * static_cast<double>(k), current,
                                                 modelled + bias + noise * random.normal(),
-                                                modelled});
+                                                modelled));
   }
   if (line) {
     model.fit.baseline.voltage_from_current.emplace();
@@ -40,8 +50,8 @@ FittedModel charged(std::size_t charges, double bias, double noise = 0.0, double
   for (std::size_t k = 0; k < charges; ++k) {
     const double modelled = random.uniform(8.0, 12.0);
     model.intervals.event_history.add(
-        PastCharge{100.0 * static_cast<double>(k), 10.0, voltage + random.uniform(-0.1, 0.1),
-                   voltage - 0.3, modelled + bias + noise * random.normal(), modelled});
+        pastCharge(100.0 * static_cast<double>(k), voltage + random.uniform(-0.1, 0.1),
+                   voltage - 0.3, modelled + bias + noise * random.normal(), modelled));
   }
   return model;
 }
@@ -71,7 +81,7 @@ TEST(CorrectCrankPrediction, TakesOffABiasThatPastCranksShow) {
 
 TEST(CorrectCrankPrediction, OneCrankTakesOffItsBiasByTheRidgesShare) {
   FittedModel model = knownModel();
-  model.intervals.event_history.add(PastCrank{1.0, -200.0, 9.0, 9.4});
+  model.intervals.event_history.add(pastCrank(1.0, -200.0, 9.0, 9.4));
   // At -200 A the features are [1, 0, 0]: w = -0.4 / (1 + 0.3).
   EXPECT_NEAR(correctCrankPrediction(model, -200.0, kModelled).value, 10.0 - 0.4 / 1.3, 1e-12);
   // The bounds go along: there are too few for an interval of their own.
@@ -102,8 +112,8 @@ TEST(CorrectCrankPrediction, TheSensorsEndOfRangeHasACorrectionOfItsOwn) {
   FittedModel model = knownModel();
   for (int k = 0; k < 10; ++k) {
     // clipped: more flows than is seen
-    model.intervals.event_history.add(PastCrank{2.0 * k, -250.0, 9.0, 9.5});
-    model.intervals.event_history.add(PastCrank{2.0 * k + 1.0, -200.0, 10.0, 10.0});
+    model.intervals.event_history.add(pastCrank(2.0 * k, -250.0, 9.0, 9.5));
+    model.intervals.event_history.add(pastCrank(2.0 * k + 1.0, -200.0, 10.0, 10.0));
   }
   EXPECT_NEAR(correctCrankPrediction(model, -250.0, kModelled).value, 9.5, 0.03);
   EXPECT_NEAR(correctCrankPrediction(model, -200.0, kModelled).value, 10.0, 0.03);
@@ -169,7 +179,7 @@ TEST(CorrectChargePrediction, AModelThatIsFarOffGivesWayToTheMedian) {
   Random random(4);
   for (int k = 0; k < 3; ++k)  // with three: model and median alone
     model.intervals.event_history.add(
-        PastCharge{1.0 * k, 10.0, 14.0, 13.7, 5.0 + 0.01 * k, random.uniform(15.0, 60.0)});
+        pastCharge(1.0 * k, 14.0, 13.7, 5.0 + 0.01 * k, random.uniform(15.0, 60.0)));
   EXPECT_NEAR(correctChargePrediction(model, kBeginning, {40.0, 30.0, 50.0}).value, 5.01, 0.5);
 }
 
@@ -210,7 +220,7 @@ TEST(ChargeEvidence, DoesNotVouchForErrorsAboveAQuarterOfTheCurrent) {
 
 TEST(ChargeEvidence, OneAmpereIsAlwaysGoodEnough) {
   EventHistory event_history;
-  for (int k = 0; k < 5; ++k) event_history.add(PastCharge{1.0 * k, 10.0, 14.0, 14.0, 0.6, 1.4});
+  for (int k = 0; k < 5; ++k) event_history.add(pastCharge(1.0 * k, 14.0, 14.0, 0.6, 1.4));
   EXPECT_TRUE(chargeEvidence(event_history, 14.0, 10.0).is_supported);
 }
 

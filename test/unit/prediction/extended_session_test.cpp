@@ -20,7 +20,7 @@ struct Player {
   OnlineSession& session;
   std::size_t late = 0;
   std::vector<double> taken = {};  ///< [s], stamps of the jobs
-  std::vector<CrankComparison> cranks = {};
+  std::vector<EventComparison> cranks = {};
   std::vector<bool> extended_answered = {};
   std::optional<IdentificationResult> pending = {};
   std::size_t due = 0;
@@ -105,7 +105,7 @@ TEST(ExtendedSession, HowLongIdentificationsTakeChangesNoAnswer) {
   EXPECT_EQ(first.taken, second.taken);
   ASSERT_EQ(first.cranks.size(), second.cranks.size());
   for (std::size_t k = 0; k < first.cranks.size(); ++k)
-    EXPECT_EQ(first.cranks[k].expected_minimum.lower, second.cranks[k].expected_minimum.lower);
+    EXPECT_EQ(first.cranks[k].expected.lower, second.cranks[k].expected.lower);
   EXPECT_TRUE(prompt.doesExtendedAnswer());
   EXPECT_EQ(prompt.status().extension, late.status().extension);
   EXPECT_EQ(prompt.predictCranking(kQuery).message, late.predictCranking(kQuery).message);

@@ -33,10 +33,10 @@ class Rivals {
 
   /// A crank, read `base_error` [V] above what the base model says and as the extended one does.
   void crank(double base_error) {
-    CrankComparison of_base, of_extended;
-    of_base.expected_minimum.value = 10.0;
-    of_base.measured_minimum = of_extended.measured_minimum = 10.0 + base_error;
-    of_extended.expected_minimum.value = 10.0 + off_;
+    EventComparison of_base, of_extended;
+    of_base.expected.value = 10.0;
+    of_base.measured = of_extended.measured = 10.0 + base_error;
+    of_extended.expected.value = 10.0 + off_;
     time_ += 0.5;
     const StreamSample sample{time_, 0.0, drivenBattery().u_dc};
     base_.follow(sample, 5.0);

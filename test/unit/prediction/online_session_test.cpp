@@ -76,7 +76,7 @@ class Feeder {
   }
 
   std::vector<RawSample> offered;
-  std::vector<CrankComparison> cranks;
+  std::vector<EventComparison> cranks;
   std::vector<IdentificationOutcome> outcomes;
   std::vector<double> times;  // [s], newest sample of each identification
 
@@ -160,7 +160,7 @@ TEST(OnlineSession, WhatHappensDuringAnIdentificationIsJudgedByTheModelItBrings)
   ASSERT_EQ(of_late.cranks.size(), feeder.cranks.size());
   for (std::size_t k = 0; k < of_late.cranks.size(); ++k) {
     EXPECT_EQ(of_late.cranks[k].time, feeder.cranks[k].time);
-    EXPECT_EQ(of_late.cranks[k].expected_minimum.lower, feeder.cranks[k].expected_minimum.lower);
+    EXPECT_EQ(of_late.cranks[k].expected.lower, feeder.cranks[k].expected.lower);
   }
   EXPECT_EQ(late.crankCalibration().factor, prompt.crankCalibration().factor);
   EXPECT_EQ(late.chargeCalibration().events, prompt.chargeCalibration().events);
@@ -207,11 +207,11 @@ TEST(OnlineSession, EachFinishedCrankIsComparedOnce) {
     EXPECT_NEAR(feeder.cranks[n].time, due[n] + 0.3, 0.31);
     EXPECT_EQ(feeder.cranks[n].current, -230.0);
     // The population knows a resistance to a factor; the first crank shows it.
-    EXPECT_NEAR(feeder.cranks[n].expected_minimum.value, feeder.cranks[n].measured_minimum,
+    EXPECT_NEAR(feeder.cranks[n].expected.value, feeder.cranks[n].measured,
                 n == 0                        ? 2.0
                 : due[n] < feeder.times.at(0) ? 0.3
                                               : 0.05);
-    EXPECT_LT(feeder.cranks[n].expected_minimum.lower, feeder.cranks[n].expected_minimum.value);
+    EXPECT_LT(feeder.cranks[n].expected.lower, feeder.cranks[n].expected.value);
   }
 }
 

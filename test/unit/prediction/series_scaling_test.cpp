@@ -129,7 +129,7 @@ struct Session {
   }
 
   OnlineSession session;
-  std::vector<CrankComparison> cranks;
+  std::vector<EventComparison> cranks;
   IdentificationOutcome outcome;
 };
 
@@ -150,8 +150,8 @@ TEST_P(SeriesBlocks, IsFollowedBySessionsWithAsManyTimesTheVoltage) {
   EXPECT_EQ(of_row.code, of_one.code);
   ASSERT_EQ(row.cranks.size(), one.cranks.size());
   ASSERT_FALSE(one.cranks.empty());
-  EXPECT_EQ(row.cranks[0].measured_minimum, blocks_ * one.cranks[0].measured_minimum);
-  expectTimes(blocks_, row.cranks[0].expected_minimum, one.cranks[0].expected_minimum);
+  EXPECT_EQ(row.cranks[0].measured, blocks_ * one.cranks[0].measured);
+  expectTimes(blocks_, row.cranks[0].expected, one.cranks[0].expected);
   EXPECT_EQ(*row.session.status().expected->voltage,
             blocks_ * *one.session.status().expected->voltage);
   EXPECT_EQ(row.session.status().window_quality, one.session.status().window_quality);

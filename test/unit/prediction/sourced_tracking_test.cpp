@@ -108,7 +108,7 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   std::vector<double> compared;
   int taken_over = 0;
   for (std::size_t n = 1; n < series.size(); ++n)
-    for (const ChargeComparison& charge :
+    for (const EventComparison& charge :
          monitor.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0).charges) {
       compared.push_back(charge.time);
       EXPECT_NEAR(charge.duration, 10.0, 1e-9);
@@ -120,7 +120,7 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
                               10.0;
       const bool charger_took_over = !*(drives - 1) && std::count(drives, drives + 10, 0) == 0;
       // Saved behind a source, the state ramps from its own voltage at the measured current.
-      EXPECT_NEAR(charge.modelled_current, followed, charger_took_over ? 1e-6 : 0.3) << charge.time;
+      EXPECT_NEAR(charge.modelled, followed, charger_took_over ? 1e-6 : 0.3) << charge.time;
       taken_over += charger_took_over ? 1 : 0;
     }
   EXPECT_GT(taken_over, 8);
@@ -166,7 +166,7 @@ TEST(ModelMonitor, WhenTheClockJumpsPastEventsMoveWithIt) {
   ASSERT_EQ(after.charges.size(), before.charges.size());
   for (std::size_t k = 0; k < after.cranks.size(); ++k) {
     EXPECT_NEAR(after.cranks[k].time, before.cranks[k].time + moved - 20.0, 1e-9);
-    EXPECT_EQ(after.cranks[k].minimum, before.cranks[k].minimum);
+    EXPECT_EQ(after.cranks[k].measured, before.cranks[k].measured);
   }
   for (std::size_t k = 0; k < after.charges.size(); ++k) {
     EXPECT_NEAR(after.charges[k].time, before.charges[k].time + moved - 20.0, 1e-9);
@@ -301,10 +301,10 @@ TEST(SessionAtASource, StatusSaysWhoImposesWhat) {
   EXPECT_EQ(status.voltage_controlled, static_cast<bool>(source.voltage_controlled.back()));
   EXPECT_GT(status.crank_selector.events, 3);
   EXPECT_GE(status.charge_selector.events, 3);
-  const std::vector<PastCharge> charges = session.session.model()->intervals.event_history.charges;
+  const std::vector<PastEvent> charges = session.session.model()->intervals.event_history.charges;
   ASSERT_GT(charges.size(), 3u);
   EXPECT_EQ(session.session.chargeVoltage(), usualVoltage(charges));
-  const auto below = std::count_if(charges.begin(), charges.end(), [&](const PastCharge& charge) {
+  const auto below = std::count_if(charges.begin(), charges.end(), [&](const PastEvent& charge) {
     return charge.voltage < *usualVoltage(charges);
   });
   EXPECT_LE(2u * static_cast<std::size_t>(below), charges.size());

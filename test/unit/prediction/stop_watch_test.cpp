@@ -1,4 +1,4 @@
-#include "prediction/stop_watch.hpp"
+#include "prediction/event_watch.hpp"
 
 #include <gtest/gtest.h>
 
@@ -38,8 +38,8 @@ FittedModel atFirst(const Series& series) {
 
 /// Follows a drive; look(monitor, sample) behind each.
 template <typename Look>
-std::vector<StopComparison> stopsOf(ModelMonitor& monitor, const Series& series, Look&& look) {
-  std::vector<StopComparison> stops;
+std::vector<EventComparison> stopsOf(ModelMonitor& monitor, const Series& series, Look&& look) {
+  std::vector<EventComparison> stops;
   for (std::size_t n = 1; n < series.size(); ++n) {
     const auto events =
         monitor.follow({series.time[n], series.current[n], series.voltage[n]}, 10.0);
@@ -49,7 +49,7 @@ std::vector<StopComparison> stopsOf(ModelMonitor& monitor, const Series& series,
   return stops;
 }
 
-std::vector<StopComparison> stopsOf(const FittedModel& model, const Series& series) {
+std::vector<EventComparison> stopsOf(const FittedModel& model, const Series& series) {
   ModelMonitor monitor({});
   monitor.install(model, 10.0);
   return stopsOf(monitor, series, [](std::size_t) {});
@@ -62,8 +62,8 @@ TEST(StopWatch, ComparesEveryStopOfTenSecondsOnceWithWhatTheModelSaidBeforeIt) {
   for (std::size_t k = 1; k < stops.size(); ++k) {  // the first one shows where the state began
     EXPECT_EQ(stops[k].duration, 10.0);
     EXPECT_GT(stops[k].time, stops[k - 1].time + 20.0);
-    EXPECT_NEAR(stops[k].measured_voltage, stops[k].modelled_voltage, 0.08) << "the model is true";
-    EXPECT_NEAR(stops[k].measured_voltage, stops[k].expected_voltage.value, 0.08);
+    EXPECT_NEAR(stops[k].measured, stops[k].modelled, 0.08) << "the model is true";
+    EXPECT_NEAR(stops[k].measured, stops[k].expected.value, 0.08);
   }
 }
 
@@ -73,8 +73,8 @@ TEST(StopWatch, PastStopsCorrectTheNext) {
   ASSERT_GT(stops.size(), 8u);
   double modelled = 0.0, expected = 0.0;  // [V], sums of what both miss
   for (std::size_t k = 4; k < stops.size(); ++k) {
-    modelled += std::abs(stops[k].measured_voltage - stops[k].modelled_voltage);
-    expected += std::abs(stops[k].measured_voltage - stops[k].expected_voltage.value);
+    modelled += std::abs(stops[k].measured - stops[k].modelled);
+    expected += std::abs(stops[k].measured - stops[k].expected.value);
   }
   EXPECT_GT(modelled, 0.2 * static_cast<double>(stops.size() - 4));
   EXPECT_LT(expected, 0.5 * modelled);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "support/synthetic_recording.hpp"
@@ -181,6 +182,84 @@ TEST(DescribeEventKind, NamesEveryKind) {
   EXPECT_EQ(toString(EventKind::kDischarge), "discharge");
   EXPECT_EQ(toString(EventKind::kCharge), "charge");
   EXPECT_EQ(toString(EventKind::kRest), "rest");
+}
+
+TEST(IsStopLoad, IsMoreThanAnIdleNetworkBelowTheRuleAndNoCrank) {
+  EXPECT_TRUE(isStopLoad(-20.0, -7.0));
+  EXPECT_FALSE(isStopLoad(-5.0, -7.0));
+  EXPECT_FALSE(isStopLoad(-1.0, -0.5));
+  EXPECT_FALSE(isStopLoad(-120.0, -7.0));
+}
+
+/// Samples a second apart.
+struct Watched {
+  EventDetector detector;
+  double time = 0.0;
+  void add(double current, std::optional<double> min_current = std::nullopt, double step = 1.0) {
+    time += step;
+    detector.add(time, current, step > 5.0, min_current);
+  }
+};
+
+TEST(EventDetector, ACrankEndsWithTheSampleBehindItUnlessItLastsTooLongOrIsTooSmall) {
+  Watched watched;
+  for (const double current : {-100.0, -160.0, -80.0}) {
+    watched.add(current);
+    EXPECT_TRUE(watched.detector.isAtCrankLevel());
+    EXPECT_FALSE(watched.detector.crankEnded());
+  }
+  watched.add(-20.0);
+  EXPECT_TRUE(watched.detector.crankEnded());
+  watched.add(-149.0);
+  watched.add(0.0);
+  EXPECT_FALSE(watched.detector.crankEnded());
+  for (int n = 0; n < 7; ++n) watched.add(-200.0);
+  EXPECT_FALSE(watched.detector.mayBeCrank());
+  watched.add(0.0);
+  EXPECT_FALSE(watched.detector.crankEnded());
+}
+
+TEST(EventDetector, AtASourceAChargeBeginsWhereTheVoltageIsControlledBehindADischarge) {
+  Watched watched;
+  watched.add(5.0, -7.0);
+  EXPECT_FALSE(watched.detector.chargeBegins());
+  watched.add(-11.0, -7.0);
+  watched.add(0.5, -7.0);
+  EXPECT_TRUE(watched.detector.chargeBegins());
+  watched.detector.denyCharge();
+  watched.add(0.6, -7.0);
+  EXPECT_TRUE(watched.detector.chargeBegins());
+  watched.add(0.7, -7.0);
+  EXPECT_FALSE(watched.detector.chargeBegins());
+}
+
+TEST(EventDetector, WithoutASourceAChargeBeginsAboveTwoAmperesAndNotAcrossAGap) {
+  Watched watched;
+  watched.add(1.9);
+  EXPECT_FALSE(watched.detector.chargeBegins());
+  watched.add(2.1);
+  EXPECT_TRUE(watched.detector.chargeBegins());
+  watched.add(3.0);
+  EXPECT_FALSE(watched.detector.chargeBegins());
+  watched.add(3.0, std::nullopt, 60.0);
+  EXPECT_FALSE(watched.detector.chargeBegins());
+  watched.detector.beginBehind(3.0);
+  watched.add(3.0);
+  EXPECT_FALSE(watched.detector.chargeBegins());
+}
+
+TEST(EventDetector, AStopBeginsBehindASampleThatIsNoneAndNotAcrossAGap) {
+  Watched watched;
+  watched.add(-20.0, -7.0);
+  EXPECT_TRUE(watched.detector.isInStop());
+  EXPECT_FALSE(watched.detector.stopBegins()) << "it may have begun before";
+  watched.add(10.0, -7.0);
+  watched.add(-20.0, -7.0);
+  EXPECT_TRUE(watched.detector.stopBegins());
+  watched.add(10.0, -7.0);
+  watched.add(10.0, -7.0, 60.0);
+  watched.add(-20.0, -7.0);
+  EXPECT_FALSE(watched.detector.stopBegins());
 }
 
 }  // namespace

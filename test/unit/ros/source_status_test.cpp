@@ -25,10 +25,13 @@ TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
   contents.session.charger_present = contents.session.voltage_controlled = true;
   contents.session.charger_share = 0.75;
   contents.session.charge_selector.baseline_selected = true;
-  CrankComparison crank{40.0, -200.0, 10.0, {9.0, 8.7, 9.3}};
-  crank.baseline_minimum = Interval{9.75, 9.5, 10.0};
-  ChargeComparison first{60.0, 10.0, 14.1, 14.1, 30.0, {28.0, 25.0, 31.0}}, second = first;
-  first.baseline_current = second.baseline_current = Interval{29.0, 28.0, 30.0};
+  EventComparison crank{{PastEvent::Kind::kCrank, 40.0, 0.0, -200.0, 0.0, 0.0, 10.0},
+                        {9.0, 8.7, 9.3}};
+  crank.baseline = Interval{9.75, 9.5, 10.0};
+  EventComparison first{{PastEvent::Kind::kCharge, 60.0, 10.0, 0.0, 14.1, 14.1, 30.0},
+                        {28.0, 25.0, 31.0}};
+  EventComparison second = first;
+  first.baseline = second.baseline = Interval{29.0, 28.0, 30.0};
   second.baseline_answered = true;
   contents.events.add({{crank}, {first, second}, {}});
   const SofStatus message = messageOf(contents);
