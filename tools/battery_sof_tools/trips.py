@@ -1,7 +1,7 @@
 """Answers of the first minutes: pairs of trips of one battery, the state file of the first given to the second.
 
     trips BUILD --data FOLDER [--parked S] [--json FILE]
-    trips BUILD --simulated [--json FILE]
+    trips BUILD --simulated [--seed N] [--json FILE]
 
 Plays every pair through a session (trips_experiment) and prints, for minutes 0-1, 1-5, 5-15 and later of the second trip: how many standing answers were
 valid, errors of cranks and charges, coverage and width of their 90 % intervals. The same second trip without a state file stands below. With --simulated
@@ -61,15 +61,15 @@ def simulated_trip(sof, path, battery, seed, soc, temperature):
     return answer["soc_at_end"]
 
 
-def simulated_pairs(build, folder):
+def simulated_pairs(build, seed, folder):
     """(case, paths, parked [s]) of every car and case."""
     sof = program(build, "sof")
     for number, (car, battery) in enumerate(CARS.items()):
         first = os.path.join(folder, f"{car}_first.csv")
-        soc = simulated_trip(sof, first, battery, 100 + number, CHARGED, WARM_C)
+        soc = simulated_trip(sof, first, battery, 1000 * seed + number, CHARGED, WARM_C)
         for k, (case, (hours, warmer, other)) in enumerate(SIMULATED.items()):
             second = os.path.join(folder, f"{car}_{k}.csv")
-            simulated_trip(sof, second, OTHERS[other] if other else battery, 200 + 10 * number + k, soc - LOST_PER_HOUR * hours, WARM_C + warmer)
+            simulated_trip(sof, second, OTHERS[other] if other else battery, 1000 * seed + 10 * (number + 1) + k, soc - LOST_PER_HOUR * hours, WARM_C + warmer)
             yield case, [first, second], 3600.0 * hours
 
 
@@ -196,12 +196,13 @@ def main(given=None):
     where.add_argument("--data")
     where.add_argument("--simulated", action="store_true")
     parser.add_argument("--parked", type=float, default=43200.0, help="[s] between the real trips")
+    parser.add_argument("--seed", type=int, default=1, help="of the simulated trips")
     parser.add_argument("--json")
     a = parser.parse_args(given)
     binary = program(a.build, "trips_experiment")
     pairs, alone = [], []
     with tempfile.TemporaryDirectory() as folder:
-        for case, paths, parked in simulated_pairs(a.build, folder) if a.simulated else measured_pairs(a.data, a.parked, folder):
+        for case, paths, parked in simulated_pairs(a.build, a.seed, folder) if a.simulated else measured_pairs(a.data, a.parked, folder):
             pairs.append((case, played(binary, paths, parked)))
             alone.append((case, played(binary, paths[1:], parked)))
     results = {}
