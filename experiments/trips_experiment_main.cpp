@@ -42,20 +42,32 @@ void ask(const Trip& trip, const OnlineSession& session, double time, const char
 /// Plays a trip that begins at a moment. @return the model at its end.
 std::optional<FittedModel> play(Trip trip, const Series& series,
                                 const std::optional<FittedModel>& before, double capacity) {
+  std::size_t next_temperature = 0;
   SessionOptions options;
   options.capacity = capacity;
   OnlineSession session(options);
   if (before) session.restore(*before);
   double asked = -HUGE_VAL;
+  AnswerBasis basis_before = AnswerBasis::kPopulation;
   for (std::size_t n = 0; n < series.size(); ++n) {
     const double time = trip.begin + series.time[n] - series.time.front();
+    std::optional<double> temperature;
+    while (next_temperature < series.temperature.size() &&
+           series.temperature_time[next_temperature] <= series.time[n])
+      temperature = series.temperature[next_temperature++];
     const SessionEvents events =
-        session.push({time, series.current[n], series.voltage[n], std::nullopt});
-    const std::string basis = toString(session.status().basis);
-    print(trip, events, basis.c_str());
-    if (time - asked >= 5.0 && session.newestTime()) {
-      ask(trip, session, time, basis.c_str());
-      asked = time;
+        session.push({time, series.current[n], series.voltage[n], temperature});
+    const bool asks = time - asked >= 5.0;
+    if (asks || !events.cranks.empty() || !events.charges.empty()) {
+      const AnswerBasis basis = session.status().basis;
+      const std::string name = toString(basis);
+      if (basis_before == AnswerBasis::kPreviousTrip && basis == AnswerBasis::kPopulation)
+        std::printf("%s,%s,swap,%.2f,0,0,0,0\n", trip.name.c_str(), name.c_str(),
+                    time - trip.begin);
+      basis_before = basis;
+      print(trip, events, name.c_str());
+      if (asks) ask(trip, session, time, name.c_str());
+      if (asks) asked = time;
     }
     if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
   }

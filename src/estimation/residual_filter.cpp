@@ -14,8 +14,8 @@ namespace {
 constexpr double kAverage = 0.1;  // [s], docs/physics.md#noise-of-a-residual
 constexpr std::size_t kMinAverages = 30;
 // Of a stop's voltage, about its mean so far (docs/decisions/0018-stops.md).
-constexpr double kStopError = 0.05, kLeastStopError = 0.04;  // [V]
-constexpr double kStopMemory = 5.0;                          // [s]
+constexpr double kStopError = 0.05, kLeastStopError = 0.02;  // [V]
+constexpr double kStopMemory = 5.0, kStopForgets = 8.0;      // [s]
 
 NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise,
                              const ResidualState& residual_state) {
@@ -72,7 +72,8 @@ void ResidualFilter::setLevel(const StopLevel& level) {
 void ResidualFilter::updateInStop(double duration, double error) {
   const double weight = duration / (kStopError * kStopError * kStopMemory);
   const double variance = 1.0 / (1.0 / std::max(filter_.p_dd(), 1e-6) + weight);
-  drift_ += std::min(1.0, variance * weight) * (error - drift_);
+  drift_ +=
+      std::max(variance * weight, 1.0 - std::exp(-duration / kStopForgets)) * (error - drift_);
   filter_.setVariances(std::max(variance, kLeastStopError * kLeastStopError), 0.0, 0.0);
 }
 

@@ -9,7 +9,7 @@ namespace battery_sof {
 namespace {
 
 // A first rest or crank so far from what is expected is another battery's [standard deviations].
-constexpr double kSwapped = 6.0;
+constexpr double kSwapped = 4.5;
 constexpr double kBeforeFirst = 1e-3;  // [s]
 
 std::string inUseSentence(double age) {

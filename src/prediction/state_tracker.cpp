@@ -11,9 +11,9 @@
 namespace battery_sof {
 namespace {
 
-// How long an error stays what it is: a crank's, and any other's at most [s].
+// How long an error stays what it is: a crank's, and a fitted model's [s].
 constexpr double kCrankMemory = 1.0;
-constexpr double kLongestMemory = 30.0;
+constexpr double kModelMemory = 30.0;
 constexpr double kLearnInterval = 0.1;  // [s]
 constexpr double kOwnCurrent = -50.0;   // [A], more than a car's consumers draw
 constexpr double kMostRested = 12.9;    // [V] of a block: above it a charger holds the voltage
@@ -116,10 +116,9 @@ Innovation StateTracker::innovationOf(const InputSample& sample) const {
   if (fit.window.samples == 0 && sample.step.current > kOwnCurrent)
     innovation.rows = {sample.step.current > 0.0 ? kRowRCharge : kRowUDc};
   if (!has_settled_) return innovation;
-  // Errors of samples next to each other are one error.
-  const double memory =
-      is_crank ? kCrankMemory
-               : std::clamp(fit.scores.residual_correlation_time, kCrankMemory, kLongestMemory);
+  // Errors of samples next to each other are one error: a fitted model's stay, those of the
+  // population are its parameters' and are taken in.
+  const double memory = is_crank || fit.window.samples == 0 ? kCrankMemory : kModelMemory;
   const double since = sample.step.time - std::max(learnt_until_, sample.step.time - memory);
   innovation.std_error *= std::sqrt(std::max(1.0, memory / std::max(since, kLearnInterval)));
   return innovation;

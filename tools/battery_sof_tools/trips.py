@@ -1,14 +1,17 @@
 """Answers of the first minutes: pairs of trips of one battery, the state file of the first given to the second.
 
     trips BUILD --data FOLDER [--parked S] [--json FILE]
+    trips BUILD --simulated [--seed N] [--json FILE]
 
 Plays every pair through a session (trips_experiment) and prints, for minutes 0-1, 1-5, 5-15 and later of the second trip: how many standing answers were
-valid, errors of cranks and charges, coverage and width of their 90 % intervals. The same second trip without a state file stands below.
+valid, errors of cranks and charges, coverage and width of their 90 % intervals. The same second trip without a state file stands below. With --simulated
+the trips are the reference simulator's, at 100 Hz: parked an hour to 30 days, warmer and colder, and with another battery put in.
 """
 
 import argparse
 import csv
 import io
+import json
 import os
 import subprocess
 import tempfile
@@ -17,7 +20,7 @@ import numpy as np
 
 from . import recordings
 from .files import write_json
-from .sof import program
+from .sof import call, program
 from .tables import table
 
 AGES = ((0.0, 60.0, "0-1"), (60.0, 300.0, "1-5"), (300.0, 900.0, "5-15"), (900.0, np.inf, "later"))
@@ -25,6 +28,58 @@ LONGEST_S = 3600.0  # of a trip
 # recording and range of the first and of the second trip; a name alone is cut in the middle
 # of cars that crank; other_car_1 and ev_12v have no crank in these stretches
 PAIRS = (("drive_1a", "drive_1b"), ("drive_1b", "drive_2a"), ("drive_2a", "drive_2b"), ("drive_1a", "drive_2b"), "small_car")
+
+
+# Batteries of the simulated cars: what differs from the simulator's own (simulator/battery_elements.hpp, additions.hpp).
+CARS = {
+    "agm_50": {"effects": {"gassing": "tafel", "charge_acceptance": True}},
+    "flooded_70": {"effects": {"charge_acceptance": True}, "battery": {"capacity_ah": 70.0, "r_ohmic_ohm": 0.0026, "r1_charge_ohm": 0.0038, "r1_discharge_ohm": 0.0026, "cpe2_capacitance_f": 1400.0, "u0_v": 12.6}},
+    "two_electrodes": {"additions": {"second_electrode": True, "acid_transport": True}, "battery": {"r1_discharge_ohm": 0.005, "i0_a": 0.7}},
+}
+OTHERS = {  # put in instead
+    "weaker": {"battery": {"r_ohmic_ohm": 0.0064, "r1_charge_ohm": 0.009, "r1_discharge_ohm": 0.0075, "cpe2_capacitance_f": 600.0, "u0_v": 12.45}},
+    "stronger": {"battery": {"capacity_ah": 95.0, "r_ohmic_ohm": 0.0018, "r1_charge_ohm": 0.0026, "r1_discharge_ohm": 0.0018, "cpe2_capacitance_f": 1900.0, "u0_v": 12.85}},
+}
+# name -> parked [h], warmer [K], battery put in
+SIMULATED = {"1 h": (1, 0, None), "12 h": (12, 0, None), "7 days": (168, 0, None), "30 days": (720, 0, None), "12 h, 15 K warmer": (12, 15, None), "12 h, 15 K colder": (12, -15, None),
+             "7 days, 15 K colder": (168, -15, None), "12 h, weaker battery": (12, 0, "weaker"), "12 h, stronger battery": (12, 0, "stronger")}
+TRIP_S, CHARGED, LOST_PER_HOUR, WARM_C = 1200.0, 0.8, 4e-5, 20.0  # [s], state of charge, its loss while parked, first trip's temperature
+
+
+def simulated_trip(sof, path, battery, seed, soc, temperature):
+    """A trip through town with a thermometer, written as a recording. @return the state of charge at its end."""
+    scenario = {"name": "trip", "seed": seed, "duration_s": TRIP_S, "voltage_limit_v": 14.2, "soc": soc, "temperature_degc": temperature,
+                "acquisition": {"voltage_white_v": 0.002, "current_white_a": 0.05}, "profile": {"kind": "city_drive", "net_charge_ah": 0.5}, **battery}
+    with open(path + ".yaml", "w") as file:
+        json.dump(scenario, file)
+    answer = json.loads(call([sof, "simulate", path + ".yaml", path, "--json", "-"]))
+    time, current, voltage = recordings.read(path)
+    with open(path, "w") as file:
+        file.write("time_s,current_a,voltage_v,temperature_c\n")
+        for n, row in enumerate(zip(time, current, voltage)):
+            file.write("{:.3f},{:.6g},{:.8g},{}\n".format(*row, f"{temperature:.1f}" if n % 100 == 0 else ""))
+    return answer["soc_at_end"]
+
+
+def simulated_pairs(build, seed, folder):
+    """(case, paths, parked [s]) of every car and case."""
+    sof = program(build, "sof")
+    for number, (car, battery) in enumerate(CARS.items()):
+        first = os.path.join(folder, f"{car}_first.csv")
+        soc = simulated_trip(sof, first, battery, 1000 * seed + number, CHARGED, WARM_C)
+        for k, (case, (hours, warmer, other)) in enumerate(SIMULATED.items()):
+            second = os.path.join(folder, f"{car}_{k}.csv")
+            simulated_trip(sof, second, OTHERS[other] if other else battery, 1000 * seed + 10 * (number + 1) + k, soc - LOST_PER_HOUR * hours, WARM_C + warmer)
+            yield case, [first, second], 3600.0 * hours
+
+
+def measured_pairs(data, parked, folder):
+    """The same of the real ones."""
+    for number, pair in enumerate(PAIRS):
+        paths = [os.path.join(folder, f"pair_{number}_{n}.csv") for n in range(2)]
+        for path, trip in zip(paths, trips_of(pair, data)):
+            recordings.write(path, *trip)
+        yield pair, paths, parked
 
 
 def halves(name, data):
@@ -39,12 +94,8 @@ def trips_of(pair, data):
     return (keep(first, first[0] > first[0][-1] - LONGEST_S), keep(second, second[0] < second[0][0] + LONGEST_S))
 
 
-def played(binary, trips, parked, folder):
+def played(binary, paths, parked):
     """Rows of trips_experiment, a list a trip."""
-    paths = []
-    for n, trip in enumerate(trips):
-        paths.append(os.path.join(folder, f"trip_{n}.csv"))
-        recordings.write(paths[-1], *trip)
     out = subprocess.run([binary, *paths, "--parked", str(parked)], capture_output=True, text=True)
     if out.returncode:
         raise SystemExit(out.stderr)
@@ -114,6 +165,11 @@ def pooled(all_figures, age):
     return out
 
 
+def first_valid(rows):
+    """[s] of the first valid answer about a crank."""
+    return min((float(row["time_s"]) for row in rows if row["kind"] == "valid" and int(row["measured"])), default=None)
+
+
 HEAD = ("minutes", "valid crank, stop, charge [%]", "cranks: mean error, inside, width [V]", "charges: mean error, inside, width [A]")
 
 
@@ -122,28 +178,60 @@ def cells(age, one):
     return [age, "{valid_crank_percent:.0f}, {valid_stop_percent:.0f}, {valid_charge_percent:.0f}".format(**one), *events]
 
 
+def stated(second):
+    """Sentence on the first valid answers of second trips."""
+    firsts = [first_valid(rows) for rows in second]
+    some = [one for one in firsts if one is not None]
+    return f"first valid crank answer: median {np.median(some):.0f} s, latest {max(some):.0f} s; none in {len(firsts) - len(some)} of {len(firsts)}" if some else "no valid crank answer"
+
+
+def swapped(rows):
+    return any(row["kind"] == "swap" for row in rows)
+
+
 def main(given=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("build")
-    parser.add_argument("--data", required=True)
-    parser.add_argument("--parked", type=float, default=43200.0, help="[s] between the trips")
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--data")
+    where.add_argument("--simulated", action="store_true")
+    parser.add_argument("--parked", type=float, default=43200.0, help="[s] between the real trips")
+    parser.add_argument("--seed", type=int, default=1, help="of the simulated trips")
     parser.add_argument("--json")
     a = parser.parse_args(given)
     binary = program(a.build, "trips_experiment")
-    played_rows, pairs = {"state_file": [], "no_state_file": []}, []
+    pairs, alone = [], []
     with tempfile.TemporaryDirectory() as folder:
-        for pair in PAIRS:
-            trips = trips_of(pair, a.data)
-            both = played(binary, trips, a.parked, folder)
-            pairs.append((pair, both))
-            played_rows["state_file"].append(figures(both[-1]))
-            played_rows["no_state_file"].append(figures(played(binary, trips[1:], a.parked, folder)[-1]))
-    results = {which: {age: pooled(rows, age) for _, _, age in AGES} for which, rows in played_rows.items()}
-    for title, which in (("second trip, state file of the first", "state_file"), ("the same trip, no state file", "no_state_file")):
-        print(title + "\n")
-        print("\n".join(table(HEAD, [cells(age, one) for age, one in results[which].items()])) + "\n")
-    print("parameters, from the last fit of a trip to the last of the next: pairs, RMS of the change, the same beyond the fits' own errors\n")
-    print("\n".join(table(("parameter", "start-stop car", "small_car", f"parking of {a.parked:.0f} s allows"), changes(pairs, a.parked))))
+        for case, paths, parked in simulated_pairs(a.build, a.seed, folder) if a.simulated else measured_pairs(a.data, a.parked, folder):
+            pairs.append((case, played(binary, paths, parked)))
+            alone.append((case, played(binary, paths[1:], parked)))
+    results = {}
+    for which, plays in (("state_file", pairs), ("no_state_file", alone)):
+        of_plays = lambda some: {age: pooled([figures(rows) for rows in some], age) for _, _, age in AGES}
+        second = {}
+        for case, trips in plays:
+            second.setdefault("other battery" if a.simulated and SIMULATED[case][2] else "same battery", []).append(trips[-1])
+        results[which] = of_plays(second["same battery"])
+        for name, some in second.items():
+            shown = of_plays(some)
+            print(f"second trip, {'state file of the first' if which == 'state_file' else 'no state file'}, {name}: {stated(some)}; taken for another battery in {sum(map(swapped, some))}\n")
+            print("\n".join(table(HEAD, [cells(age, one) for age, one in shown.items()])) + "\n")
+        if a.simulated and which == "state_file":
+            print_cases(pairs)
+    if not a.simulated:
+        print("parameters, from the last fit of a trip to the last of the next: pairs, RMS of the change, the same beyond the fits' own errors\n")
+        print("\n".join(table(("parameter", "start-stop car", "small_car", f"parking of {a.parked:.0f} s allows"), changes(pairs, a.parked))))
     if a.json:
         write_json(a.json, results)
     return 0
+
+
+def print_cases(pairs):
+    """Cranks of minutes 0-5 of every case, all cars, and how often another battery was noticed."""
+    rows = []
+    for case in SIMULATED:
+        plays = [trips[-1] for name, trips in pairs if name == case]
+        ones = [figures(trip) for trip in plays]
+        some = np.array([event for one in ones for age in ("0-1", "1-5") for event in one[age]["crank"]])
+        rows.append([case, f"{len(some)}: {np.mean(np.abs(some[:, 0])):.2f}, {100.0 * np.mean(some[:, 1]):.0f} %, {np.median(some[:, 2]):.1f}", f"{sum(map(swapped, plays))} of {len(plays)}"])
+    print("\n".join(table(("parked", "cranks of minutes 0-5: mean error, inside, width [V]", "taken for another battery"), rows)) + "\n")
