@@ -72,12 +72,16 @@ std::string resultText(const StopTimeQuery& query, const StopTimeAnswer& answer)
   std::string text =
       format("question  longest stop at %.1f A, then a crank of %.2f s at %.1f A holds %.2f V\n",
              query.i_load, query.t_cranking, query.i_cranking, query.u_required);
-  const char* least = answer.outcome == StopTimeOutcome::kAtLeast ? "at least " : "";
-  if (answer.t_stop)
-    text += format("stop      %s%s, 90 %% between %s and %s: %s%s\n", least,
-                   seconds(answer.t_stop->value).c_str(), seconds(answer.t_stop->lower).c_str(),
-                   seconds(answer.t_stop->upper).c_str(), toString(answer.outcome).c_str(),
-                   answer.monotone ? "" : "; the battery recovers at first");
+  const char* recovers = answer.monotone ? "" : "; the battery recovers at first";
+  if (answer.t_stop && answer.outcome == StopTimeOutcome::kAtLeast)
+    text += format(
+        "stop      at least %s, the longest that the model supports; 90 %% lower end %s%s\n",
+        seconds(answer.t_stop->value).c_str(), seconds(answer.t_stop->lower).c_str(), recovers);
+  else if (answer.t_stop)
+    text +=
+        format("stop      %s, 90 %% between %s and %s: %s%s\n",
+               seconds(answer.t_stop->value).c_str(), seconds(answer.t_stop->lower).c_str(),
+               seconds(answer.t_stop->upper).c_str(), toString(answer.outcome).c_str(), recovers);
   return text + lastLine(answer);
 }
 

@@ -108,7 +108,9 @@ TEST(StopTimeText, SaysWhatWasAskedAndFound) {
       << text;
   const std::string least =
       resultText(query, answered(StopTimeOutcome::kAtLeast, {72.0, 60.0, 7200.0}));
-  EXPECT_TRUE(holds(least, "at least 72.0 s, 90 % between 60.0 s and 7200.0 s: at_least")) << least;
+  EXPECT_TRUE(
+      holds(least, "at least 72.0 s, the longest that the model supports; 90 % lower end 60.0 s"))
+      << least;
 }
 
 }  // namespace
