@@ -28,7 +28,8 @@ struct ErrorForecast {
  * zero: between stops what past ones say (EventHistory::nextStop()), in a stop the mean of its own
  * samples, which forgets within ten seconds. What a crank misses says nothing of it.
  *
- *     1 / p <- 1 / p + duration / (s^2 T),   p >= (20 mV)^2,   s = 50 mV,   T = 5 s
+ *     1 / p <- 1 / p + w,   w = duration / (s^2 T),   p >= (20 mV)^2,   s = 50 mV,   T = 5 s
+ *     level <- level + max(p w, 1 - exp(-duration / 8 s)) (error - level)
  */
 class ResidualFilter {
  public:
