@@ -196,6 +196,24 @@ TEST(StateTracker, AcrossAGapWhatWaitedIsSettledByWhatComesAfter) {
   EXPECT_THROW(tracker.follow(tracker.state().time, 0.0, 12.8), std::invalid_argument);
 }
 
+/// [V], of u_dc after a minute of a load whose voltage is 0.1 V below what is expected.
+double levelAfterALoad(std::size_t fitted_samples, double interval) {
+  FittedModel model = uncertainModel(0.02);
+  model.fit.window.samples = fitted_samples;
+  StateTracker tracker(model, 10.0);
+  tracker.learn();
+  for (double t = interval; t < 60.0; t += interval)
+    tracker.follow(model.state.time + t, -20.0, 12.3);
+  const FittedModel now = tracker.modelNow();
+  return std::sqrt(now.fit.covariance(kRowUDc, kRowUDc));
+}
+
+TEST(StateTracker, WhatAFittedModelMissesWithinHalfAMinuteIsOneError) {
+  const double slow = levelAfterALoad(1000, 1.0), fast = levelAfterALoad(1000, 0.1);
+  EXPECT_NEAR(slow, fast, 0.1 * slow) << "more samples of the same minute say no more";
+  EXPECT_GT(fast, levelAfterALoad(0, 0.1)) << "what the population misses is taken in at once";
+}
+
 // ----------------------------------------------------------------------------------------------------
 // a session at a source
 
