@@ -30,8 +30,10 @@ FittedModel fullModel() {
       BaselineLine{12.5, 0.006, 0.02, -0.03, 0.03, -10.0, 20.0, 1000};
   model.fit.baseline.cranks =
       BaselineCranks{{-200.0, 10.5}, {-210.0, 10.4}, 11.0, 0.006, -0.1, 0.1, 5};
-  model.intervals.event_history.cranks = {{50.0, -200.0, 10.5, 10.6}};
-  model.intervals.event_history.charges = {{60.0, 10.0, 14.0, 13.9, 30.0, 31.0}};
+  model.intervals.event_history.cranks = {
+      {PastEvent::Kind::kCrank, 50.0, 0.0, -200.0, 0.0, 0.0, 10.5, 10.6}};
+  model.intervals.event_history.charges = {
+      {PastEvent::Kind::kCharge, 60.0, 10.0, 0.0, 14.0, 13.9, 30.0, 31.0}};
   return model;
 }
 

@@ -245,14 +245,16 @@ TEST(MessageOf, StatusHoldsTheThreeStandingAnswers) {
 }
 
 TEST(MessageOf, StatusShowsCranksChargesAndTheCounts) {
+  using Kind = PastEvent::Kind;
   StatusContents contents;
   contents.session.state = SessionState::kReady;
   contents.counts.accepted = 100;
   contents.counts.rejected.missing_value = 3;
   contents.counts.stamp_ahead = 1;
   contents.events.add(
-      {{{40.0, -200.0, 10.0, {9.0, 8.7, 9.3}, 9.1}, {50.0, -240.0, 9.8, {9.9, 9.7, 10.1}, 9.7}},
-       {{60.0, 10.0, 14.1, 13.9, 30.0, {28.0, 25.0, 31.0}, 27.0}},
+      {{{{Kind::kCrank, 40.0, 0.0, -200.0, 0.0, 0.0, 10.0, 9.1}, {9.0, 8.7, 9.3}},
+        {{Kind::kCrank, 50.0, 0.0, -240.0, 0.0, 0.0, 9.8, 9.7}, {9.9, 9.7, 10.1}}},
+       {{{Kind::kCharge, 60.0, 10.0, 0.0, 14.1, 13.9, 30.0, 27.0}, {28.0, 25.0, 31.0}}},
        {}});
   contents.events.crank_calibration.factor = 1.25;
   const SofStatus message = messageOf(contents);
