@@ -56,6 +56,7 @@ void take(Diagnosis& found, const Explained& explained, EstimatedDiscrepancy dis
   found.verdict = judged.verdict;
   found.mechanism = judged.mechanism;
   found.probability = judged.probability;
+  found.mechanisms = std::move(judged.mechanisms);
   found.candidates = std::move(judged.candidates);
   found.detection_limits = std::move(judged.detection_limits);
 }
@@ -112,6 +113,13 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   found.summary = summaryOf(found);
   found.next_experiment = nextExperiment(found);
   return found;
+}
+
+MechanismEvidence mechanismEvidence(const Recording& recording, const DiagnoseOptions& options) {
+  requireValid(options);
+  const Parts parts = partsOf(recording.series, options.holdout_share);
+  if (!lackOf(slice(recording.series, parts.train)).empty()) return {};
+  return weighMechanisms(prepare(recording, parts, options), options);
 }
 
 }  // namespace battery_sof

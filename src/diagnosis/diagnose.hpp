@@ -48,4 +48,8 @@ struct DiagnoseOptions {
  */
 Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options = {});
 
+/// @return what a recording's training part says for each mechanism: zeros for poor data.
+MechanismEvidence mechanismEvidence(const Recording& recording,
+                                    const DiagnoseOptions& options = {});
+
 }  // namespace battery_sof

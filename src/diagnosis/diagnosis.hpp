@@ -193,7 +193,9 @@ struct Diagnosis {
   ControlModeOverview source;  ///< operating mode over the whole recording
   /// of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
   std::optional<Mechanism> mechanism;
-  double probability = 0.0;                             ///< of it [0, 1]
+  double probability = 0.0;  ///< of it [0, 1]
+  /// that mechanisms are the one of the verdict, likeliest first, until they add up to 0.9
+  std::vector<MechanismProbability> mechanisms;
   double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, scaled by the fraction
   /// share of the rows that count as independent
   double effective_sample_fraction = 1.0;

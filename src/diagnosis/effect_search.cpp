@@ -93,6 +93,14 @@ std::vector<double> EffectSearch::gridGains(const ExplanationState& state,
   return gains;
 }
 
+std::map<std::string, double> EffectSearch::bestGains(const ExplanationState& state) const {
+  const std::vector<double> gains = gridGains(state, grid_);
+  std::map<std::string, double> best;
+  for (std::size_t g = 0; g < grid_.size(); ++g)
+    best[grid_[g].id] = std::max(best[grid_[g].id], gains[g]);
+  return best;
+}
+
 ExplanationState EffectSearch::withMember(const ExplanationState& state,
                                           const EffectGridPoint& from, double gain) const {
   const double share = from.added.squaredNorm() > 0.0 ? strengthOf(state, from) : 1.0;

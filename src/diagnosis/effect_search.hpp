@@ -1,7 +1,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "explanation_fits.hpp"
 
@@ -24,6 +27,8 @@ class EffectSearch {
   /// it allowed.
   std::vector<double> gridGains(const ExplanationState& state,
                                 const std::vector<EffectGridPoint>& grid) const;
+  /// The same with the base circuit's grid, the best of every effect.
+  std::map<std::string, double> bestGains(const ExplanationState& state) const;
   /// A state with one effect more, from a point of its grid; the first steps of its fit. @param
   /// gain that the grid promises.
   ExplanationState withMember(const ExplanationState& state, const EffectGridPoint& from,

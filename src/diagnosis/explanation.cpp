@@ -40,18 +40,11 @@ class StepwiseSelection {
     const auto tell = [&](const std::string& what) {
       if (progress) progress(what);
     };
-    ExplanationState start = fits_.baseState();
-    fits_.takeNoise(start);
-    ExplanationState typical = start;
-    for (Eigen::Index j = 0; j < kRowUDc; ++j)
-      typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
-    fits_.begin(start, kFirstIterations);
-    fits_.begin(typical, kFirstIterations);
-    if (typical.evidence > start.evidence) start = std::move(typical);
-    fits_.optimize(start);
+    ExplanationState start = circuit();
     tell("trying the catalogue's effects");
     search_.takeGrid();
     tell("weighing mechanisms");
+    found_.mechanisms = rules_.mechanisms ? *rules_.mechanisms : evidenceFrom(start);
     ExplanationState now = start;
     for (const std::string& id : given_) take(now, id);
     while (given_.empty() &&
@@ -66,7 +59,48 @@ class StepwiseSelection {
     return std::move(found_);
   }
 
+  MechanismEvidence mechanisms() {
+    const ExplanationState start = circuit();
+    search_.takeGrid();
+    return evidenceFrom(start);
+  }
+
  private:
+  /// The base circuit where it fits best.
+  ExplanationState circuit() {
+    ExplanationState start = fits_.baseState();
+    fits_.takeNoise(start);
+    ExplanationState typical = start;
+    for (Eigen::Index j = 0; j < kRowUDc; ++j)
+      typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    fits_.begin(start, kFirstIterations);
+    fits_.begin(typical, kFirstIterations);
+    if (typical.evidence > start.evidence) start = std::move(typical);
+    fits_.optimize(start);
+    return start;
+  }
+
+  /// What the rows say for each mechanism in addition to a state: linear fits of its regressors
+  /// alone, of all, and of all but its own; its effects on their grids.
+  MechanismEvidence evidenceFrom(const ExplanationState& state) const {
+    ExplanationState full = state;
+    full.estimated.insert(kAllMechanisms.begin(), kAllMechanisms.end());
+    fits_.evaluateEvidence(full);
+    MechanismEvidence found;
+    for (std::size_t k = 0; k < kMechanisms; ++k) {
+      ExplanationState without = full;
+      without.estimated.erase(kAllMechanisms[k]);
+      fits_.evaluateEvidence(without);
+      found[k] = {fits_.withRegressors(state, kAllMechanisms[k]).evidence - state.evidence,
+                  full.evidence - without.evidence, 0.0};
+    }
+    for (const auto& [id, gain] : search_.bestGains(state)) {
+      double& best = found[static_cast<std::size_t>(mechanismOf(id))].effect;
+      best = std::max(best, gain);
+    }
+    return found;
+  }
+
   static std::string takenIn(const ExplanationState& state) {
     std::vector<std::string> names = state.members;
     if (!state.estimated.empty()) names.push_back("what no equation represents");
@@ -360,6 +394,13 @@ class StepwiseSelection {
 };
 
 }  // namespace
+
+MechanismEvidence mechanismEvidence(const InputSequence& inputs, DesignMatrix table,
+                                    const CompositionPoint& base,
+                                    const std::vector<std::string>& ids,
+                                    const ExplanationRules& rules) {
+  return StepwiseSelection(inputs, inputs.samples.size(), table, base, ids, {}, rules).mechanisms();
+}
 
 double minError(const InputSequence& inputs, std::size_t training, const DesignMatrix& table,
                 const CompositionPoint& base, const ExplanationRules& rules) {

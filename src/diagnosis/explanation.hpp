@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/mechanism_evidence.hpp"
 #include "diagnosis/row_simulation.hpp"
 #include "estimation/parameter_space.hpp"
 #include "regression/discrepancy_fit.hpp"
@@ -56,6 +57,8 @@ struct ExplanationRules {
   int max_terms = 5;
   /// in place of the catalogue's, of exactly a composition's effects
   std::vector<KnownPopulation> priors = {};
+  /// what the recording says with the current as its input, where the rows have another
+  std::optional<MechanismEvidence> mechanisms = std::nullopt;
   /// called at every fit; what it throws ends the search
   std::function<void()> pulse = nullptr;
 };
@@ -70,6 +73,7 @@ struct LinearDetectionLimit {
 /// What explains the rows' errors of a base circuit.
 struct Explanation {
   std::vector<SelectedTerm> terms;      ///< largest gain first
+  MechanismEvidence mechanisms = {};    ///< in addition to the base circuit alone
   BatteryModel model = BatteryModel();  ///< the base circuit with the effects among the components
   CompositionPoint point;               ///< of it
   double evidence = 0.0;                ///< ln evidence, scaled by the fraction
@@ -110,6 +114,12 @@ Explanation explain(InputSequence inputs, std::size_t training, DesignMatrix tab
                     const CompositionPoint& base, const std::vector<std::string>& ids,
                     const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress = nullptr);
+
+/// @return what the rows say for each mechanism; parameters as explain()'s.
+MechanismEvidence mechanismEvidence(const InputSequence& inputs, DesignMatrix table,
+                                    const CompositionPoint& base,
+                                    const std::vector<std::string>& ids,
+                                    const ExplanationRules& rules);
 
 /// @return the residual of the rows once all that can be estimated with the base circuit is taken
 /// out [V, RMS]; infinite where the circuit has no finite voltage.

@@ -69,11 +69,29 @@ struct Rows {
     return battery_sof::minError(inputs, inputs.samples.size(), table, base, rules);
   }
 
+  MechanismEvidence mechanisms(const CompositionPoint& base, const std::vector<std::string>& ids,
+                               const ExplanationRules& rules) const {
+    return mechanismEvidence(inputs, table, base, ids, rules);
+  }
+
   InputSequence inputs;
   DesignMatrix table;
 };
 
+ExplanationRules rulesOf(const DiagnoseOptions& options) {
+  ExplanationRules rules;
+  rules.relevance = options.relevance;
+  rules.priors = options.priors;
+  rules.pulse = options.pulse;
+  return rules;
+}
+
 }  // namespace
+
+MechanismEvidence weighMechanisms(const Prepared& prepared, const DiagnoseOptions& options) {
+  return Rows(prepared, std::nullopt)
+      .mechanisms(prepared.base.point, hypothesesOf(options.hypotheses, false), rulesOf(options));
+}
 
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
 /// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
@@ -84,15 +102,17 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
   explained.driving = chargerControl(prepared.screened.series);
   explained.is_lead_acid = isLeadAcid(prepared.screened.series);
   const CompositionPoint& base = prepared.base.point;
-  ExplanationRules rules;
-  rules.relevance = options.relevance;
-  rules.priors = options.priors;
-  rules.pulse = options.pulse;
+  ExplanationRules rules = rulesOf(options);
   Rows rows(prepared, std::nullopt);
   if (explained.driving) {
     Rows controlled(prepared, explained.driving);
     if (controlled.minError(base, rules) <
         (1.0 - kCatalogueTolerance) * rows.minError(base, rules)) {
+      std::vector<std::string> ignored;
+      rules.mechanisms = rows.mechanisms(
+          base,
+          idsToWeigh(prepared.screened, options.hypotheses, false, explained.is_lead_acid, ignored),
+          rules);
       rows = std::move(controlled);
     } else {
       explained.driving.reset();

@@ -21,6 +21,10 @@ struct Explained {
   bool hasEffects() const { return !explanation.model.effects().empty(); }
 };
 
+/// @return what the training part says for each mechanism with the current as its input: whether a
+/// source is taken to control the voltage hangs on little.
+MechanismEvidence weighMechanisms(const Prepared& prepared, const DiagnoseOptions& options);
+
 Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options);
 
 }  // namespace battery_sof

@@ -12,7 +12,7 @@
 namespace battery_sof {
 namespace {
 
-// [1], of the mechanisms reported of batteries of unknown law: docs/diagnosis.md
+// [1], of the mechanisms that effects were reported of, batteries of unknown law: docs/diagnosis.md
 constexpr double kReportedRight = 0.7;
 
 /// RMS of what a fit leaves of its samples apart from white noise and rounding [V]; samples weigh
@@ -104,6 +104,26 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
   return candidates;
 }
 
+/// Likely mechanisms, the verdict's among them. Where only regressors hold that, its probability is
+/// the classification's; of what is no lead-acid battery nothing is classified.
+void takeMechanisms(Judged& judged, const MechanismEvidence& evidence, bool is_lead_acid) {
+  if (!judged.mechanism) return;
+  if (!is_lead_acid) {
+    judged.mechanisms = {{*judged.mechanism, judged.probability}};
+    return;
+  }
+  if (judged.verdict != Verdict::kMechanism) {
+    std::vector<MechanismProbability> accepted;
+    for (const SelectedTerm& one : judged.terms)
+      accepted.push_back({one.mechanism, one.probability});
+    judged.mechanisms = acceptedFirst(accepted, evidence);
+    return;
+  }
+  judged.mechanisms = likelyMechanisms(evidence, judged.mechanism);
+  for (const MechanismProbability& one : judged.mechanisms)
+    if (one.mechanism == *judged.mechanism) judged.probability = one.probability;
+}
+
 std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionLimit>& all,
                                               const UnexplainedPart& left,
                                               const Confirmation& confirmation,
@@ -148,6 +168,7 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
   }
   if (judged.verdict == Verdict::kUnexplained && judged.mechanism)
     judged.verdict = Verdict::kMechanism;
+  takeMechanisms(judged, explanation.mechanisms, explained.is_lead_acid);
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
   if (options.lists_detection_limits)
     judged.detection_limits =

@@ -12,8 +12,9 @@ struct Judged {
   Verdict verdict = Verdict::kInsufficientData;
   std::vector<SelectedTerm> terms;  ///< of the explanation; their probability as it is reported
   std::optional<Mechanism> mechanism;
-  double probability = 0.0;           ///< of it [0, 1]
-  std::vector<Candidate> candidates;  ///< best first
+  double probability = 0.0;                      ///< of it [0, 1]
+  std::vector<MechanismProbability> mechanisms;  ///< Diagnosis::mechanisms
+  std::vector<Candidate> candidates;             ///< best first
   std::vector<DetectionLimit> detection_limits;
 };
 

@@ -55,6 +55,13 @@ std::string gainSentence(const Diagnosis& diagnosis) {
          (diagnosis.withheld_rmse ? ", so the base model is given" : "");
 }
 
+/// A mechanism whose regressors do not hold, and that the evidence makes likelier.
+std::string orRather(const Diagnosis& diagnosis) {
+  if (diagnosis.mechanisms.empty() || diagnosis.mechanisms.front().mechanism == diagnosis.mechanism)
+    return "";
+  return "; " + mechanismId(diagnosis.mechanisms.front().mechanism) + " is at least as likely";
+}
+
 /// Effects found in a mechanism that only its regressors represent.
 std::string partOfIt(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
@@ -181,7 +188,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
     case Verdict::kUnexplained:
       return (diagnosis.mechanism
                   ? "Missing mechanism, of which no equation of the catalogue fits: " +
-                        mechanismSentence(*diagnosis.mechanism)
+                        mechanismSentence(*diagnosis.mechanism) + orRather(diagnosis)
                   : std::string("Model and measurement deviate, and no mechanism explains how")) +
              partOfIt(diagnosis) + discrepancySentence(diagnosis) + whereSentence(diagnosis) + ".";
     case Verdict::kSensorFault:

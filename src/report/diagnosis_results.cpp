@@ -27,6 +27,7 @@ std::string verdictText(const Diagnosis& d) {
     text += wrapped("mechanism    ",
                     mechanismId(*d.mechanism) + " (" + mechanismSentence(*d.mechanism) + ")" +
                         (d.probability > 0.0 ? format(", probability %.2f", d.probability) : ""));
+  if (d.mechanisms.size() > 1) text += wrapped("likely       ", likelyMechanismsText(d));
   if (!d.base.provenance.recording.empty())
     text += "recording    " + d.base.provenance.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
@@ -263,6 +264,13 @@ void describe(Visit& visit, const DiscrepancyAtCurrent& at) {
 }
 
 template <typename Visit>
+void describe(Visit& visit, const MechanismProbability& one) {
+  visit("id", mechanismId(one.mechanism));
+  visit("probability",
+        one.probability > 0.0 ? std::optional<double>(one.probability) : std::nullopt);
+}
+
+template <typename Visit>
 void describe(Visit& visit, const MechanismWeight& weight) {
   visit("mechanism", mechanismId(weight.mechanism));
   visit("gain", weight.gain);
@@ -337,15 +345,6 @@ std::optional<double> probabilityOf(const Diagnosis& d) {
   return d.mechanism && d.probability > 0.0 ? std::optional<double>(d.probability) : std::nullopt;
 }
 
-/// Those whose probabilities add up to 0.9, likeliest first: at present the one of the verdict.
-nlohmann::json mechanismsJson(const Diagnosis& d) {
-  nlohmann::json mechanisms = nlohmann::json::array();
-  if (d.mechanism)
-    mechanisms.push_back(
-        {{"id", mechanismId(*d.mechanism)}, {"probability", jsonOf(probabilityOf(d))}});
-  return mechanisms;
-}
-
 }  // namespace
 
 nlohmann::json resultJson(const Diagnosis& d) {
@@ -361,7 +360,7 @@ nlohmann::json resultJson(const Diagnosis& d) {
   visit("baseline_line", d.fit.baseline_line);
   visit("regimes", d.regimes);
   visit("parameter_bias", d.parameter_bias);
-  visit("mechanisms", mechanismsJson(d));
+  visit("mechanisms", d.mechanisms);
   visit("probability", probabilityOf(d));
   visit("relevance", d.unexplained);
   visit("withheld_rmse", d.withheld_rmse, "v");

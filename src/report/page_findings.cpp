@@ -406,12 +406,16 @@ std::string evidenceSection(const Diagnosis& d) {
     further = element("details", element("summary", format("And %zu more", d.candidates.size() -
                                                                                kCandidatesListed)) +
                                      element("ol", further, list));
-  return section("evidence", "What was weighed",
-                 paragraph(element("span", "", "class=\"swatch after\"") +
-                               " gain of the evidence by a fit with it, logarithmic. The line "
-                               "marks what a place in the model takes.",
-                           "class=\"note\"") +
-                     element("ol", items, list) + further);
+  return section(
+      "evidence", "What was weighed",
+      paragraph(element("span", "", "class=\"swatch after\"") +
+                    " gain of the evidence by a fit with it, logarithmic. The line "
+                    "marks what a place in the model takes.",
+                "class=\"note\"") +
+          element("ol", items, list) + further +
+          (d.mechanisms.empty()
+               ? ""
+               : paragraph("Likely mechanisms: " + escaped(likelyMechanismsText(d)) + ".")));
 }
 
 std::string effectsSection(const Diagnosis& d) {

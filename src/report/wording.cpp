@@ -47,6 +47,13 @@ std::string confidenceText(double confidence) {
   return confidence > 0.99 ? "above 99 %" : format("%.0f %%", 100.0 * confidence);
 }
 
+std::string likelyMechanismsText(const Diagnosis& diagnosis) {
+  std::vector<std::string> parts;
+  for (const MechanismProbability& one : diagnosis.mechanisms)
+    parts.push_back(mechanismId(one.mechanism) + format(" %.2f", one.probability));
+  return join(parts);
+}
+
 std::string plainName(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');
   return name;

@@ -30,6 +30,9 @@ std::string whyNothingIsPromised(const UnexplainedPart& left);
 /// @return "97 %"; never 100 %, as no confidence counts what is in no catalogue.
 std::string confidenceText(double confidence);
 
+/// @return "acid 0.62, structure 0.30": the likely mechanisms with their probabilities.
+std::string likelyMechanismsText(const Diagnosis& diagnosis);
+
 /// @return a code name as words: "long_charge" reads "long charge".
 std::string plainName(std::string name);
 

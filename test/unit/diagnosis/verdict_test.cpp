@@ -103,6 +103,12 @@ TEST(Summary, OfSomethingUnknownSaysItsFamilyAndWhetherItIsLearnt) {
   diagnosis.discrepancy->is_used = true;
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find(mechanismSentence(Mechanism::kAcid)));
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("is in the extended model"));
+  EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find("as likely"));
+  diagnosis.mechanisms = {{Mechanism::kAcid, 0.6}, {Mechanism::kStructure, 0.3}};
+  EXPECT_EQ(std::string::npos, summaryOf(diagnosis).find("as likely"));
+  diagnosis.mechanisms = {{Mechanism::kStructure, 0.6}, {Mechanism::kAcid, 0.3}};
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("structure is at least as likely"));
+  EXPECT_NE(std::string::npos, summaryOf(diagnosis).find(mechanismSentence(Mechanism::kAcid)));
   diagnosis.discrepancy->is_used = false;
   EXPECT_NE(std::string::npos, summaryOf(diagnosis).find("nothing that could be estimated"));
 }

@@ -101,6 +101,21 @@ TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
   EXPECT_EQ(Json::parse(json.dump()), json);
 }
 
+TEST(DiagnosisJson, HasTheLikelyMechanismsWithTheirProbabilities) {
+  test::MadeDiagnosis made = test::madeUnknown();
+  made.diagnosis.mechanisms = {{Mechanism::kAcceptance, 0.6}, {Mechanism::kAcid, 0.35}};
+  const Json json = resultJson(made.diagnosis);
+  EXPECT_EQ(
+      (Json{{{"id", "acceptance"}, {"probability", 0.6}}, {{"id", "acid"}, {"probability", 0.35}}}),
+      json["mechanisms"]);
+  EXPECT_NE(std::string::npos,
+            resultText(made.diagnosis).find("likely       acceptance 0.60, acid 0.35"));
+  made.diagnosis.mechanisms = {{Mechanism::kStructure, 0.0}};
+  EXPECT_TRUE(resultJson(made.diagnosis)["mechanisms"][0]["probability"].is_null());
+  made.diagnosis.mechanisms.clear();
+  EXPECT_EQ(Json::array(), resultJson(made.diagnosis)["mechanisms"]);
+}
+
 TEST(DiagnosisJson, OfAFamilyThatNoProbabilityIsSaidOfHasNull) {
   test::MadeDiagnosis made = test::madeUnknown();
   made.diagnosis.mechanism = Mechanism::kAcceptance;

@@ -77,7 +77,7 @@ def diagnosed(out, _):
 def one_diagnosis(out, _):
     """All that docs/reading-a-diagnosis.md says of one: its JSON, flat."""
     answer = read_json(os.path.join(out, "answer.json"))
-    figures = {"probability": answer["probability"], "source_percent": 100 * answer["charger_share"],
+    figures = {"mechanisms": {one["id"]: one["probability"] for one in answer["mechanisms"]}, "source_percent": 100 * answer["charger_share"],
                "learnable_mv": 1e3 * answer["relevance"]["rmse_v"], "evidence": {one["id"]: one["evidence"] for one in answer["candidates"]}}
     for part in ("train", "holdout"):
         for model in ("base", "extended"):

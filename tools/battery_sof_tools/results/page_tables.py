@@ -122,16 +122,6 @@ def preregistered(results):
     return table(("case", "count"), rows)
 
 
-def mechanism_probability(results):
-    """Mechanisms right, by the probability that was stated and by seed."""
-    seeds = {name: one for name, one in reversed(results["mechanism_probability"].items()) if name != "all"}
-    rows = []
-    for stated, label in (("below_0_5", "below 0.5"), ("0_5_to_0_7", "0.5 to 0.7"), ("0_7", "0.7")):
-        cells = ["{right} of {cases}".format(**one[stated]) + (f": {percent(one[stated]['right'], one[stated]['cases'])}" if stated == "0_7" else "") for one in seeds.values()]
-        rows.append((label, *cells))
-    return table(("stated", *(f"right, {name.replace('_', ' ')}" for name in seeds)), rows)
-
-
 # ---------------------------------------------------------------------------------------------- the energy manager
 
 RULES = {"manager": "**manager**", "voltage": "voltage at least 12.2 V", "at": "at most 60 s"}

@@ -1,0 +1,101 @@
+#include "diagnosis/mechanism_evidence.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace battery_sof {
+namespace {
+
+constexpr double kSetProbability = 0.9;
+constexpr std::size_t kNumbers = 6;  // of a mechanism
+using Numbers = std::array<double, kNumbers>;
+
+/// w, and b as the last, of every mechanism.
+constexpr std::array<std::array<double, kNumbers + 1>, kMechanisms> kWeights =
+#include "diagnosis/mechanism_weights.inc"
+    ;
+
+/// Differences of ln evidence of any length and rate on one scale.
+double compressed(double difference) {
+  return std::copysign(std::log1p(std::abs(difference)), difference);
+}
+
+/// x of every mechanism: how far its evidence lies below the largest, and its share of it.
+std::array<Numbers, kMechanisms> numbersOf(const MechanismEvidence& evidence) {
+  std::array<Numbers, kMechanisms> numbers{};
+  std::size_t column = 0;
+  for (const auto part :
+       {&MechanismSupport::alone, &MechanismSupport::lost, &MechanismSupport::effect}) {
+    double largest = evidence.front().*part;
+    for (const MechanismSupport& one : evidence) largest = std::max(largest, one.*part);
+    for (std::size_t k = 0; k < kMechanisms; ++k) {
+      numbers[k][column] = compressed(evidence[k].*part - largest);
+      numbers[k][column + 1] = evidence[k].*part / std::max(largest, 1.0);
+    }
+    column += 2;
+  }
+  return numbers;
+}
+
+bool isAmong(const std::vector<MechanismProbability>& found, Mechanism mechanism) {
+  return std::any_of(found.begin(), found.end(),
+                     [&](const MechanismProbability& one) { return one.mechanism == mechanism; });
+}
+
+}  // namespace
+
+std::vector<MechanismProbability> mechanismProbabilities(const MechanismEvidence& evidence) {
+  const std::array<Numbers, kMechanisms> numbers = numbersOf(evidence);
+  std::vector<MechanismProbability> all;
+  for (std::size_t k = 0; k < kMechanisms; ++k)
+    all.push_back({kAllMechanisms[k], std::inner_product(numbers[k].begin(), numbers[k].end(),
+                                                         kWeights[k].begin(), kWeights[k].back())});
+  std::stable_sort(all.begin(), all.end(),
+                   [](const MechanismProbability& one, const MechanismProbability& other) {
+                     return one.probability > other.probability;
+                   });
+  double sum = 0.0;
+  const double largest = all.front().probability;
+  for (MechanismProbability& one : all)
+    sum += one.probability = std::exp(one.probability - largest);
+  for (MechanismProbability& one : all) one.probability /= sum;
+  return all;
+}
+
+std::vector<MechanismProbability> likelyMechanisms(const MechanismEvidence& evidence,
+                                                   std::optional<Mechanism> holds) {
+  std::vector<MechanismProbability> found;
+  double sum = 0.0;
+  for (const MechanismProbability& one : mechanismProbabilities(evidence)) {
+    if (sum < kSetProbability || one.mechanism == holds) found.push_back(one);
+    sum += one.probability;
+  }
+  return found;
+}
+
+std::vector<MechanismProbability> acceptedFirst(const std::vector<MechanismProbability>& accepted,
+                                                const MechanismEvidence& evidence) {
+  std::vector<MechanismProbability> found;
+  double left = 1.0, most = 1.0;
+  const auto add = [&](Mechanism mechanism, double probability) {
+    most = std::min(most, probability);
+    found.push_back({mechanism, most});
+    left -= most;
+  };
+  for (const MechanismProbability& one : accepted)
+    if (!isAmong(found, one.mechanism)) add(one.mechanism, left * one.probability);
+  std::vector<MechanismProbability> others;
+  double sum = 0.0;
+  for (const MechanismProbability& one : mechanismProbabilities(evidence)) {
+    if (isAmong(found, one.mechanism)) continue;
+    others.push_back(one);
+    sum += one.probability;
+  }
+  const double scale = left / sum;
+  for (const MechanismProbability& one : others)
+    if (left > 1.0 - kSetProbability) add(one.mechanism, scale * one.probability);
+  return found;
+}
+
+}  // namespace battery_sof

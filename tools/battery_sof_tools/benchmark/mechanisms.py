@@ -1,0 +1,240 @@
+"""Trains the table that `sof diagnose` weighs mechanisms by (src/diagnosis/mechanism_weights.inc; docs/validation.md).
+
+    scripts/train_mechanisms --build B --out DIR [--laws 11] [--effects 5] [--seed 35] [--jobs 2] [--only-draw] [--table FILE]
+
+Draws recordings of every out-of-catalogue law and of the catalogue's effects, their drives independent of what is added, takes what
+`mechanism_evidence` says of each, and fits a softmax of seven numbers a mechanism. Every law is judged by a table that never saw it.
+"""
+
+import argparse
+import json
+import os
+import random
+import sys
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from ..files import append, finished, lines_of, read_json, require_same, write_text
+from ..sof import Failure, catalogue, program
+from ..tables import table
+from .generator import Generator, run
+from .out_of_model import path, seed_of
+
+LABELS, RECORDINGS, EVIDENCE = "labels", "recordings", "evidence.jsonl"
+LAW = "out_of_catalogue"
+CATALOGUE = ("effect", "instrument_fault")
+FAULTS_OF_SAMPLING = ("quantisation", "dropouts", "clipping", "aliasing")  # the instrument screen finds them
+EVIDENT = 12.0  # ln evidence by which something must be missing at all (ExplanationRules)
+RIDGE, OWN = 3.0, 0.7  # of weights of unit inputs; how freely a mechanism's weights leave those of all
+SET = 0.9
+SHORTEST_S, USUALLY_LONGEST_S, LONGEST_S = 80.0, 1200.0, 3600.0
+
+
+def plan(listed, seed, laws, effects):
+    """Cases in turns over all that can be added, so that any first part of them is balanced. The first of each lasts up to an hour."""
+    cases = []
+    for kind, mechanism, name in listed:
+        added = {"kind": kind, "id": name, **({"mechanism": mechanism} if kind == LAW else {})}
+        count = laws if kind == LAW else effects if kind in CATALOGUE and name not in FAULTS_OF_SAMPLING else 0
+        for k in range(count):
+            one = dict(added, round=k / count, seed=seed_of(seed, *added.values(), k))
+            dice = random.Random(one["seed"])
+            longest = LONGEST_S if k == 0 else USUALLY_LONGEST_S
+            cases.append(dict(one, duration=round(SHORTEST_S * (longest / SHORTEST_S) ** dice.random()), rate=dice.choice([1, 10, 10, 100])))
+    cases.sort(key=lambda one: one["round"])
+    return [dict(case, name=f"case_{k:04d}") for k, case in enumerate(cases, 1)]
+
+
+def drawn(generator, out, case):
+    """Draws a case; what went wrong, or None."""
+    recording, label = path(out, RECORDINGS, case["name"], "csv"), path(out, LABELS, case["name"], "json")
+    if os.path.exists(label):
+        return None
+    try:
+        generator.draw_independent(case, recording, label)
+    except Failure as failure:
+        return f"{case['name']}: {failure}"
+    return None
+
+
+def draw_cases(a):
+    """Draws what is not drawn yet. Returns the cases that have a recording."""
+    generator = Generator(a.build, a.draw)
+    for folder in (RECORDINGS, LABELS):
+        os.makedirs(os.path.join(a.out, folder), exist_ok=True)
+    cases = plan(generator.listed(), a.seed, a.laws, a.effects)
+    require_same(os.path.join(a.out, "plan.json"), {"cases": cases}, "other cases")
+    for one in finished(a.jobs, drawn, [(generator, a.out, case) for case in cases], "drawn"):
+        if one:
+            print("not drawn:", one, file=sys.stderr)
+    return [case for case in cases if os.path.exists(path(a.out, LABELS, case["name"], "json"))]
+
+
+def evidence_of(extractor, out, case):
+    """What the program says of a recording, {mechanism: [alone, lost, effect]}; its words where it cannot."""
+    try:
+        told = run([extractor, path(out, RECORDINGS, case["name"], "csv")])
+    except Failure as failure:
+        return {"name": case["name"], "failed": str(failure)}
+    return {**json.loads(told), "name": case["name"]}
+
+
+def gather(a, cases):
+    """Evidence of every case, kept: a run that was cut off goes on."""
+    kept, extractor = os.path.join(a.out, EVIDENCE), program(a.build, "mechanism_evidence")
+    known = {row["name"] for row in lines_of(kept)}
+    for row in finished(a.jobs, evidence_of, [(extractor, a.out, case) for case in cases if case["name"] not in known], "weighed"):
+        append(kept, row)
+
+
+def numbers_of(evidence):
+    """Inputs of the softmax, mechanisms x 6: as numbersOf() of mechanism_evidence.cpp."""
+    columns = []
+    for part in np.asarray(evidence).T:
+        below = part - part.max()
+        columns += [np.sign(below) * np.log1p(abs(below)), part / max(part.max(), 1.0)]
+    return np.array(columns).T
+
+
+def opened(out, mechanisms, mechanism_of):
+    """Inputs, mechanism and law of every case in which something is evident."""
+    inputs, truths, laws = [], [], []
+    for row in lines_of(os.path.join(out, EVIDENCE)):
+        if "failed" in row:
+            continue
+        label = read_json(path(out, LABELS, row["name"], "json"))
+        evidence = np.array([row[one] for one in mechanisms])
+        if max(evidence[:, 0].max(), evidence[:, 2].max()) < EVIDENT:
+            continue
+        inputs.append(numbers_of(evidence))
+        truths.append(mechanisms.index(label["mechanism"] if label["kind"] == LAW else mechanism_of[label["id"]]))
+        laws.append(f"{label['kind']} {label['id']}")
+    return np.array(inputs), np.array(truths), np.array(laws)
+
+
+def softmax(scores):
+    shares = np.exp(scores - scores.max(axis=1, keepdims=True))
+    return shares / shares.sum(axis=1, keepdims=True)
+
+
+def fitted(inputs, truths, weight):
+    """Weights and bias of every mechanism, mechanisms x 7: Newton on the penalised likelihood. Each mechanism counts alike."""
+    cases, count, numbers = inputs.shape
+    unit = inputs.reshape(-1, numbers).std(axis=0)
+    columns = np.zeros((cases, count, numbers + count * (numbers + 1)))
+    columns[:, :, :numbers] = inputs / unit
+    for k in range(count):
+        own = numbers + k * (numbers + 1)
+        columns[:, k, own:own + numbers] = OWN * inputs[:, k] / unit
+        columns[:, k, own + numbers] = 1.0
+    for k in range(count):
+        weight = np.where(truths == k, weight * cases / count / max(weight[truths == k].sum(), 1e-9), weight)
+    found = np.zeros(columns.shape[2])
+    for _ in range(50):
+        shares = softmax(columns @ found)
+        mean = np.einsum("nk,nkf->nf", shares, columns)
+        slope = weight @ (mean - columns[np.arange(cases), truths]) + RIDGE * found
+        spread = columns - mean[:, None]
+        flat = (spread * np.sqrt(weight[:, None] * shares)[:, :, None]).reshape(-1, len(found))
+        step = np.linalg.solve(flat.T @ flat + RIDGE * np.eye(len(found)), slope)
+        found -= step
+        if abs(step).max() < 1e-7:
+            break
+    own = found[numbers:].reshape(count, numbers + 1)
+    return np.hstack([(found[:numbers] + OWN * own[:, :numbers]) / unit, own[:, numbers:]])
+
+
+def probabilities(weights, inputs):
+    return softmax(np.einsum("nkf,kf->nk", inputs, weights[:, :-1]) + weights[:, -1])
+
+
+def weights_of(laws):
+    """An effect of the catalogue counts half: it is one of many equations of its mechanism."""
+    return np.where(np.char.startswith(laws, LAW), 1.0, 0.5)
+
+
+def left_out(inputs, truths, laws, folds):
+    """Probabilities of every case by a table that saw none of its fold's laws. folds: {law: fold}."""
+    fold = np.array([folds[law] for law in laws])
+    shares = np.zeros(inputs.shape[:2])
+    for one in sorted(set(folds.values())):
+        mine = fold == one
+        shares[mine] = probabilities(fitted(inputs[~mine], truths[~mine], weights_of(laws[~mine])), inputs[mine])
+    return shares
+
+
+def sharpened(shares, exponent):
+    """Probabilities at another temperature, one over the exponent."""
+    return softmax(exponent * np.log(shares + 1e-12))
+
+
+def held_by_set(shares, truths):
+    """Whether the set of SET holds the truth, and its size, of every case."""
+    order = np.argsort(-shares, axis=1)
+    size = 1 + (np.cumsum(np.take_along_axis(shares, order, axis=1), axis=1) < SET).sum(axis=1).clip(max=shares.shape[1] - 1)
+    return (order == truths[:, None]).argmax(axis=1) < size, size
+
+
+def calibrated(shares, truths):
+    """The largest exponent of probabilities at which the set of SET holds the truth in as many cases."""
+    return max(one for one in np.arange(0.5, 2.01, 0.05) if held_by_set(sharpened(shares, one), truths)[0].mean() >= SET)
+
+
+def judged(title, shares, truths):
+    """A row of the table of judgements."""
+    holds, size = held_by_set(shares, truths)
+    sure, right = shares.max(axis=1), shares.argmax(axis=1) == truths
+    stated = [f"{100 * (sure >= least).mean():.0f} %, {100 * right[sure >= least].mean() if (sure >= least).any() else 0:.0f} % right" for least in (0.7, 0.9)]
+    return (title, str(len(truths)), f"{100 * right.mean():.0f} %", *stated, f"{100 * holds.mean():.0f} %", f"{size.mean():.1f}")
+
+
+def table_text(weights, mechanisms):
+    """The table as C++ initialisers."""
+    lines = ["// Made by scripts/train_mechanisms: weights of alone, its share, lost, its share, effect, its share; bias."]
+    rows = ["{" + ", ".join(f"{value:.3f}" for value in row) + f"}},  // {name}" for row, name in zip(weights, mechanisms)]
+    return "\n".join(lines + ["{{"] + rows + ["}}", ""])
+
+
+def train(a):
+    """Judges by laws left out, calibrates, fits to all and writes the table."""
+    known = catalogue(program(a.build, "sof"))
+    inputs, truths, laws = opened(a.out, known.mechanisms, known.mechanism_of)
+    names = sorted(set(laws))
+    alone = left_out(inputs, truths, laws, {law: k for k, law in enumerate(names)})
+    halves = left_out(inputs, truths, laws, {law: k % 2 for k, law in enumerate(names)})
+    is_law = np.char.startswith(laws, LAW)
+    exponent = calibrated(alone[is_law], truths[is_law])
+    rows = []
+    for title, some in (("laws", is_law), ("effects of the catalogue", ~is_law)):
+        for how, shares in (("one law left out", alone), ("half of the laws left out", halves)):
+            rows.append(judged(f"{title}, {how}", sharpened(shares, exponent)[some], truths[some]))
+    print("\n".join(table(["", "cases", "right", "0.7 and more", "0.9 and more", "set of 0.9 has it", "mean size"], rows)))
+    if a.table:
+        write_text(a.table, table_text(exponent * fitted(inputs, truths, weights_of(laws)), known.mechanisms))
+
+
+def arguments(given):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--build", default="build", help="folder of the build")
+    parser.add_argument("--draw", help="another draw_scenario than the build's")
+    parser.add_argument("--out", required=True, help="folder of cases")
+    parser.add_argument("--laws", type=int, default=11, help="cases of every out-of-catalogue law")
+    parser.add_argument("--effects", type=int, default=5, help="cases of every effect of the catalogue")
+    parser.add_argument("--seed", type=int, default=35)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--only-draw", action="store_true")
+    parser.add_argument("--table", help="file to write: src/diagnosis/mechanism_weights.inc")
+    return parser.parse_args(given)
+
+
+def main(given=None):
+    a = arguments(given)
+    cases = draw_cases(a)
+    if a.only_draw:
+        print(f"{len(cases)} recordings in {os.path.join(a.out, RECORDINGS)}")
+        return 0
+    gather(a, cases)
+    train(a)
+    return 0
