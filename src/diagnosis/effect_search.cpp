@@ -78,7 +78,7 @@ std::vector<double> EffectSearch::gridGains(const ExplanationState& state,
                                             const std::vector<EffectGridPoint>& grid) const {
   const LinearRest rest(fits_, state);
   const double rss = rest.left.squaredNorm(),
-               rows = fits_.effective_sample_fraction() * rest.sums.problem.rows;
+               rows = fits_.effectiveSampleFraction() * rest.sums.problem.rows;
   std::vector<double> gains;
   for (const EffectGridPoint& point : grid) {
     const Eigen::VectorXd added = fits_.whitened(point.added);
@@ -186,7 +186,7 @@ std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
     for (const auto& other : others)
       if (other.first != own) min_length = std::min(min_length, other.second.lengthOf(added));
     const double information =
-        fits_.effective_sample_fraction() * min_length / (state.fit.noise * state.fit.noise);
+        fits_.effectiveSampleFraction() * min_length / (state.fit.noise * state.fit.noise);
     const double evident = std::sqrt(
         2.0 * (needed(own) + 0.5 * std::log1p(kWideStrength * kWideStrength * information)) /
         information);

@@ -367,7 +367,7 @@ class StepwiseSelection {
     found_.unexplained_charge_share = fits_.chargeShareOf(left);
     found_.noise = state.fit.noise;
     found_.relevant = fits_.relevanceLimit(state);
-    found_.effective_sample_fraction = fits_.effective_sample_fraction();
+    found_.effective_sample_fraction = fits_.effectiveSampleFraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.weighed = search_.weighed();
     found_.detection_limits =

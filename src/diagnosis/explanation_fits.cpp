@@ -65,7 +65,7 @@ ExplanationFits::ExplanationFits(const InputSequence& inputs, std::size_t traini
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
   free_ = countedOf(std::move(table.values));
-  free_.rightCols(kRandomWalk) = random_walk();
+  free_.rightCols(kRandomWalk) = randomWalk();
   noise_ = TimingJitterNoise(inputs_, response_, counted_);
   takeWhitening(noise_.with(0.0, 0.0));
   takeRelevance(rules.relevance);
@@ -409,7 +409,7 @@ Eigen::MatrixXd ExplanationFits::countedOf(Eigen::MatrixXd values) const {
   return values;
 }
 
-Eigen::MatrixXd ExplanationFits::random_walk() {
+Eigen::MatrixXd ExplanationFits::randomWalk() {
   const double from = response_.time[counted_.front()],
                length = (response_.time[counted_.back()] - from) / kRandomWalk;
   Eigen::MatrixXd ramps(static_cast<Eigen::Index>(counted_.size()), kRandomWalk);

@@ -112,7 +112,7 @@ class ExplanationFits {
   const Linearization& response() const { return response_; }
   /// rows that are estimated from and have a measurement
   const std::vector<Eigen::Index>& counted() const { return counted_; }
-  double effective_sample_fraction() const { return effective_sample_fraction_; }
+  double effectiveSampleFraction() const { return effective_sample_fraction_; }
   const TimingJitterNoise& timingJitterNoise() const { return noise_; }
   bool isSpent() const { return spent_ > kBudget; }
   /// Relevance threshold of an RMS in addition to a state [V].
@@ -130,7 +130,7 @@ class ExplanationFits {
   /// The counted rows of a table, with room for the random walk.
   Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
   /// A voltage channel's random walk: ramps one after the other, each of a random height.
-  Eigen::MatrixXd random_walk();
+  Eigen::MatrixXd randomWalk();
   /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out
   /// its share of the current.
   void takeRelevance(const Relevance& relevance);
