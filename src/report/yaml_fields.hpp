@@ -115,7 +115,7 @@ class FieldWriter {
  public:
   static constexpr bool kReads = false;
 
-  explicit FieldWriter(YAML::Node node) : node_(std::move(node)) {}
+  explicit FieldWriter(const YAML::Node& node) : node_(node) {}
 
   void number(const std::string& key, double value, Range = {}) { node_[key] = scalar(value); }
   void number(const std::string& key, const std::optional<double>& value, Range = {}) {
