@@ -16,13 +16,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from ..files import append, finished, lines_of, read_json, require_same, write_text
+from ..files import append, finished, lines_of, read_json, write_text
 from ..sof import Failure, catalogue, program
 from ..tables import table
 from .generator import Generator, run
-from .out_of_model import path, seed_of
+from .out_of_model import LABELS, RECORDINGS, draw_missing, path, seed_of
 
-LABELS, RECORDINGS, EVIDENCE = "labels", "recordings", "evidence.jsonl"
+EVIDENCE = "evidence.jsonl"
 LAW = "out_of_catalogue"
 CATALOGUE = ("effect", "instrument_fault")
 FAULTS_OF_SAMPLING = ("quantisation", "dropouts", "clipping", "aliasing")  # the instrument screen finds them
@@ -45,31 +45,6 @@ def plan(listed, seed, laws, effects):
             cases.append(dict(one, duration=round(SHORTEST_S * (longest / SHORTEST_S) ** dice.random()), rate=dice.choice([1, 10, 10, 100])))
     cases.sort(key=lambda one: one["round"])
     return [dict(case, name=f"case_{k:04d}") for k, case in enumerate(cases, 1)]
-
-
-def drawn(generator, out, case):
-    """Draws a case; what went wrong, or None."""
-    recording, label = path(out, RECORDINGS, case["name"], "csv"), path(out, LABELS, case["name"], "json")
-    if os.path.exists(label):
-        return None
-    try:
-        generator.draw_independent(case, recording, label)
-    except Failure as failure:
-        return f"{case['name']}: {failure}"
-    return None
-
-
-def draw_cases(a):
-    """Draws what is not drawn yet. Returns the cases that have a recording."""
-    generator = Generator(a.build, a.draw)
-    for folder in (RECORDINGS, LABELS):
-        os.makedirs(os.path.join(a.out, folder), exist_ok=True)
-    cases = plan(generator.listed(), a.seed, a.laws, a.effects)
-    require_same(os.path.join(a.out, "plan.json"), {"cases": cases}, "other cases")
-    for one in finished(a.jobs, drawn, [(generator, a.out, case) for case in cases], "drawn"):
-        if one:
-            print("not drawn:", one, file=sys.stderr)
-    return [case for case in cases if os.path.exists(path(a.out, LABELS, case["name"], "json"))]
 
 
 def evidence_of(extractor, out, case):
@@ -231,7 +206,8 @@ def arguments(given):
 
 def main(given=None):
     a = arguments(given)
-    cases = draw_cases(a)
+    generator = Generator(a.build, a.draw)
+    cases = draw_missing(generator.draw_independent, a.out, a.jobs, plan(generator.listed(), a.seed, a.laws, a.effects))
     if a.only_draw:
         print(f"{len(cases)} recordings in {os.path.join(a.out, RECORDINGS)}")
         return 0

@@ -78,32 +78,38 @@ def sof_of(a):
     return required(os.path.abspath(a.sof)) if a.sof else program(a.build, "sof")
 
 
-def drawn(generator, out, case):
+def drawn(draw, out, case):
     """Draws a case; what went wrong, or None."""
     try:
-        generator.draw_law(case, path(out, RECORDINGS, case["name"], "csv"), path(out, LABELS, case["name"], "json"))
+        draw(case, path(out, RECORDINGS, case["name"], "csv"), path(out, LABELS, case["name"], "json"))
     except Failure as failure:
         return f"{case['name']}: {failure}"
     return None
 
 
+def draw_missing(draw, out, jobs, cases):
+    """Draws the cases of a folder that are not drawn yet; other cases than the folder's are refused. Returns those that have a recording.
+    draw: a method of Generator, of a case, its recording and its label."""
+    for folder in (RECORDINGS, LABELS):
+        os.makedirs(os.path.join(out, folder), exist_ok=True)
+    require_same(os.path.join(out, "plan.json"), {"cases": cases}, "other cases")
+
+    def is_there(case):
+        return os.path.exists(path(out, RECORDINGS, case["name"], "csv")) and os.path.exists(path(out, LABELS, case["name"], "json"))
+    for one in finished(jobs, drawn, [(draw, out, case) for case in cases if not is_there(case)], "drawn"):
+        if one:
+            print("not drawn:", one, file=sys.stderr)
+    return [case for case in cases if is_there(case)]
+
+
 def draw_cases(a):
     """Draws what is not drawn yet. Returns the cases that have a recording."""
     generator = Generator(a.build, a.draw)
-    for folder in (RECORDINGS, LABELS):
-        os.makedirs(os.path.join(a.out, folder), exist_ok=True)
     given = {key: value for key, value in (("rate", a.rate), ("duration", a.duration)) if value is not None}
     if a.independent_drive:
         given["independent_drive"] = True
     cases = plan(wanted_of(a.kinds), a.seed, generator.laws(), **given)
-    require_same(os.path.join(a.out, "plan.json"), {"cases": cases}, "other cases")
-
-    def is_there(case):
-        return os.path.exists(path(a.out, RECORDINGS, case["name"], "csv")) and os.path.exists(path(a.out, LABELS, case["name"], "json"))
-    for one in finished(a.jobs, drawn, [(generator, a.out, case) for case in cases if not is_there(case)], "drawn"):
-        if one:
-            print("not drawn:", one, file=sys.stderr)
-    return [case for case in cases if is_there(case)]
+    return draw_missing(generator.draw_law, a.out, a.jobs, cases)
 
 
 def answer_of(sof, out, case):
