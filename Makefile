@@ -118,9 +118,9 @@ study: deps-study build
 calibrate: deps-study build
 	@$(PYTHON) scripts/calibrate_diagnosis "$(BUILD)" --first-seed 1001 --set null=200 structural_null=60 effect=10 decoy=3 unknown=4
 
-# The sealed benchmark: the committed seal drawn again and its digest compared, then run and scored into docs/proof; goes on where it was cut off.
+# The sealed benchmark: the committed seal drawn again and its digest compared, then run and scored into build/proof/sealed; goes on where it was cut off.
 proof: deps-study build
-	@$(PYTHON) scripts/proof sealed --build "$(BUILD)" --docs docs/proof --frozen docs/proof/frozen --out "$(BUILD)/proof/sealed"
+	@$(PYTHON) scripts/proof sealed --build "$(BUILD)" --docs docs/proof --out "$(BUILD)/proof/sealed"
 
 # A tenth of it (own fixed seal) with bounds.
 proof-quick: deps-study build

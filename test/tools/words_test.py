@@ -1,4 +1,4 @@
-"""Words of the field: none of words.txt stands in what a reader reads. Code between backticks in a page's table of old names, made scores are quotes."""
+"""Words of the field: none of words.txt stands in what a reader reads. Code between backticks in a page's table of old names is a quote."""
 
 import os
 import re
@@ -7,7 +7,6 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.realpath(os.path.join(HERE, "..", ".."))
 FOLDERS = ("src", "include", "msg", "srv", "action", "launch", "docs")
-QUOTES = ("docs/proof/",)  # made by scripts/proof
 ENDINGS = (".cpp", ".hpp", ".inc", ".msg", ".srv", ".action", ".launch", ".md")
 
 
@@ -33,7 +32,7 @@ def pages():
         for parent, _, names in os.walk(os.path.join(ROOT, folder)):
             for name in sorted(names):
                 path = os.path.join(parent, name)
-                if name.endswith(ENDINGS) and not os.path.relpath(path, ROOT).startswith(QUOTES):
+                if name.endswith(ENDINGS):
                     yield path
 
 

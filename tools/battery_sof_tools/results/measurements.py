@@ -124,13 +124,6 @@ def proof(out, _):
             for key, one in read_json(os.path.join(out, "score.json"))["figures"].items()}
 
 
-def sealed(*_):
-    """The last two sealed runs together, as they are committed."""
-    runs = [read_json(os.path.join(ROOT, "docs", "proof", run, "score.json")) for run in ("seventh", "eighth")]
-    keys = ("false_alarm", "false_name", "first_C1", "class_C2", "x1_class", "decoy_physics")
-    return dict({key: {part: sum(run["figures"][key][part] for run in runs) for part in "kn"} for key in keys}, cases=sum(run["seal"]["cases"] for run in runs))
-
-
 # ---------------------------------------------------------------------------------------------- speed
 
 def ratio_of(text, line):
@@ -190,7 +183,6 @@ MEASUREMENTS = {
     "study": Measurement(("scripts/study BUILD --data DATA --docs OUT/docs --json OUT/study.json",), lambda out, _: read_json(os.path.join(out, "study.json")), 10, True),
     "reproduction": Measurement(("scripts/reproduce BUILD --docs OUT/docs --json OUT/reproduction.json",), lambda out, _: read_json(os.path.join(out, "reproduction.json")), 8, False),
     "proof_quick": Measurement(("scripts/proof quick --build BUILD --seal test/proof/quick --out OUT/quick --json OUT/score.json",), proof, 5, False),
-    "preregistered": Measurement((), sealed, 0),
     "stops": Measurement(tuple(f"{RULES}{TWO_DRIVES} --u-required {limit}" for limit in ("7.2", "9", "9.5", "10", "10.3", "10.6")), stops, 3, True),
     "weakening": Measurement((f"{RULES}--weakening 10 --u-required 9",), stops, 20, False),
     "out_of_model": Measurement((OUT_OF_MODEL.format(36),), out_of_model, 40, False),

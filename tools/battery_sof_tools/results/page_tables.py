@@ -111,7 +111,7 @@ def out_of_model(results):
 
 
 def preregistered(results):
-    """The last two runs of the preregistered benchmark together: laws that the catalogue has."""
+    """The preregistered benchmark: laws that the catalogue has."""
     one = results["preregistered"]
 
     def of(key):

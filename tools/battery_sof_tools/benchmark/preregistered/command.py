@@ -4,7 +4,7 @@
     proof run   --build B --seal DIR --out RESULTS                     shows every recording to `sof diagnose`
     proof score --build B --seal DIR --out RESULTS [--markdown FILE] [--pictures FOLDER] [--json FILE]
     proof quick --build B --seal DIR --out RESULTS [--json FILE]       run again and score, with bounds: exit code 1 beyond them
-    proof sealed --build B --docs docs/proof --frozen docs/proof/frozen   all of it for the committed seal
+    proof sealed --build B --docs docs/proof --out OUT   all of it for the committed seal
 """
 
 import argparse
@@ -52,7 +52,7 @@ def do_sealed(a):
     committed = os.path.join(a.docs, seal.SEAL)
     if not os.path.exists(committed):
         sys.exit(f"{committed} is missing: nothing is sealed yet (docs/validation.md says how)")
-    with open(a.frozen) as f:
+    with open(os.path.join(a.docs, "frozen")) as f:
         secret = f.read().strip()
     sealed, results = os.path.join(a.out, "seal"), os.path.join(a.out, "results")
     if not os.path.exists(os.path.join(sealed, seal.SEAL)):
@@ -60,8 +60,8 @@ def do_sealed(a):
     if digest(committed) != digest(os.path.join(sealed, seal.SEAL)):
         sys.exit(f"{sealed}/seal.json is not {committed}: other labels were sealed")
     seal.run(a.build, sealed, results, a.jobs)
+    a.markdown, a.pictures, a.json = (os.path.join(a.out, name) for name in ("score.md", "pictures", "score.json"))
     a.seal, a.out = sealed, results
-    a.markdown, a.pictures, a.json = (os.path.join(a.docs, name) for name in ("score.md", "pictures", "score.json"))
     do_score(a)
 
 
@@ -85,7 +85,7 @@ def arguments(given):
     command("run", do_run, build, sealed, out, jobs)
     command("score", do_score, build, sealed, out, ("--markdown", {}), ("--pictures", {}), ("--json", {}))
     command("quick", do_quick, build, sealed, out, jobs, ("--json", {}))
-    command("sealed", do_sealed, build, out, jobs, ("--docs", {"required": True}), ("--frozen", {"required": True}))
+    command("sealed", do_sealed, build, out, jobs, ("--docs", {"required": True}))
     return parser.parse_args(given)
 
 
