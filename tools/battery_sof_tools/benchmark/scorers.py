@@ -30,10 +30,6 @@ def share(right, cases, of=interval):
     return rate(sum(bool(right(one)) for one in cases), len(cases), of)
 
 
-def of_median(values):
-    return figure_of(values, statistics.median)
-
-
 def figure_of(values, of):
     """(value, n) of what is not None."""
     values = [one for one in values if one is not None]
