@@ -39,6 +39,18 @@ double byBruteForce(const FittedModel& model, const CrankingQuery& query) {
   return lowest;
 }
 
+TEST(CrankError, IsThatOfTheWindowsCranksAndGrowsWithTheCurrentWhereThereWasNone) {
+  Fit fit;
+  fit.scores.rmse = 0.02;
+  fit.scores.crank_error_std = 0.3;
+  fit.excited.min_current = -50.0;
+  fit.excited.max_current = 20.0;
+  EXPECT_DOUBLE_EQ(crankError(fit, -200.0), 0.08);
+  EXPECT_DOUBLE_EQ(crankError(fit, -10.0), 0.02);
+  fit.scores.cranks = 1;
+  EXPECT_DOUBLE_EQ(crankError(fit, -200.0), 0.3);
+}
+
 TEST(PredictCranking, EqualsABruteForceSimulation) {
   const FittedModel model = driveModel();
   for (double i_load : {0.0, -25.0, -60.0})
