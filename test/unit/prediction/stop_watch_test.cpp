@@ -63,7 +63,10 @@ TEST(StopWatch, ComparesEveryStopOfTenSecondsOnceWithWhatTheModelSaidBeforeIt) {
     EXPECT_EQ(stops[k].duration, 10.0);
     EXPECT_GT(stops[k].time, stops[k - 1].time + 20.0);
     EXPECT_NEAR(stops[k].measured, stops[k].modelled, 0.08) << "the model is true";
-    EXPECT_NEAR(stops[k].measured, stops[k].expected.value, 0.08);
+    const Interval& expected = stops[k].expected;
+    EXPECT_NEAR(stops[k].measured, expected.value, 0.08);
+    EXPECT_LT(expected.lower, expected.value);
+    EXPECT_NEAR(expected.value - expected.lower, expected.upper - expected.value, 1e-9);
   }
 }
 
