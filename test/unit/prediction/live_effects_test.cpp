@@ -4,6 +4,7 @@
 #include "estimation/identification.hpp"
 #include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
+#include "prediction/cranking.hpp"
 #include "prediction/online_session.hpp"
 #include "prediction/state_tracker.hpp"
 #include "support/composed.hpp"
@@ -64,6 +65,21 @@ TEST_P(LiveEffect, StateSetFromAMeasuredVoltageReadsThatVoltage) {
   now.held = now.current = -20.0;
   here.advance(now);
   EXPECT_NEAR(here.voltage(), measured, 1e-9);
+}
+
+TEST_P(LiveEffect, ACrankIsTheProfileOfItsCurrentAtTheTimesThatAreLookedAt) {
+  const FittedModel model = standingAt(withNeeds(GetParam()), baseDrive(8, 20.0), 1000);
+  CrankingQuery held;
+  held.i_load = -20.0;
+  held.t_stop = 30.0;
+  held.i_cranking = -200.0;
+  held.t_cranking = 0.8;
+  CrankingQuery profile = held;
+  profile.crank = {{0.0, 0.04, 0.16, 0.4, 0.8}, std::vector<double>(5, -200.0)};
+  const CrankingAnswer of_held = predictCranking(model, held),
+                       of_profile = predictCranking(model, profile);
+  ASSERT_TRUE(of_held.u_min && of_profile.u_min) << of_held.message;
+  EXPECT_NEAR(of_held.u_min->value, of_profile.u_min->value, 2e-3);
 }
 
 std::vector<std::string> allIds() {
