@@ -109,13 +109,10 @@ ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<Volt
           mean.beyond_identified};
 }
 
-ChargeEvidence evidenceFor(const FittedModel& model, const ChargeAcceptanceQuery& query) {
-  return chargeEvidence(model.intervals.event_history, query.u_boost / model.fit.series_blocks,
-                        query.t_sof2);
-}
-
+/// @param answered of the answer: it says nothing where it is as wide as the largest charge of the
+/// window (1.25 times), of past charges like it and of the source.
 QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
-                   const ExpectedCurrent& mean) {
+                   const ExpectedCurrent& mean, const Interval& answered) {
   QueryRange range;
   range.charges = true;
   range.max_current = mean.highest;
@@ -124,7 +121,13 @@ QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
   range.charge_duration = query.t_sof2;
   range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / kSecondsPerHour;
   range.temperature = query.temperature;
-  range.evidence = evidenceFor(model, query);
+  range.evidence = chargeEvidence(model.intervals.event_history,
+                                  query.u_boost / model.fit.series_blocks, query.t_sof2);
+  range.answered_current = answered;
+  const double seen = std::max(kCurrentReach * std::max(model.fit.excited.max_current, 0.0),
+                               range.evidence.typical);
+  range.says_nothing = widthSaysNothing(answered, std::min(seen, query.i_limit), "A",
+                                        "the largest charge of window and source");
   return range;
 }
 
@@ -134,14 +137,6 @@ ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request) {
   request.t_sof2 = askedFor(request.t_sof2).value_or(ChargeAcceptanceQuery().t_sof2);
   request.i_limit = askedFor(request.i_limit).value_or(ChargeAcceptanceQuery().i_limit);
   return request;
-}
-
-std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query,
-                               const Interval& i_boost) {
-  const double seen = std::max(kCurrentReach * std::max(model.fit.excited.max_current, 0.0),
-                               evidenceFor(model, query).typical);
-  return widthSaysNothing(i_boost, std::min(seen, query.i_limit), "A",
-                          "the largest charge of window and source");
 }
 
 ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
@@ -159,9 +154,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
   for (double* current : {&answer.i_boost->value, &answer.i_boost->lower, &answer.i_boost->upper})
     *current = std::min(*current, query.i_limit);
 
-  QueryRange range = rangeOf(model, query, mean);
-  range.answered_current = answer.i_boost;
-  range.says_nothing = currentSaysNothing(model, query, *answer.i_boost);
+  const QueryRange range = rangeOf(model, query, mean, *answer.i_boost);
   answer.message =
       format("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",
              answer.i_boost->value, query.t_sof2, query.u_boost, answer.i_boost->lower,

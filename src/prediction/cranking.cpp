@@ -65,6 +65,15 @@ void run(Simulation& simulation, const CurrentProfile& profile, Look&& look) {
   }
 }
 
+/// What an answer's message says: the interval, and whether it holds what is required.
+std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required) {
+  const std::string text = format("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",
+                                  answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
+  if (!u_required) return text + "; no u_required was given to hold it against";
+  return text + format(": %s %.2f V", answer.capable.value_or(false) ? "holds" : "may not hold",
+                       *u_required);
+}
+
 QueryRange rangeOf(const CrankingQuery& query) {
   QueryRange range;
   range.min_current = std::min(lowestCurrent(query), lowestOf(query.load));
@@ -80,14 +89,6 @@ CrankingQuery asked(CrankingQuery request) {
   request.t_cranking = askedFor(request.t_cranking).value_or(CrankingQuery().t_cranking);
   request.u_required = askedFor(request.u_required);
   return request;
-}
-
-std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required) {
-  const std::string text = format("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",
-                                  answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
-  if (!u_required) return text + "; no u_required was given to hold it against";
-  return text + format(": %s %.2f V", answer.capable.value_or(false) ? "holds" : "may not hold",
-                       *u_required);
 }
 
 std::string faultsOf(const CrankingQuery& q) {

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "prediction/baseline_selector.hpp"
 #include "prediction/charge_acceptance.hpp"
 #include "prediction/cranking.hpp"
 #include "prediction/maps.hpp"
@@ -18,17 +17,12 @@ namespace battery_sof {
  * shares nothing with it.
  *
  * Every question is that of the free function of its name; kNoModel with the session's reason when
- * there is no model. Cranks and charges, maps of them too, are answered by the baseline predictor
- * where that was better at them (betterOf()); a stop time is the model's, as the baseline predictor
- * knows nothing of stops, and its message says so.
+ * there is no model.
  */
 class ModelSnapshot {
  public:
   /// @param why_no_model the reason when `model` is not to be asked.
-  /// @param baseline where the baseline predictors of the model's window are to answer in its
-  /// place.
-  ModelSnapshot(FittedModel model, std::optional<std::string> why_no_model, double capacity,
-                const BaselineSelections& baseline = {});
+  ModelSnapshot(FittedModel model, std::optional<std::string> why_no_model, double capacity);
 
   CrankingAnswer predictCranking(const CrankingQuery& query) const;
   StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
@@ -50,16 +44,9 @@ class ModelSnapshot {
   template <typename Answer>
   Answer explained(Answer answer) const;
 
-  // What comes of either is judged by its own interval (voltageSaysNothing(),
-  // currentSaysNothing()).
-  CrankingAnswer betterOf(CrankingAnswer answer, const CrankingQuery& query) const;
-  ChargeAcceptanceAnswer betterOf(ChargeAcceptanceAnswer answer,
-                                  const ChargeAcceptanceQuery& query) const;
-
   FittedModel model_;
   std::optional<std::string> why_no_model_;
   double capacity_;  // [Ah]
-  BaselineSelections baseline_;
 };
 
 }  // namespace battery_sof

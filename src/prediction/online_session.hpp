@@ -66,8 +66,6 @@ struct SessionStatus {
   std::optional<ExpectedSample> expected;  ///< none before the model followed a sample
   /// the model that answers is driven by the voltage at the newest sample
   bool voltage_controlled = false;
-  /// [V], [A]; of the model that answers and its baseline predictor
-  BaselineScore crank_selector, charge_selector;
 };
 
 /// What came of a finished identification.
@@ -105,9 +103,6 @@ struct IdentificationOutcome {
  *
  * A clock that jumps, is believed, and within a minute goes on where it had been was wrong
  * meanwhile: the session goes on as it stood before the jump, and the samples between are lost.
- *
- * What the baseline predictors of the model's window were better at, cranks or charges, they answer
- * (BaselineSelector).
  *
  * extendWith() sets a second, extended composition in addition to the session's own: both are
  * fitted to the same windows and follow every sample; which one answers is the ModelSelector's to
