@@ -1,7 +1,7 @@
 #include "prediction/model_monitor.hpp"
 
 #include "estimation/fit_quality.hpp"
-#include "prediction/event_corrections.hpp"
+#include "prediction/pipeline.hpp"
 
 namespace battery_sof {
 

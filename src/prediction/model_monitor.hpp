@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "prediction/event_watch.hpp"
-#include "prediction/interval_calibration.hpp"
 #include "prediction/sample_stream.hpp"
 #include "prediction/state_tracker.hpp"
 

@@ -152,24 +152,6 @@ ModelSnapshot OnlineSession::live() const {
   return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity);
 }
 
-CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const {
-  return live().predictCranking(query);
-}
-
-StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const {
-  return live().predictStopTime(query);
-}
-
-ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(
-    const ChargeAcceptanceQuery& query) const {
-  return live().predictChargeAcceptance(query);
-}
-
-ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time,
-                                             const std::vector<double>& current) const {
-  return live().simulateProfile(time, current);
-}
-
 std::optional<double> OnlineSession::chargeVoltage() const {
   const auto of_one = restored_ ? usualVoltage(restored_->intervals.event_history.charges)
                                 : inUse().chargeVoltage();

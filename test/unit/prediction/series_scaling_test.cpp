@@ -141,9 +141,9 @@ TEST_P(SeriesBlocks, IsFollowedBySessionsWithAsManyTimesTheVoltage) {
             one.outcome.model->fit.parameters.r_discharge)
       << "of one block";
   CrankingQuery crank{-20.0, 30.0, -200.0, 0.8, 7.2};
-  const CrankingAnswer of_one = one.session.predictCranking(crank);
+  const CrankingAnswer of_one = one.session.live().predictCranking(crank);
   crank.u_required = blocks_ * 7.2;
-  const CrankingAnswer of_row = row.session.predictCranking(crank);
+  const CrankingAnswer of_row = row.session.live().predictCranking(crank);
   ASSERT_TRUE(of_one.u_min && of_row.u_min);
   expectTimes(blocks_, *of_row.u_min, *of_one.u_min);
   EXPECT_EQ(of_row.capable, of_one.capable);

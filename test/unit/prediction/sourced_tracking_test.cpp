@@ -280,8 +280,8 @@ TEST(SessionAtASource, AnIdentificationHoweverLongLosesNoEventAndCountsNoneTwice
   }
   for (std::size_t k = 0; k < of_late.charges.size(); ++k)
     EXPECT_NEAR(of_late.charges[k].modelled, of_prompt.charges[k].modelled, 1e-9);
-  EXPECT_EQ(late.session.predictCranking({-20.0, 5.0, -200.0, 1.0}).message,
-            prompt.session.predictCranking({-20.0, 5.0, -200.0, 1.0}).message);
+  EXPECT_EQ(late.session.live().predictCranking({-20.0, 5.0, -200.0, 1.0}).message,
+            prompt.session.live().predictCranking({-20.0, 5.0, -200.0, 1.0}).message);
 }
 
 TEST(SessionAtASource, TheModelsExperienceHoldsEveryCrankOfItsWindowAndSinceOnce) {
