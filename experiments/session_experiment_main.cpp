@@ -162,23 +162,20 @@ void leaveOutSteps(const std::string& path, const CsvColumns& columns, SessionOp
     options.steps = {};
     if (step) options.steps.*step = false;
     OnlineSession session(options);
-    Tally cranks, charges, expected_cranks, expected_charges;
+    Tally cranks, charges;
     for (std::size_t n = 0; n < recording.series.size(); ++n) {
       const SessionEvents events =
           session.push({recording.series.time[n], recording.series.current[n],
                         recording.series.voltage[n], std::nullopt});
       for (const EventComparison& crank : events.cranks) {
-        cranks.add(crank.measured, crank.answered());
-        expected_cranks.add(crank.measured, crank.expected);
+        cranks.add(crank.measured, crank.expected);
       }
       for (const EventComparison& charge : events.charges) {
-        charges.add(charge.measured, charge.answered());
-        expected_charges.add(charge.measured, charge.expected);
+        charges.add(charge.measured, charge.expected);
       }
       if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
     }
     row(name, cranks, charges);
-    if (!step) row("selection", expected_cranks, expected_charges);
   }
 }
 

@@ -10,9 +10,8 @@
 #include "estimation/identification.hpp"
 #include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
-#include "prediction/prediction_interval.hpp"
+#include "prediction/pipeline.hpp"
 #include "prediction/profile.hpp"
-#include "prediction/query.hpp"
 #include "prediction/scores.hpp"
 
 namespace {

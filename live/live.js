@@ -124,7 +124,6 @@
     if (!status) return el('figures').replaceChildren();
     const rows = [['Answers rest on', { population: 'lead-acid batteries in general', previous_trip: 'the previous trip', this_trip: 'this trip' }[status.answer_basis] || '–'], ['Model age', duration(status.model_age)], ['Window quality', fixed(status.window_quality, 2)],
       ['Voltage explained', isNumber(status.backtest_q_dyn_percent) ? status.backtest_q_dyn_percent.toFixed(1) + ' %' : '–'],
-      ['Cranks answered by', status.past_cranks.answered_by], ['Charges answered by', status.past_charges.answered_by],
       ['Further physics', status.effects.join(', ') || 'none'], ['Driven by', status.voltage_controlled ? 'voltage' : 'current'],
       ['Samples', status.accepted + (status.rejected ? ' (' + status.rejected + ' refused)' : '')]];
     el('figures').replaceChildren(...rows.map(([name, value]) => make('div', {}, make('dt', {}, name), make('dd', {}, value))));

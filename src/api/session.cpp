@@ -38,15 +38,15 @@ std::optional<std::string> Session::identifyWhenDue() {
 }
 
 CrankingAnswer Session::predictCranking(const CrankingQuery& query) const {
-  return implementation_->predictCranking(query);
+  return implementation_->live().predictCranking(query);
 }
 
 StopTimeAnswer Session::predictStopTime(const StopTimeQuery& query) const {
-  return implementation_->predictStopTime(query);
+  return implementation_->live().predictStopTime(query);
 }
 
 ChargeAcceptanceAnswer Session::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
-  return implementation_->predictChargeAcceptance(query);
+  return implementation_->live().predictChargeAcceptance(query);
 }
 
 std::optional<Model> Session::model() const {

@@ -201,7 +201,7 @@ void push(const Interval& interval, std::vector<double>& value, std::vector<doub
 }
 
 void usePhase(const BaselinePhase& phase, const Series& series, IndexRange range,
-              const std::vector<char>& voltage_controlled, BaselineSeries& predicted) {
+              const std::vector<char>& voltage_controlled, MixedPrediction& predicted) {
   for (const std::size_t first : chargeBeginnings(series, range, voltage_controlled))
     forEachAge(series, range, first, voltage_controlled, phase.step,
                [&](std::size_t k, std::size_t age) {
@@ -262,9 +262,9 @@ BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange wi
   return baseline;
 }
 
-BaselineSeries predictBaseline(const BaselinePredictor& baseline, const Series& series,
-                               IndexRange range, const std::vector<char>& voltage_controlled) {
-  BaselineSeries predicted;
+MixedPrediction predictBaseline(const BaselinePredictor& baseline, const Series& series,
+                                IndexRange range, const std::vector<char>& voltage_controlled) {
+  MixedPrediction predicted;
   for (std::size_t k = range.first; k < range.last; ++k) {
     if (baseline.current_from_voltage)
       push(baseline.current_from_voltage->around(series.voltage.at(k)), predicted.current,

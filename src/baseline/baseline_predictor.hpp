@@ -100,11 +100,10 @@ BaselinePredictor fitBaseline(const Series& series, IndexRange window,
 BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window,
                                              const std::vector<Event>& cranks);
 
-/// Per-sample prediction of a range in the mixed direction, with bounds for nine in ten.
-struct BaselineSeries {
-  std::vector<double> current, current_lower,
-      /// [A], one a sample of the range; empty when no line is known
-      current_upper;
+/// A prediction in the mixed direction, one value a sample of a range, with bounds for nine in ten.
+struct MixedPrediction {
+  /// [A]; empty when no current is predicted; bounds may be empty
+  std::vector<double> current, current_lower, current_upper;
   std::vector<double> voltage, voltage_lower, voltage_upper;  ///< [V], the same
 };
 
@@ -116,8 +115,8 @@ struct BaselineSeries {
  * current is that of the median phase as far as that goes, else the line's.
  * @throws std::invalid_argument as fitBaseline.
  */
-BaselineSeries predictBaseline(const BaselinePredictor& baseline, const Series& series,
-                               IndexRange range, const std::vector<char>& voltage_controlled);
+MixedPrediction predictBaseline(const BaselinePredictor& baseline, const Series& series,
+                                IndexRange range, const std::vector<char>& voltage_controlled);
 
 /// @param current lowest current of the crank [A], negative.   @return lowest voltage [V]; v(i)
 /// where no crank is known, none without a line.

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "baseline/ridge_fit.hpp"
+#include "regression/ridge.hpp"
 
 namespace battery_sof {
 namespace {

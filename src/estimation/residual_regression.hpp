@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "baseline/ridge_fit.hpp"
+#include "regression/ridge.hpp"
 
 namespace battery_sof {
 

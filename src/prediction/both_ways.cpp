@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "baseline/baseline_predictor.hpp"
 #include "prediction/event_corrections.hpp"
 
 namespace battery_sof {
@@ -50,16 +49,13 @@ BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& se
                              IndexRange range, const std::vector<char>& voltage_controlled) {
   BothWaysScores scores;
   const std::vector<char> mask = overSeries(series, range, voltage_controlled);
-  const BaselineSeries line = predictBaseline(baseline, series, range, mask);
-  scores.mixed = scoreMixed(series, range, mask,
-                            {line.current, line.current_lower, line.current_upper, line.voltage,
-                             line.voltage_lower, line.voltage_upper});
+  const MixedPrediction line = predictBaseline(baseline, series, range, mask);
+  scores.mixed = scoreMixed(series, range, mask, line);
   for (ChargeScore& charge : scores.mixed.charges)
     if (const auto current = baselineChargeCurrent(baseline, charge.mean_voltage, charge.duration))
       charge.predicted = *current;
   if (line.voltage.empty()) return scores;
-  scores.cranks =
-      scorePrediction(series, range, {line.voltage, line.voltage_lower, line.voltage_upper}).cranks;
+  scores.cranks = scorePrediction(series, range, voltageOf(line, line.voltage)).cranks;
   for (CrankScore& crank : scores.cranks)
     if (const auto minimum = baselineCrankMinimum(baseline, crank.current))
       crank.predicted_minimum = *minimum;
@@ -69,9 +65,9 @@ BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& se
 
 PredictedVoltage baselineVoltage(const BaselinePredictor& baseline, const Series& series,
                                  IndexRange range) {
-  const BaselineSeries line =
+  const MixedPrediction line =
       predictBaseline(baseline, series, range, std::vector<char>(series.size(), 0));
-  return {line.voltage, line.voltage_lower, line.voltage_upper};
+  return voltageOf(line, line.voltage);
 }
 
 }  // namespace battery_sof

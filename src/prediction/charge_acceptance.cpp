@@ -5,8 +5,7 @@
 
 #include "battery_sof/intake.hpp"
 #include "estimation/follower.hpp"
-#include "prediction/event_corrections.hpp"
-#include "prediction/prediction_interval.hpp"
+#include "prediction/pipeline.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 
@@ -17,11 +16,6 @@ constexpr double kLongest = 3600.0;  // [s]
 constexpr double kFirstStep = 0.02;  // [s]
 constexpr double kGrowth = 1.15;
 constexpr double kSteps = 100.0;  // longest step is t_sof2 / kSteps, at least kFirstStep
-
-void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected) {
-  if (!ok)
-    faults += (faults.empty() ? "" : "; ") + format("%s is %g, expected %s", name, value, expected);
-}
 
 std::string faultsOf(const ChargeAcceptanceQuery& q) {
   std::string faults;
@@ -102,20 +96,16 @@ ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<Volt
   const MeanCurrent moved = meanCurrent(simulationOf(model), steps, i_limit,
                                         [&](double since) { return expected(since) - error; });
   const double variance = mean.derivatives.squaredNorm() + std::pow(mean.value - moved.value, 2);
-  const double half =
-      kNinetyPercent * model.intervals.charge_calibration.factor * std::sqrt(variance);
-  return {{mean.value, mean.value - half, std::min(mean.value + half, i_limit)},
-          mean.highest,
-          mean.beyond_identified};
+  Interval current =
+      ninetyPercent(mean.value, std::sqrt(variance), model.intervals.charge_calibration.factor);
+  current.upper = std::min(current.upper, i_limit);
+  return {current, mean.highest, mean.beyond_identified};
 }
 
-ChargeEvidence evidenceFor(const FittedModel& model, const ChargeAcceptanceQuery& query) {
-  return chargeEvidence(model.intervals.event_history, query.u_boost / model.fit.series_blocks,
-                        query.t_sof2);
-}
-
+/// @param answered of the answer: it says nothing where it is as wide as the largest charge of the
+/// window (1.25 times), of past charges like it and of the source.
 QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
-                   const ExpectedCurrent& mean) {
+                   const ExpectedCurrent& mean, const Interval& answered) {
   QueryRange range;
   range.charges = true;
   range.max_current = mean.highest;
@@ -124,7 +114,13 @@ QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
   range.charge_duration = query.t_sof2;
   range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / kSecondsPerHour;
   range.temperature = query.temperature;
-  range.evidence = evidenceFor(model, query);
+  range.evidence = chargeEvidence(model.intervals.event_history,
+                                  query.u_boost / model.fit.series_blocks, query.t_sof2);
+  range.answered_current = answered;
+  const double seen = std::max(kCurrentReach * std::max(model.fit.excited.max_current, 0.0),
+                               range.evidence.typical);
+  range.says_nothing = widthSaysNothing(answered, std::min(seen, query.i_limit), "A",
+                                        "the largest charge of window and source");
   return range;
 }
 
@@ -136,41 +132,27 @@ ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request) {
   return request;
 }
 
-std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query,
-                               const Interval& i_boost) {
-  const double seen = std::max(kCurrentReach * std::max(model.fit.excited.max_current, 0.0),
-                               evidenceFor(model, query).typical);
-  return widthSaysNothing(i_boost, std::min(seen, query.i_limit), "A",
-                          "the largest charge of window and source");
-}
-
 ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
                                                const ChargeAcceptanceQuery& query,
                                                double capacity) {
-  ChargeAcceptanceAnswer answer;
-  if (isRefused(answer, model.fit, faultsOf(query))) return answer;
-  const double u_boost = query.u_boost / model.fit.series_blocks;
-  const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query, u_boost), query.i_limit);
-  // At the source's limit the current is the source's, not the battery's: past charges have no say.
-  answer.i_boost = mean.current;
-  if (mean.current.value < query.i_limit)
-    answer.i_boost = correctChargePrediction(model, {u_boost, u_boost, query.t_sof2}, mean.current);
-  if (!areNumbers(*answer.i_boost)) return withoutNumbers<ChargeAcceptanceAnswer>();
-  for (double* current : {&answer.i_boost->value, &answer.i_boost->lower, &answer.i_boost->upper})
-    *current = std::min(*current, query.i_limit);
-
-  QueryRange range = rangeOf(model, query, mean);
-  range.answered_current = answer.i_boost;
-  range.says_nothing = currentSaysNothing(model, query, *answer.i_boost);
-  answer.message =
-      format("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",
-             answer.i_boost->value, query.t_sof2, query.u_boost, answer.i_boost->lower,
-             answer.i_boost->upper);
-  if (range.evidence.is_supported)
-    answer.message += format("; %d past charges like it were missed by %.1f A",
-                             range.evidence.charges, range.evidence.median_error);
-  judge(answer, extrapolationOf(model, range, capacity));
-  return answer;
+  return answered<ChargeAcceptanceAnswer>(
+      model, faultsOf(query), capacity,
+      [&](ChargeAcceptanceAnswer& answer) -> std::optional<QueryRange> {
+        const double u_boost = query.u_boost / model.fit.series_blocks;
+        const ExpectedCurrent mean = expectedCurrent(model, stepsOf(query, u_boost), query.i_limit);
+        answer.i_boost =
+            chargeAnswer(model, {u_boost, u_boost, query.t_sof2}, mean.current, query.i_limit);
+        if (!areNumbers(*answer.i_boost)) return std::nullopt;
+        const QueryRange range = rangeOf(model, query, mean, *answer.i_boost);
+        answer.message =
+            format("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",
+                   answer.i_boost->value, query.t_sof2, query.u_boost, answer.i_boost->lower,
+                   answer.i_boost->upper);
+        if (range.evidence.is_supported)
+          answer.message += format("; %d past charges like it were missed by %.1f A",
+                                   range.evidence.charges, range.evidence.median_error);
+        return range;
+      });
 }
 
 namespace {
@@ -195,9 +177,8 @@ Interval followedCurrent(const FittedModel& model, const Series& series, MissedC
   }
   const double duration = before - model.state.time;
   const double own = model.fit.scores.current_rmse.value_or(0.0);
-  const double half = kNinetyPercent * model.intervals.charge_calibration.factor *
-                      std::hypot(spread / duration, own);
-  return {sum / duration, sum / duration - half, sum / duration + half};
+  return ninetyPercent(sum / duration, std::hypot(spread / duration, own),
+                       model.intervals.charge_calibration.factor);
 }
 
 }  // namespace
@@ -229,8 +210,8 @@ MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& serie
   }
   const Interval modelled = followedCurrent(model, series, missed, driving);
   mean.modelled = modelled.value;
-  mean.current =
-      correctChargePrediction(model, {mean.mean_voltage, series.voltage.front(), total}, modelled);
+  mean.current = chargeAnswer(model, {mean.mean_voltage, series.voltage.front(), total}, modelled,
+                              kMaxCurrent);
   return mean;
 }
 

@@ -23,11 +23,6 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
                                                const ChargeAcceptanceQuery& query,
                                                double capacity = 50.0);
 
-/// Why an interval of such an answer says nothing: it is as wide as the largest charge of the
-/// window (1.25 times), of past charges like it and of the source; empty when it says something.
-std::string currentSaysNothing(const FittedModel& model, const ChargeAcceptanceQuery& query,
-                               const Interval& i_boost);
-
 /// A model's mean current at a measured voltage, and the measured one.
 struct MeanChargeCurrent {
   Interval current;           ///< [A], with its 90 % interval

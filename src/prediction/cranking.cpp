@@ -4,9 +4,7 @@
 #include <cmath>
 
 #include "battery_sof/intake.hpp"
-#include "prediction/event_corrections.hpp"
-#include "prediction/prediction_interval.hpp"
-#include "prediction/query.hpp"
+#include "prediction/pipeline.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 
@@ -15,15 +13,6 @@ namespace {
 
 constexpr double kLongestCrank = 60.0;                   // [s], no starter survives more
 constexpr double kLooks[] = {0.0, 0.05, 0.2, 0.5, 1.0};  // of a crank's time
-
-void add(std::string& faults, const std::string& fault) {
-  if (fault.empty()) return;
-  faults += (faults.empty() ? "" : "; ") + fault;
-}
-
-void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected) {
-  if (!ok) add(faults, format("%s is %g, expected %s", name, value, expected));
-}
 
 double lowestOf(const CurrentProfile& profile) {
   return profile.empty() ? 0.0 : *std::min_element(profile.current.begin(), profile.current.end());
@@ -65,6 +54,15 @@ void run(Simulation& simulation, const CurrentProfile& profile, Look&& look) {
   }
 }
 
+/// What an answer's message says: the interval, and whether it holds what is required.
+std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required) {
+  const std::string text = format("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",
+                                  answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
+  if (!u_required) return text + "; no u_required was given to hold it against";
+  return text + format(": %s %.2f V", answer.capable.value_or(false) ? "holds" : "may not hold",
+                       *u_required);
+}
+
 QueryRange rangeOf(const CrankingQuery& query) {
   QueryRange range;
   range.min_current = std::min(lowestCurrent(query), lowestOf(query.load));
@@ -82,14 +80,6 @@ CrankingQuery asked(CrankingQuery request) {
   return request;
 }
 
-std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required) {
-  const std::string text = format("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",
-                                  answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
-  if (!u_required) return text + "; no u_required was given to hold it against";
-  return text + format(": %s %.2f V", answer.capable.value_or(false) ? "holds" : "may not hold",
-                       *u_required);
-}
-
 std::string faultsOf(const CrankingQuery& q) {
   std::string faults;
   if (q.load.empty()) {
@@ -104,8 +94,8 @@ std::string faultsOf(const CrankingQuery& q) {
     addFault(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]",
              q.t_cranking, "above 0, up to 60");
   }
-  add(faults, faultOf(q.load, "load"));
-  add(faults, faultOf(q.crank, "crank"));
+  addFault(faults, faultOf(q.load, "load"));
+  addFault(faults, faultOf(q.crank, "crank"));
   addFault(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(),
            "up to 60");
   if (faults.empty() && !q.crank.empty())
@@ -125,20 +115,6 @@ double crankError(const Fit& fit, double current) {
   return fit.scores.rmse * std::max(1.0, std::abs(current) / seen);
 }
 
-namespace {
-
-/// A crank's voltage as past cranks correct it, after the open-circuit voltage fell.
-Interval corrected(const FittedModel& model, const CrankingQuery& query, const Interval& lowest,
-                   const ErrorForecast& fall) {
-  const Interval u = correctCrankPrediction(model, lowestCurrent(query), lowest);
-  const double more = kNinetyPercent * std::sqrt(fall.variance), value = u.value + fall.mean;
-  return ofSeries({value, value - std::hypot(u.value - u.lower, more),
-                   value + std::hypot(u.upper - u.value, more)},
-                  model.fit.series_blocks);
-}
-
-}  // namespace
-
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
                        double ahead, const ErrorForecast& fall, double* beyond_identified) {
   const ResidualFilter errors(model);
@@ -153,7 +129,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
   };
   if (!query.crank.empty()) {
     run(simulation, query.crank, look);
-    return corrected(model, query, *lowest, fall);
+    return crankAnswer(model, lowestCurrent(query), *lowest, fall);
   }
   double since = 0.0;
   for (const double share : kLooks) {
@@ -162,29 +138,29 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
     since = share * query.t_cranking;
     look(simulation, since);
   }
-  return corrected(model, query, *lowest, fall);
+  return crankAnswer(model, lowestCurrent(query), *lowest, fall);
 }
 
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
                                double capacity) {
-  CrankingAnswer answer;
-  if (isRefused(answer, model.fit, faultsOf(query))) return answer;
-  Simulation simulation = uncertainSimulationOf(model);
-  if (query.load.empty())
-    hold(simulation, query.i_load, query.t_stop);
-  else
-    run(simulation, query.load, [](const Simulation&, double) {});
-  const double t_stop = query.load.empty() ? query.t_stop : query.load.duration();
-  QueryRange range = rangeOf(query);
-  answer.u_min = lowestOfCrank(std::move(simulation), model, query, t_stop,
-                               openCircuitFall(model.fit, drawnInStop(query), capacity),
-                               &range.beyond_identified);
-  if (!areNumbers(*answer.u_min)) return withoutNumbers<CrankingAnswer>();
-  range.answered_voltage = answer.u_min;
-  if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
-  answer.message = sentenceOf(answer, query.u_required);
-  judge(answer, extrapolationOf(model, range, capacity));
-  return answer;
+  return answered<CrankingAnswer>(
+      model, faultsOf(query), capacity, [&](CrankingAnswer& answer) -> std::optional<QueryRange> {
+        Simulation simulation = uncertainSimulationOf(model);
+        if (query.load.empty())
+          hold(simulation, query.i_load, query.t_stop);
+        else
+          run(simulation, query.load, [](const Simulation&, double) {});
+        const double t_stop = query.load.empty() ? query.t_stop : query.load.duration();
+        QueryRange range = rangeOf(query);
+        answer.u_min = lowestOfCrank(std::move(simulation), model, query, t_stop,
+                                     openCircuitFall(model.fit, drawnInStop(query), capacity),
+                                     &range.beyond_identified);
+        if (!areNumbers(*answer.u_min)) return std::nullopt;
+        range.answered_voltage = answer.u_min;
+        if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
+        answer.message = sentenceOf(answer, query.u_required);
+        return range;
+      });
 }
 
 }  // namespace battery_sof

@@ -29,10 +29,6 @@ CrankingQuery asked(CrankingQuery request);
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
                                double capacity = 50.0);
 
-/// What an answer's message says: the interval, and whether it holds what is required or that
-/// nothing is.
-std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required);
-
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);
 

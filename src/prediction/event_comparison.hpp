@@ -12,12 +12,7 @@ namespace battery_sof {
 /// that really stood.
 struct EventComparison : PastEvent {
   Interval expected;  ///< of measured; a crank's bounds each have their own minimum
-  /// by the window's baseline predictor; see BaselineSelector
-  std::optional<Interval> baseline = std::nullopt;
-  bool baseline_answered = false;  ///< a question before it was answered by that one
-
-  /// By the one that answered questions then.
-  const Interval& answered() const { return baseline_answered ? *baseline : expected; }
+  std::optional<Interval> baseline = std::nullopt;  ///< of measured, by the window's predictor
 };
 
 /// What ended with a sample and was compared with the model's expectation.

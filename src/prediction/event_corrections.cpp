@@ -1,12 +1,10 @@
 #include "prediction/event_corrections.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "prediction/prediction_interval.hpp"
+#include "regression/ridge.hpp"
 
 namespace battery_sof {
 namespace {
@@ -56,27 +54,21 @@ class CrankCorrection {
  public:
   /// @param bases [V], one a past crank.
   CrankCorrection(const std::vector<PastEvent>& cranks, const std::vector<double>& bases)
-      : end_(endOfRange(cranks)),
-        A_(kPenalty * Eigen::Matrix3d::Identity()),
-        b_(Eigen::Vector3d::Zero()) {
-    for (std::size_t k = 0; k < cranks.size(); ++k) {
-      const Eigen::Vector3d f = featuresOf(cranks[k].current, end_);
-      A_ += f * f.transpose();
-      b_ += f * (cranks[k].measured - bases[k]);
-    }
+      : end_(endOfRange(cranks)) {
+    for (std::size_t k = 0; k < cranks.size(); ++k)
+      sums_.add(featuresOf(cranks[k].current, end_), cranks[k].measured - bases[k]);
   }
-  double at(double current) const { return featuresOf(current, end_).dot(A_.ldlt().solve(b_)); }
+  double at(double current) const { return sums_.at(featuresOf(current, end_)); }
   double without(const PastEvent& crank, double base) const {
     const Eigen::Vector3d f = featuresOf(crank.current, end_);
-    const Eigen::Matrix3d A = A_ - f * f.transpose();
-    const Eigen::Vector3d b = b_ - f * (crank.measured - base);
-    return f.dot(A.ldlt().solve(b));
+    RidgeSums<3> others = sums_;
+    others.add(f, crank.measured - base, -1.0);
+    return others.at(f);
   }
 
  private:
   std::optional<double> end_;
-  Eigen::Matrix3d A_;
-  Eigen::Vector3d b_;
+  RidgeSums<3> sums_{kPenalty};
 };
 
 std::vector<PastEvent> alike(const EventHistory& event_history, double voltage, double duration,
@@ -122,18 +114,14 @@ double regressedError(const std::vector<PastEvent>& charges, const ChargeBeginni
   const double usual = kFloor + medianWithout(charges, left_out, [](const PastEvent& c) {
                          return std::abs(missedBy(c));
                        });
-  Eigen::Matrix4d A = kChargePenalty * Eigen::Matrix4d::Identity();
-  Eigen::Vector4d b = Eigen::Vector4d::Zero();
+  RidgeSums<4> sums(kChargePenalty);
   for (std::size_t k = 0; k < charges.size(); ++k) {
     if (k == left_out) continue;
-    const Eigen::Vector4d f =
-        chargeFeatures(charges[k].voltage, charges[k].first_voltage, charges[k].modelled);
     const double error = missedBy(charges[k]);
-    const double weight = std::min(1.0, 2.0 * usual / std::max(std::abs(error), 1e-9));
-    A += weight * f * f.transpose();
-    b += weight * error * f;
+    sums.add(chargeFeatures(charges[k].voltage, charges[k].first_voltage, charges[k].modelled),
+             error, std::min(1.0, 2.0 * usual / std::max(std::abs(error), 1e-9)));
   }
-  return chargeFeatures(at.voltage, at.first_voltage, modelled).dot(A.ldlt().solve(b));
+  return sums.at(chargeFeatures(at.voltage, at.first_voltage, modelled));
 }
 
 Interval around(double value, const std::vector<double>& errors, const IntervalCalibration& scale,

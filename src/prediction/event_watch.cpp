@@ -6,7 +6,6 @@
 
 #include "prediction/charge_acceptance.hpp"
 #include "prediction/cranking.hpp"
-#include "prediction/prediction_interval.hpp"
 #include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
@@ -183,8 +182,7 @@ EventComparison StopWatch::compare(double voltage) const {
   comparison.modelled = stop.modelled->voltage;
   const ErrorForecast error = ResidualFilter(stop.model).forecast(comparison.duration);
   const double value = stop.modelled->voltage + error.mean;
-  const double half = kNinetyPercent * std::sqrt(stop.modelled->variance + error.variance);
-  comparison.expected = {value, value - half, value + half};
+  comparison.expected = ninetyPercent(value, std::sqrt(stop.modelled->variance + error.variance));
   return comparison;
 }
 

@@ -1,5 +1,6 @@
 #include "prediction/maps.hpp"
 
+#include "prediction/pipeline.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -3,19 +3,9 @@
 #include <optional>
 #include <vector>
 
-#include "battery_sof/series.hpp"
-#include "prediction/answer.hpp"
+#include "baseline/baseline_predictor.hpp"
 
 namespace battery_sof {
-
-/// A prediction in the mixed direction, one value a sample of a range; the mask reports which of
-/// the two quantities counts.
-struct MixedPrediction {
-  std::vector<double> current, current_lower,
-      /// [A]; empty when no current is predicted; bounds may be empty
-      current_upper;
-  std::vector<double> voltage, voltage_lower, voltage_upper;  ///< [V], the same
-};
 
 /// Mean current at the beginning of a charge, measured and predicted.
 struct ChargeScore {

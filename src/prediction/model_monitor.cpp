@@ -1,7 +1,7 @@
 #include "prediction/model_monitor.hpp"
 
 #include "estimation/fit_quality.hpp"
-#include "prediction/event_corrections.hpp"
+#include "prediction/pipeline.hpp"
 
 namespace battery_sof {
 
@@ -41,9 +41,6 @@ void ModelMonitor::forgetPast() {
 
 void ModelMonitor::moveTo(const StreamSample& first, double moved, double max_gap) {
   forgetPast();
-  crank_selector_.moveBy(moved);
-  charge_selector_.moveBy(moved);
-  long_charge_selector_.moveBy(moved);
   if (!model_) return;
   fitted_until_ += moved;
   FittedModel there = *model_;
@@ -79,13 +76,14 @@ SessionEvents ModelMonitor::watch(const StreamSample& sample, double max_gap) {
   SessionEvents events;
   const WatchedSample at = watch_.moveTo(sample, *tracker_, max_gap);
   if (auto crank = watch_.cranks.add(at)) {
-    compareWithBaseline(*crank, crank_selector_);
+    crank->baseline = baselineCrankMinimum(model_->fit.baseline, crank->current);
     events.cranks.push_back(*crank);
     if (steps_.calibration) update(crank_calibration_, crank->measured, crank->expected);
     updateFrom(*crank);
   }
   if (auto charge = watch_.charges.add(at)) {
-    compareWithBaseline(*charge, charge_selector_);
+    charge->baseline =
+        baselineChargeCurrent(model_->fit.baseline, charge->voltage, charge->duration);
     events.charges.push_back(*charge);
     if (steps_.calibration) update(charge_calibration_, charge->measured, charge->expected);
     charge_voltages_.push_back(charge->voltage);
@@ -97,25 +95,12 @@ SessionEvents ModelMonitor::watch(const StreamSample& sample, double max_gap) {
     events.stops.push_back(*stop);
     if (stop->duration == PastEvent::kStopAge) updateFrom(*stop);
   }
-  if (auto charge = watch_.long_charges.add(at)) {
-    compareWithBaseline(*charge, long_charge_selector_);
-    updateFrom(*charge);
-  }
+  if (const auto charge = watch_.long_charges.add(at)) updateFrom(*charge);
   return events;
 }
 
 void ModelMonitor::updateFrom(const PastEvent& event) {
   if (model_->fit.source && steps_.event_history) tracker_->updateFrom(event);
-}
-
-void ModelMonitor::compareWithBaseline(EventComparison& event, BaselineSelector& selector) const {
-  const BaselinePredictor& predictor = model_->fit.baseline;
-  event.baseline = event.kind == PastEvent::Kind::kCrank
-                       ? baselineCrankMinimum(predictor, event.current)
-                       : baselineChargeCurrent(predictor, event.voltage, event.duration);
-  if (!event.baseline) return;
-  event.baseline_answered = selector.isBaselineSelected();
-  event.baseline = selector.add(event);
 }
 
 std::optional<double> ModelMonitor::chargeVoltage() const {

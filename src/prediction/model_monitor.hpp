@@ -4,9 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "prediction/baseline_selector.hpp"
 #include "prediction/event_watch.hpp"
-#include "prediction/interval_calibration.hpp"
 #include "prediction/sample_stream.hpp"
 #include "prediction/state_tracker.hpp"
 
@@ -28,8 +26,8 @@ struct AnswerSteps {
  * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
  * charges that it was compared with.
  *
- * Watches, interval scales and the contests with the baseline predictors outlive a model: they are
- * the composition's past. Copyable; a copy goes on by itself.
+ * Watches and interval scales outlive a model: they are the composition's past. Copyable; a copy
+ * goes on by itself.
  */
 class ModelMonitor {
  public:
@@ -44,7 +42,7 @@ class ModelMonitor {
   /// longest interval joined.
   void install(const FittedModel& model, double max_gap);
   /// Takes a model that already followed samples in another one: its state, and events that are
-  /// under way. Its scales, contests and back-test stay behind. @param model the same with what its
+  /// under way. Its scales and back-test stay behind. @param model the same with what its
   /// caller knows of it.
   void goOnAs(const ModelMonitor& other, const FittedModel& model);
   /// Shows the samples up to the model's state, right after install(): by them a source is judged,
@@ -93,15 +91,6 @@ class ModelMonitor {
   /// model knows, else over those that passed; none where none was seen.
   std::optional<double> chargeVoltage() const;
 
-  const BaselineSelector& crankSelector() const { return crank_selector_; }
-  const BaselineSelector& chargeSelector() const { return charge_selector_; }
-  /// over EventWatch::kLongCharge
-  const BaselineSelector& longChargeSelector() const { return long_charge_selector_; }
-  BaselineSelections selections() const {
-    return {crank_selector_.selection(), charge_selector_.selection(),
-            long_charge_selector_.selection()};
-  }
-
  private:
   /// One compared instant of the back-test.
   struct Compared {
@@ -109,13 +98,11 @@ class ModelMonitor {
   };
 
   SessionEvents watch(const StreamSample& sample, double max_gap);
-  void compareWithBaseline(EventComparison& event, BaselineSelector& selector) const;
   void updateFrom(const PastEvent& event);
 
   AnswerSteps steps_;
   EventWatch watch_;
   IntervalCalibration crank_calibration_, charge_calibration_;
-  BaselineSelector crank_selector_, charge_selector_, long_charge_selector_;
   std::optional<FittedModel> model_;
   std::optional<StateTracker> tracker_;
   double fitted_until_ = 0.0;

@@ -125,12 +125,10 @@ void OnlineSession::goBackTo(const OnlineSession& before) {
 }
 
 void OnlineSession::beginAnew() {
-  OnlineSession fresh(options_);
-  fresh.stream_ = stream_;
-  fresh.stream_.goOnFrom(SampleStream(options_.buffer));
-  fresh.epoch_ = epoch_ + 1;
-  fresh.job_is_out_ = job_is_out_;
-  *this = std::move(fresh);
+  goBackTo(OnlineSession(options_));
+  events_ = {};
+  extension_.reset();
+  next_extension_.reset();
 }
 
 void OnlineSession::restartClock(double old_newest, const StreamSample& first) {

@@ -66,8 +66,6 @@ struct SessionStatus {
   std::optional<ExpectedSample> expected;  ///< none before the model followed a sample
   /// the model that answers is driven by the voltage at the newest sample
   bool voltage_controlled = false;
-  /// [V], [A]; of the model that answers and its baseline predictor
-  BaselineScore crank_selector, charge_selector;
 };
 
 /// What came of a finished identification.
@@ -105,9 +103,6 @@ struct IdentificationOutcome {
  *
  * A clock that jumps, is believed, and within a minute goes on where it had been was wrong
  * meanwhile: the session goes on as it stood before the jump, and the samples between are lost.
- *
- * What the baseline predictors of the model's window were better at, cranks or charges, they answer
- * (BaselineSelector).
  *
  * extendWith() sets a second, extended composition in addition to the session's own: both are
  * fitted to the same windows and follow every sample; which one answers is the ModelSelector's to
@@ -164,13 +159,9 @@ class OnlineSession {
   /// The past that is kept, of one block.
   const Series& series() const { return stream_.series(); }
 
-  /// What may be asked, state at the newest sample, as a copy that needs no lock.
+  /// What may be asked, state at the newest sample, as a copy that needs no lock; kNoModel with the
+  /// reason when there is no model or it is too old.
   ModelSnapshot live() const;
-  /// SOF1 from the live state; kNoModel with the reason when there is none or it is too old.
-  CrankingAnswer predictCranking(const CrankingQuery& query) const;
-  /// The longest stop and SOF2 from the live state; kNoModel likewise.
-  StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
-  ChargeAcceptanceAnswer predictChargeAcceptance(const ChargeAcceptanceQuery& query) const;
   /// Why nothing is answered; none when queries are.
   std::optional<std::string> whyNoModel() const;
   double capacity() const { return options_.capacity; }  ///< [Ah]
@@ -180,10 +171,6 @@ class OnlineSession {
   /// How wide intervals are, as past events ask for.
   IntervalCalibration crankCalibration() const { return inUse().crankCalibration(); }
   IntervalCalibration chargeCalibration() const { return inUse().chargeCalibration(); }
-
-  /// A what-if profile from the live state; kNoModel likewise.
-  ProfileAnswer simulateProfile(const std::vector<double>& time,
-                                const std::vector<double>& current) const;
 
   SessionStatus status() const;
   StreamCounts counts() const { return stream_.counts(); }

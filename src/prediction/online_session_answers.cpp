@@ -149,26 +149,7 @@ ModelSnapshot OnlineSession::live() const {
   FittedModel now = restored_ ? restoredNow() : inUse().now();
   const Series& series = stream_.series();
   if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
-  return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity,
-                       restored_ ? BaselineSelections() : inUse().selections());
-}
-
-CrankingAnswer OnlineSession::predictCranking(const CrankingQuery& query) const {
-  return live().predictCranking(query);
-}
-
-StopTimeAnswer OnlineSession::predictStopTime(const StopTimeQuery& query) const {
-  return live().predictStopTime(query);
-}
-
-ChargeAcceptanceAnswer OnlineSession::predictChargeAcceptance(
-    const ChargeAcceptanceQuery& query) const {
-  return live().predictChargeAcceptance(query);
-}
-
-ProfileAnswer OnlineSession::simulateProfile(const std::vector<double>& time,
-                                             const std::vector<double>& current) const {
-  return live().simulateProfile(time, current);
+  return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity);
 }
 
 std::optional<double> OnlineSession::chargeVoltage() const {
@@ -226,8 +207,6 @@ SessionStatus OnlineSession::statusOfBlock() const {
   status.charger_share = source_.share();
   status.voltage_controlled = inUse().isVoltageControlled();
   status.expected = expectedSample();
-  status.crank_selector = inUse().crankSelector().score();
-  status.charge_selector = inUse().chargeSelector().score();
   if (contenders_.extended) status.selector = contenders_.selector.score();
   const auto reason = whyNoModel();
   if (restored_ && !reason) {

@@ -8,8 +8,7 @@
 #include "battery_sof/intake.hpp"
 #include "estimation/follower.hpp"
 #include "model/input_sequence.hpp"
-#include "prediction/prediction_interval.hpp"
-#include "prediction/query.hpp"
+#include "prediction/pipeline.hpp"
 #include "prediction/state_tracker.hpp"
 #include "util/text.hpp"
 
@@ -217,10 +216,13 @@ PredictedVoltage predictSeries(const FittedModel& model, const Series& series, I
   const auto [start, first, was_there] = startFor(model, series, range);
   const InputSequence inputs = inputSequence(series, {first, range.last});
   Simulation simulation = uncertainSimulationOf(start);
+  const double own = start.fit.scores.rmse;
   PredictedVoltage predicted;
   for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
     simulation.advance(inputs.samples[n - first].step);
-    if (n >= range.first) append(predicted, voltageInterval(simulation, start.fit.scores.rmse));
+    if (n < range.first) continue;
+    const double variance = simulation.voltageDerivatives().squaredNorm();
+    append(predicted, ninetyPercent(simulation.voltage(), std::sqrt(variance + own * own)));
   }
   return predicted;
 }

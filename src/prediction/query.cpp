@@ -5,7 +5,6 @@
 
 #include "battery_sof/intake.hpp"
 #include "model/input_sequence.hpp"
-#include "prediction/prediction_interval.hpp"
 #include "recording/series_blocks.hpp"
 #include "util/constants.hpp"
 #include "util/number_text.hpp"
@@ -95,6 +94,14 @@ void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
 
 std::optional<double> askedFor(std::optional<double> given) {
   return given && (*given == 0.0 || std::isnan(*given)) ? std::nullopt : given;
+}
+
+void addFault(std::string& faults, const std::string& fault) {
+  if (!fault.empty()) faults += (faults.empty() ? "" : "; ") + fault;
+}
+
+void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected) {
+  if (!ok) addFault(faults, format("%s is %g, expected %s", name, value, expected));
 }
 
 std::string faultOf(const CurrentProfile& profile, const char* name) {
@@ -224,15 +231,6 @@ void hold(Simulation& simulation, double current, double duration) {
   step.time = simulation.time() + duration;
   step.held = step.current = current;
   simulation.advance(step);
-}
-
-Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
-                       const IntervalCalibration& scale) {
-  const double variance = simulation.voltageDerivatives().squaredNorm() + error.variance +
-                          own * own + std::pow(simulation.beyondIdentified(), 2);
-  const double half = kNinetyPercent * scale.factor * std::sqrt(variance);
-  const double u = simulation.voltage() + error.mean;
-  return {u, u - half, u + half};
 }
 
 }  // namespace battery_sof

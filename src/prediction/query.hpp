@@ -22,6 +22,10 @@ std::optional<double> askedFor(std::optional<double> given);
 /// the sentence.
 std::string faultOf(const CurrentProfile& profile, const char* name);
 
+/// Appends a fault to those there are; an empty one, and one of a value that is ok, is none.
+void addFault(std::string& faults, const std::string& fault);
+void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected);
+
 /// The longest stop or profile that a query may take [s]: a day.
 inline constexpr double kLongestQuery = 86400.0;
 
@@ -110,51 +114,10 @@ std::string voltageSaysNothing(const Fit& fit, const Interval& voltage);
 std::string widthSaysNothing(const Interval& answer, double width, const char* unit,
                              const std::string& whose);
 
-/// Makes of an answer with numbers one that is valid, or outside the identified range for these
-/// reasons. @param reasons empty for none.
-template <typename Answer>
-void judge(Answer& answer, const std::string& reasons) {
-  answer.valid = reasons.empty();
-  answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
-  if (!answer.valid) answer.message += "; outside the identified range: " + reasons;
-}
-
 /// Moves on under a held current. @param duration >= 0.
 void hold(Simulation& simulation, double current, double duration);
 
-/**
- * @brief A predicted voltage with its 90 % interval.
- *
- *     value = u_m + e,   var = factor^2 ( sum_k (du / d tangent_k)^2 + var(e) + own^2 + beyond^2 )
- *
- * beyond: Simulation::beyondIdentified().
- * @param error what the model will miss then (ResidualFilter).  @param own what the event adds [V].
- */
-Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
-                       const IntervalCalibration& scale);
-
 /// Whether a value and the ends of its interval are finite.
 bool areNumbers(const Interval& answer);
-
-/// Marks an answer that has none to give. @param faults of the query, empty when it is sound.
-/// @return whether there is none.
-template <typename Answer>
-bool isRefused(Answer& answer, const Fit& fit, const std::string& faults) {
-  if (faults.empty() && isUsable(fit)) return false;
-  answer.code = faults.empty() ? AnswerCode::kNoModel : AnswerCode::kInvalidQuery;
-  answer.message = faults.empty() ? "the model cannot be used: " + fit.message : faults;
-  return true;
-}
-
-/// An answer without numbers: the model makes none that are finite of a question (kNoModel).
-template <typename Answer>
-Answer withoutNumbers() {
-  Answer answer;
-  answer.code = AnswerCode::kNoModel;
-  answer.message =
-      "the model makes no finite numbers of this query: it is far beyond what its equations hold "
-      "for";
-  return answer;
-}
 
 }  // namespace battery_sof

@@ -77,8 +77,6 @@ SessionStatus ofSeries(SessionStatus of_one, double series_blocks) {
          {&of_one.selector->base_rmse, &of_one.selector->extended_rmse,
           &of_one.selector->base_crank_error, &of_one.selector->extended_crank_error})
       scale(*voltage, series_blocks);
-  scale(of_one.crank_selector.model_error, series_blocks);
-  scale(of_one.crank_selector.baseline_error, series_blocks);
   return of_one;
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "prediction/query.hpp"
+#include "prediction/pipeline.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 
@@ -233,36 +233,36 @@ QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const C
 
 StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query,
                                double capacity) {
-  StopTimeAnswer answer;
   const CrankingQuery crank = crankOf(query);
   std::string faults = faultsOf(crank);
   if (!askedFor(query.u_required)) faults = "no limit is given for a crank to hold: " + faults;
-  if (isRefused(answer, model.fit, faults)) return answer;
-  const bool draws = query.i_load < 0.0;
-  const double supported = supportedCharge(model.fit, capacity);
-  const double longest = stopThatDraws(capacity, query.i_load);
-  const double longest_held = draws ? stopThatDraws(supported, query.i_load) : kEver;
-  StopScan scan(model, crank, longest, capacity);
-  scan.scan();
-  if (!scan.hasNumbers()) return withoutNumbers<StopTimeAnswer>();
-  const double crossing = scan.crossing(1), value = std::min(crossing, longest_held);
-  const double upper = std::min(scan.crossing(2), draws ? longest : kEver);
-  answer.t_stop = Interval{value, std::min(scan.crossing(0), value), std::max(upper, value)};
-  answer.outcome = value == 0.0       ? StopTimeOutcome::kNever
-                   : value == kEver   ? StopTimeOutcome::kAlways
-                   : value < crossing ? StopTimeOutcome::kAtLeast
-                                      : StopTimeOutcome::kFinite;
-  answer.monotone = scan.monotone();
-  answer.message = messageOf(answer, query, scan);
+  return answered<StopTimeAnswer>(
+      model, faults, capacity, [&](StopTimeAnswer& answer) -> std::optional<QueryRange> {
+        const bool draws = query.i_load < 0.0;
+        const double supported = supportedCharge(model.fit, capacity);
+        const double longest = stopThatDraws(capacity, query.i_load);
+        const double longest_held = draws ? stopThatDraws(supported, query.i_load) : kEver;
+        StopScan scan(model, crank, longest, capacity);
+        scan.scan();
+        if (!scan.hasNumbers()) return std::nullopt;
+        const double crossing = scan.crossing(1), value = std::min(crossing, longest_held);
+        const double upper = std::min(scan.crossing(2), draws ? longest : kEver);
+        answer.t_stop = Interval{value, std::min(scan.crossing(0), value), std::max(upper, value)};
+        answer.outcome = value == 0.0       ? StopTimeOutcome::kNever
+                         : value == kEver   ? StopTimeOutcome::kAlways
+                         : value < crossing ? StopTimeOutcome::kAtLeast
+                                            : StopTimeOutcome::kFinite;
+        answer.monotone = scan.monotone();
+        answer.message = messageOf(answer, query, scan);
 
-  QueryRange range = rangeOf(model, query, crank, value, supported);
-  range.answered_voltage = scan.atOnce();
-  // Ends closer than the search resolves are the same.
-  range.says_nothing = widthSaysNothing(
-      {value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)}, longest - kResolution,
-      "s", draws ? "the stop that draws all of the battery" : "a day");
-  judge(answer, extrapolationOf(model, range, capacity));
-  return answer;
+        QueryRange range = rangeOf(model, query, crank, value, supported);
+        range.answered_voltage = scan.atOnce();
+        // Ends closer than the search resolves are the same.
+        range.says_nothing = widthSaysNothing(
+            {value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)},
+            longest - kResolution, "s", draws ? "the stop that draws all of the battery" : "a day");
+        return range;
+      });
 }
 
 }  // namespace battery_sof

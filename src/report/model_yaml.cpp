@@ -7,7 +7,7 @@
 
 #include "battery_sof/version.hpp"
 #include "estimation/residual_filter.hpp"
-#include "prediction/query.hpp"
+#include "prediction/pipeline.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/series_blocks.hpp"
 #include "util/atomic_file.hpp"

@@ -34,24 +34,20 @@ struct EventTallies {
   EventTally cranks, charges;  ///< of the model
   /// of its window's baseline predictors, where they expected something
   EventTally baseline_cranks, baseline_charges;
-  /// of the one that answered questions then (BaselineSelector)
-  EventTally answered_cranks, answered_charges;
   std::optional<EventComparison> last_crank, last_charge;
   IntervalCalibration crank_calibration, charge_calibration;
 
   void add(const SessionEvents& events) {
     for (const EventComparison& crank : events.cranks)
-      add(last_crank.emplace(crank), cranks, baseline_cranks, answered_cranks);
+      add(last_crank.emplace(crank), cranks, baseline_cranks);
     for (const EventComparison& charge : events.charges)
-      add(last_charge.emplace(charge), charges, baseline_charges, answered_charges);
+      add(last_charge.emplace(charge), charges, baseline_charges);
   }
 
  private:
-  static void add(const EventComparison& event, EventTally& model, EventTally& baseline,
-                  EventTally& answered) {
+  static void add(const EventComparison& event, EventTally& model, EventTally& baseline) {
     model.add(event.measured, event.expected);
     if (event.baseline) baseline.add(event.measured, *event.baseline);
-    answered.add(event.measured, event.answered());
   }
 };
 

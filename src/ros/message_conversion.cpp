@@ -198,15 +198,12 @@ std::uint8_t stateCode(SessionState state) {
 
 /// What the record of one kind of event says of all of them.
 EventRecord recordOf(const EventTally& model, const EventTally& baseline,
-                     const EventTally& answered, const IntervalCalibration& scale,
-                     const BaselineScore& selector, const std::optional<EventComparison>& last) {
+                     const IntervalCalibration& scale, const std::optional<EventComparison>& last) {
   EventRecord record;
   record.count = static_cast<std::uint32_t>(model.count);
   record.coverage = orNan(model.coverageOf());
   record.mean_abs_error = orNan(model.meanAbsError());
   record.baseline_mean_abs_error = orNan(baseline.meanAbsError());
-  record.answered_mean_abs_error = orNan(answered.meanAbsError());
-  record.answered_by = selector.baseline_selected ? "baseline" : "model";
   record.interval_factor = scale.factor;
   const bool is_charge = last && last->kind == PastEvent::Kind::kCharge;
   record.duration = is_charge ? last->duration : kNan;
@@ -249,11 +246,9 @@ SofStatus messageOf(const StatusContents& contents) {
   put(message.charge, contents.answers.charge);
   const EventTallies& events = contents.events;
   message.past_cranks =
-      recordOf(events.cranks, events.baseline_cranks, events.answered_cranks,
-               events.crank_calibration, session.crank_selector, events.last_crank);
-  message.past_charges =
-      recordOf(events.charges, events.baseline_charges, events.answered_charges,
-               events.charge_calibration, session.charge_selector, events.last_charge);
+      recordOf(events.cranks, events.baseline_cranks, events.crank_calibration, events.last_crank);
+  message.past_charges = recordOf(events.charges, events.baseline_charges,
+                                  events.charge_calibration, events.last_charge);
   message.charger_present = session.charger_present;
   message.charger_share = orNan(session.charger_share);
   message.voltage_controlled = session.voltage_controlled;

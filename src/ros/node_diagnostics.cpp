@@ -26,27 +26,15 @@ std::optional<double> rateBetween(const DiagnosticsSnapshot& before,
 
 /// How one kind of event compares with what was expected of it.
 void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events,
-         const char* unit, const EventTally& tally, const IntervalCalibration& scale) {
+         const char* unit, const EventTally& tally, const EventTally& baseline,
+         const IntervalCalibration& scale) {
   status.add(events, tally.count);
   status.add(events + " inside their interval", tally.inside);
   status.add(events + "' share inside [%]", shown(tally.coverageOf(), 100.0));
   status.add(events + "' mean absolute error [" + unit + "]", shown(tally.meanAbsError()));
+  status.add(events + "' mean absolute error, baseline [" + unit + "]",
+             shown(baseline.meanAbsError()));
   status.add(events + "' interval factor", scale.factor);
-}
-
-/// The baseline predictor for comparison, over the events that are remembered.
-void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events,
-         const char* unit, const EventTally& baseline, const EventTally& answered,
-         const BaselineScore& selector) {
-  const std::string in_unit = std::string(" [") + unit + "]";
-  status.add(events + "' mean absolute error, baseline" + in_unit, shown(baseline.meanAbsError()));
-  status.add(events + "' mean absolute error, as answered" + in_unit,
-             shown(answered.meanAbsError()));
-  status.add(events + " answered by", selector.baseline_selected ? "baseline" : "model");
-  status.add(events + " compared with the baseline predictor lately", selector.events);
-  status.add(events + " lately, mean error of the model" + in_unit, selector.model_error);
-  status.add(events + " lately, mean error of the baseline predictor" + in_unit,
-             selector.baseline_error);
 }
 
 }  // namespace
@@ -135,12 +123,8 @@ void NodeDiagnostics::reportPredictionError(Status& status) {
   }
   status.add("Q_dyn [%]", shown(backtest.q_dyn_percent));
   status.add("compared over [s]", backtest.duration);
-  add(status, "cranks", "V", events.cranks, events.crank_calibration);
-  add(status, "cranks", "V", events.baseline_cranks, events.answered_cranks,
-      now_.status.crank_selector);
-  add(status, "charges", "A", events.charges, events.charge_calibration);
-  add(status, "charges", "A", events.baseline_charges, events.answered_charges,
-      now_.status.charge_selector);
+  add(status, "cranks", "V", events.cranks, events.baseline_cranks, events.crank_calibration);
+  add(status, "charges", "A", events.charges, events.baseline_charges, events.charge_calibration);
 }
 
 void NodeDiagnostics::reportResponseTimes(Status& status) {

@@ -14,9 +14,9 @@ namespace fs = std::filesystem;
 const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
 
 /// Stages in the order of the data flow: each may include itself and those before it.
-const std::vector<std::string> kStages = {"util",       "recording",  "baseline",
-                                          "model",      "regression", "estimation",
-                                          "prediction", "diagnosis",  "report"};
+const std::vector<std::string> kStages = {"util",       "recording", "model",
+                                          "regression", "baseline",  "estimation",
+                                          "prediction", "diagnosis", "report"};
 
 const std::regex kRosHeader(
     R"((/ros/|/rosbag/|/rosbag_storage/|/[a-z_]+_msgs/)[A-Za-z_]+\.(h|hpp))");

@@ -91,12 +91,14 @@ class FuzzedDrive {
 
   void ask() {
     const Fit fit = session_.live().model().fit;  // also of a restored model that no sample has met
-    fuzz::require(test::brokenLaw(session_.predictCranking({-20.0, 10.0, -200.0, 0.5, 7.2}), fit));
-    const StopTimeQuery stop{-20.0, -200.0, 0.5, 7.2};
-    fuzz::require(test::brokenLaw(session_.predictStopTime(stop), stop, session_.capacity()));
-    const ChargeAcceptanceQuery charge{14.4, 10.0};
     fuzz::require(
-        test::brokenLaw(session_.predictChargeAcceptance(charge), charge, session_.capacity()));
+        test::brokenLaw(session_.live().predictCranking({-20.0, 10.0, -200.0, 0.5, 7.2}), fit));
+    const StopTimeQuery stop{-20.0, -200.0, 0.5, 7.2};
+    fuzz::require(
+        test::brokenLaw(session_.live().predictStopTime(stop), stop, session_.capacity()));
+    const ChargeAcceptanceQuery charge{14.4, 10.0};
+    fuzz::require(test::brokenLaw(session_.live().predictChargeAcceptance(charge), charge,
+                                  session_.capacity()));
     fuzz::require(!session_.status().reason.empty(), "a status has a reason");
   }
 

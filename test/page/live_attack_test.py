@@ -163,7 +163,6 @@ class Attacks(LiveServer):
         status.stop_time.outcome = HOSTILE
         status.stop_time.t_stop, status.stop_time.valid = 1.0, True
         status.crank.u_min = status.charge.i_boost = 1.0
-        status.past_cranks.answered_by = status.past_charges.answered_by = HOSTILE
         status.past_cranks.time = status.past_charges.time = float('nan')
         diagnosis = Diagnosis(verdict=HOSTILE, summary=HOSTILE, adopted=True, adoption=HOSTILE, next_experiment=HOSTILE)
         diagnosis.effects = [DiagnosisEffect(id=HOSTILE, probability=1.0)]

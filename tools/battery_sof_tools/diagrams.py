@@ -98,7 +98,7 @@ def edges(name):
 def data_flow():
     width = 20 + COLUMN * 6 - 30
     parts = HEAD.format(width=width, height=440, title="Data flow through the folders of src", ink=INK, sign=SIGN)
-    parts += text(20, 30, "src/: who uses whom. Order of includes: util, recording, baseline, model, regression, estimation, prediction, diagnosis, report", anchor="start", size=14)
+    parts += text(20, 30, "src/: who uses whom. Order of includes: util, recording, model, regression, baseline, estimation, prediction, diagnosis, report", anchor="start", size=14)
     for first, second in ARROWS:
         (x1, y1), (x2, y2) = edges(first), edges(second)
         parts += line((x1 + 165, y1 + 40), (x2 - 2, y2 + 40), colour=GREY, tip="tip")

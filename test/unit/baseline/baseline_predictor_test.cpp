@@ -161,7 +161,7 @@ TEST(PredictBaseline, APhaseSeenBeforeIsPredictedExactly) {
   const IndexRange later{360, 720};
   const BaselinePredictor baseline =
       fitBaseline(driven.series, {0, 360}, driven.voltage_controlled);
-  const BaselineSeries predicted =
+  const MixedPrediction predicted =
       predictBaseline(baseline, driven.series, later, driven.voltage_controlled);
   ASSERT_EQ(predicted.current.size(), later.size());
   ASSERT_EQ(predicted.voltage.size(), later.size());
@@ -180,7 +180,7 @@ TEST(PredictBaseline, NineInTenFurtherCurrentsLieInTheirBounds) {
   const IndexRange later{1200, 2400};
   const BaselinePredictor baseline =
       fitBaseline(driven.series, {0, 1200}, driven.voltage_controlled);
-  const BaselineSeries predicted =
+  const MixedPrediction predicted =
       predictBaseline(baseline, driven.series, later, driven.voltage_controlled);
   double inside = 0.0, samples = 0.0;
   for (std::size_t k = later.first; k < later.last; ++k) {

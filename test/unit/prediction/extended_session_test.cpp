@@ -67,7 +67,7 @@ TEST(ExtendedSession, CompositionThatTheBatteryHasAnswersAndPredictsBetter) {
   EXPECT_LT(status.selector->extended_rmse, 0.5 * status.selector->base_rmse);
   EXPECT_GT(status.selector->cranks, 2);
   EXPECT_EQ(session.model()->fit.effects, kMissing);
-  EXPECT_TRUE(session.predictCranking(kQuery).u_min);
+  EXPECT_TRUE(session.live().predictCranking(kQuery).u_min);
 }
 
 TEST(ExtendedSession, CompositionThatTheBatteryLacksDoesNotAnswer) {
@@ -108,7 +108,8 @@ TEST(ExtendedSession, HowLongIdentificationsTakeChangesNoAnswer) {
     EXPECT_EQ(first.cranks[k].expected.lower, second.cranks[k].expected.lower);
   EXPECT_TRUE(prompt.doesExtendedAnswer());
   EXPECT_EQ(prompt.status().extension, late.status().extension);
-  EXPECT_EQ(prompt.predictCranking(kQuery).message, late.predictCranking(kQuery).message);
+  EXPECT_EQ(prompt.live().predictCranking(kQuery).message,
+            late.live().predictCranking(kQuery).message);
 }
 
 TEST(ExtendedSession, AnotherCompositionTakesThePlaceWhenItFitsAsWell) {
@@ -150,7 +151,7 @@ TEST(ExtendedSession, WhatWasLearntAnswersWhereItErrsLess) {
   EXPECT_THAT(status.effects, ElementsAre(kDiscrepancyEffect));
   ASSERT_TRUE(status.selector);
   EXPECT_LT(status.selector->extended_rmse, 0.5 * status.selector->base_rmse);
-  EXPECT_TRUE(session.predictCranking(kQuery).u_min);
+  EXPECT_TRUE(session.live().predictCranking(kQuery).u_min);
   EXPECT_THROW(session.extendWith({kDiscrepancyEffect}), std::invalid_argument) << "no force";
 }
 

@@ -123,7 +123,7 @@ TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   query.t_stop = 20.0;
   query.i_cranking = -200.0;
   const CrankingAnswer offline = predictCranking(model, query),
-                       live = session.predictCranking(query);
+                       live = session.live().predictCranking(query);
   ASSERT_TRUE(offline.u_min && live.u_min);
   EXPECT_NEAR(live.u_min->value, offline.u_min->value, 1e-9);
   EXPECT_NEAR(live.u_min->lower, offline.u_min->lower, 1e-9);

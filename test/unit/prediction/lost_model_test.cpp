@@ -64,7 +64,7 @@ TEST_F(LostModel, IsDroppedAndToldOfWhenItsNumbersAreNot) {
 TEST_F(LostModel, IsFollowedByAnotherIdentification) {
   pushUntil(400.0);
   ASSERT_FALSE(session_.whyNoModel()) << *session_.whyNoModel();
-  const CrankingAnswer answer = session_.predictCranking(kQuery);
+  const CrankingAnswer answer = session_.live().predictCranking(kQuery);
   ASSERT_TRUE(answer.u_min);
   EXPECT_NEAR(answer.u_min->value, 10.8, 1.5);
 }

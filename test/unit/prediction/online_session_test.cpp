@@ -105,7 +105,7 @@ TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
   // estimated from the cranks that passed
   model.intervals.crank_calibration = session.crankCalibration();
   const CrankingAnswer offline = predictCranking(model, kQuery);
-  const CrankingAnswer online = session.predictCranking(kQuery);
+  const CrankingAnswer online = session.live().predictCranking(kQuery);
 
   ASSERT_TRUE(offline.u_min && online.u_min);
   EXPECT_NEAR(online.u_min->value, offline.u_min->value, 1e-9);
@@ -130,7 +130,8 @@ TEST(OnlineSession, ResultTakenBackLateGivesTheSameAnswersAsOneTakenBackAtOnce) 
   ASSERT_TRUE(pending);
   EXPECT_EQ(late.status().basis, AnswerBasis::kPopulation);
   ASSERT_TRUE(late.finish(*pending).accepted);
-  EXPECT_EQ(late.predictCranking(kQuery).u_min->value, prompt.predictCranking(kQuery).u_min->value);
+  EXPECT_EQ(late.live().predictCranking(kQuery).u_min->value,
+            prompt.live().predictCranking(kQuery).u_min->value);
 }
 
 TEST(OnlineSession, WhatHappensDuringAnIdentificationIsJudgedByTheModelItBrings) {
@@ -164,7 +165,8 @@ TEST(OnlineSession, WhatHappensDuringAnIdentificationIsJudgedByTheModelItBrings)
   }
   EXPECT_EQ(late.crankCalibration().factor, prompt.crankCalibration().factor);
   EXPECT_EQ(late.chargeCalibration().events, prompt.chargeCalibration().events);
-  EXPECT_EQ(late.predictCranking(kQuery).message, prompt.predictCranking(kQuery).message);
+  EXPECT_EQ(late.live().predictCranking(kQuery).message,
+            prompt.live().predictCranking(kQuery).message);
 }
 
 TEST(OnlineSession, IdentifiesAsSoonAsAWindowIsFullAndThenEveryPeriodOfDriving) {
@@ -254,12 +256,12 @@ TEST(OnlineSession, BringsAThousandHertzDownToAHundredAndFindsTheSameBattery) {
 
 TEST(OnlineSession, WithoutAModelQueriesSayWhyAndInvalidOnesAreStillCalledInvalid) {
   OnlineSession session;
-  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
-  EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("nothing identified yet"));
-  EXPECT_EQ(session.simulateProfile({0.0, 1.0}, {0.0, 0.0}).code, AnswerCode::kNoModel);
+  EXPECT_EQ(session.live().predictCranking(kQuery).code, AnswerCode::kNoModel);
+  EXPECT_THAT(session.live().predictCranking(kQuery).message, HasSubstr("nothing identified yet"));
+  EXPECT_EQ(session.live().simulateProfile({0.0, 1.0}, {0.0, 0.0}).code, AnswerCode::kNoModel);
   CrankingQuery positive = kQuery;
   positive.i_cranking = 200.0;
-  EXPECT_EQ(session.predictCranking(positive).code, AnswerCode::kInvalidQuery);
+  EXPECT_EQ(session.live().predictCranking(positive).code, AnswerCode::kInvalidQuery);
   EXPECT_EQ(session.status().state, SessionState::kNoSample);
   EXPECT_FALSE(session.takeJob());
 }
@@ -271,8 +273,9 @@ TEST(OnlineSession, BeforeAFullWindowItAnswersAndSaysWhatIsMissing) {
   feeder.inputs(inputs, 10000);
   EXPECT_EQ(session.status().state, SessionState::kReady);
   EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
-  EXPECT_TRUE(session.predictCranking(kQuery).valid) << session.predictCranking(kQuery).message;
-  EXPECT_FALSE(session.predictChargeAcceptance({14.0, 5.0}).valid);
+  EXPECT_TRUE(session.live().predictCranking(kQuery).valid)
+      << session.live().predictCranking(kQuery).message;
+  EXPECT_FALSE(session.live().predictChargeAcceptance({14.0, 5.0}).valid);
   EXPECT_THAT(session.status().reason, HasSubstr("of 240 s without a gap are buffered"));
   for (int n = 0; n < 40000; ++n) feeder.push({200.0 + n * 0.01, 5.0, 13.5, {}});
   EXPECT_THAT(session.status().reason, HasSubstr("no charge or no discharge"));
@@ -299,7 +302,7 @@ TEST(OnlineSession, JobOnSamplesThatSayNothingIsRefusedWithTheReason) {
   EXPECT_FALSE(outcome.accepted);
   EXPECT_FALSE(outcome.message.empty());
   EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
-  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kExtrapolation);
+  EXPECT_EQ(session.live().predictCranking(kQuery).code, AnswerCode::kExtrapolation);
 }
 
 TEST(OnlineSession, LoopedBagKeepsTheModelWithItsAgeAndDropsAResultFromBefore) {
@@ -328,13 +331,13 @@ TEST(OnlineSession, ModelOfAnEarlierTripAnswersAtOnceAndWiderThanItDid) {
   Feeder feeder(before);
   InputSequence inputs(0.01);
   feeder.inputs(inputs, 26000);
-  const Interval then = *before.predictCranking(kQuery).u_min;
+  const Interval then = *before.live().predictCranking(kQuery).u_min;
   OnlineSession session;
   session.restore(*before.model());
   InputSequence next(0.01, 3.0 * 86400.0);
   for (int n = 0; n < 100; ++n) session.push(next.next());
   EXPECT_EQ(session.status().basis, AnswerBasis::kPreviousTrip);
-  const CrankingAnswer answer = session.predictCranking(kQuery);
+  const CrankingAnswer answer = session.live().predictCranking(kQuery);
   ASSERT_TRUE(answer.u_min);
   EXPECT_TRUE(answer.valid) << answer.message;
   EXPECT_GT(answer.u_min->upper - answer.u_min->lower, then.upper - then.lower);
@@ -380,14 +383,14 @@ TEST(OnlineSession, RestoredModelAnswersFromTheFirstSampleOn) {
   feeder.inputs(inputs, 26000);
   OnlineSession session;
   session.restore(*before.model());
-  EXPECT_EQ(session.predictCranking(kQuery).code, AnswerCode::kNoModel);
-  EXPECT_THAT(session.predictCranking(kQuery).message,
+  EXPECT_EQ(session.live().predictCranking(kQuery).code, AnswerCode::kNoModel);
+  EXPECT_THAT(session.live().predictCranking(kQuery).message,
               HasSubstr("saved model waits for the first sample"));
   EXPECT_THAT(session.status().reason, HasSubstr("saved model waits for the first sample"));
   for (int n = 0; n < 200; ++n) session.push(inputs.next());
   EXPECT_EQ(session.status().state, SessionState::kReady);
-  EXPECT_NEAR(session.predictCranking(kQuery).u_min->value,
-              before.predictCranking(kQuery).u_min->value, 0.2);
+  EXPECT_NEAR(session.live().predictCranking(kQuery).u_min->value,
+              before.live().predictCranking(kQuery).u_min->value, 0.2);
 }
 
 TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
@@ -405,8 +408,8 @@ TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
     EXPECT_FALSE(session.whyNoModel()) << n;
     EXPECT_EQ(session.status().state, SessionState::kReady) << n;
     EXPECT_THAT(session.status().reason, HasSubstr("the saved model is in use")) << n;
-    EXPECT_NEAR(session.predictCranking(kQuery).u_min->value,
-                before.predictCranking(kQuery).u_min->value, 0.2)
+    EXPECT_NEAR(session.live().predictCranking(kQuery).u_min->value,
+                before.live().predictCranking(kQuery).u_min->value, 0.2)
         << n;
   }
 }
@@ -421,7 +424,8 @@ TEST(OnlineSession, RestoredModelOfAnotherClockIsRefusedWithTheReason) {
     session.restore(*before.model());
     InputSequence other(0.01, start);
     session.push(other.next());
-    EXPECT_THAT(session.predictCranking(kQuery).message, HasSubstr("the saved model was refused"));
+    EXPECT_THAT(session.live().predictCranking(kQuery).message,
+                HasSubstr("the saved model was refused"));
     for (int n = 0; n < 200; ++n) session.push(other.next());
     EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
     return session.status().reason;

@@ -141,9 +141,9 @@ TEST_P(SeriesBlocks, IsFollowedBySessionsWithAsManyTimesTheVoltage) {
             one.outcome.model->fit.parameters.r_discharge)
       << "of one block";
   CrankingQuery crank{-20.0, 30.0, -200.0, 0.8, 7.2};
-  const CrankingAnswer of_one = one.session.predictCranking(crank);
+  const CrankingAnswer of_one = one.session.live().predictCranking(crank);
   crank.u_required = blocks_ * 7.2;
-  const CrankingAnswer of_row = row.session.predictCranking(crank);
+  const CrankingAnswer of_row = row.session.live().predictCranking(crank);
   ASSERT_TRUE(of_one.u_min && of_row.u_min);
   expectTimes(blocks_, *of_row.u_min, *of_one.u_min);
   EXPECT_EQ(of_row.capable, of_one.capable);
@@ -176,30 +176,6 @@ INSTANTIATE_TEST_SUITE_P(OfSixToFortyEightVolts, SeriesBlocks, ::testing::Values
 TEST(SessionOfARow, IsRefusedForANumberThatIsNone) {
   EXPECT_THROW(OnlineSession(Session::optionsOf(0.3)), std::invalid_argument);
   EXPECT_THROW(OnlineSession(Session::optionsOf(0.0)), std::invalid_argument);
-}
-
-/// A baseline predictor that answers in the model's place does so for the row.
-TEST(RowOfBlocksBaseline, AnswersWithAsManyTimesTheVoltage) {
-  BaselinePredictor baseline;
-  BaselineLine line;
-  line.intercept = 12.5;
-  line.slope = 0.006;
-  line.lower_error = -0.2;
-  line.upper_error = 0.2;
-  baseline.voltage_from_current = line;
-  BaselineSelection standing;
-  standing.score = {8, 0.3, 0.1, true};
-  standing.least = -210.0;
-  standing.most = -190.0;
-  CrankingAnswer answer;
-  answer.u_min = Interval{22.0, 21.0, 23.0};
-  const CrankingQuery query{-20.0, 30.0, -200.0, 0.8, 14.4};
-  const CrankingAnswer one = betterOf(answer, {-20.0, 30.0, -200.0, 0.8, 7.2}, baseline, standing);
-  const CrankingAnswer row = betterOf(answer, query, baseline, standing, 2.0);
-  ASSERT_TRUE(row.u_min && one.u_min);
-  expectTimes(2.0, *row.u_min, *one.u_min);
-  EXPECT_EQ(row.capable, one.capable);
-  EXPECT_THAT(row.message, HasSubstr("it missed 0.200 V where the model missed 0.600 V"));
 }
 
 }  // namespace

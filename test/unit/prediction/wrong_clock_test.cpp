@@ -46,8 +46,8 @@ TEST_F(WrongClock, TwoStrayFramesOfTheFutureTakeNeitherModelNorBufferAway) {
   ASSERT_FALSE(session_.whyNoModel()) << *session_.whyNoModel();
   EXPECT_EQ(session_.series().size(), buffered + 100);
   EXPECT_EQ(session_.series().time, other.series().time);
-  EXPECT_EQ(session_.predictCranking(kQuery).u_min->value,
-            other.predictCranking(kQuery).u_min->value);
+  EXPECT_EQ(session_.live().predictCranking(kQuery).u_min->value,
+            other.live().predictCranking(kQuery).u_min->value);
 }
 
 TEST_F(WrongClock, TwentySecondsOfZeroBasedStampsAreForgotten) {
@@ -130,7 +130,7 @@ TEST(SavedModel, ThatWaitsIsNotCalledUnidentified) {
   OnlineSession session;
   session.restore(test::knownModel());
   EXPECT_EQ(session.whyNoModel().value_or(""), "the saved model waits for the first sample");
-  EXPECT_THAT(session.predictCranking(kQuery).message, Not(HasSubstr("nothing identified")));
+  EXPECT_THAT(session.live().predictCranking(kQuery).message, Not(HasSubstr("nothing identified")));
 }
 
 TEST(SessionStatus, HasAReasonBeforeAnyWindowWasLookedAt) {

@@ -7,44 +7,33 @@
 namespace battery_sof {
 namespace {
 
-TEST(MessageOf, StatusBeforeTheFirstIdentificationKnowsOfNoSourceAndTheModelAnswers) {
+TEST(MessageOf, StatusBeforeTheFirstIdentificationKnowsOfNoSourceAndOfNoErrors) {
   const SofStatus message = messageOf(StatusContents());
   EXPECT_FALSE(message.charger_present);
   EXPECT_TRUE(std::isnan(message.charger_share));
   EXPECT_FALSE(message.voltage_controlled);
   EXPECT_TRUE(std::isnan(message.past_cranks.baseline_mean_abs_error) &&
               std::isnan(message.past_charges.baseline_mean_abs_error));
-  EXPECT_TRUE(std::isnan(message.past_cranks.answered_mean_abs_error) &&
-              std::isnan(message.past_charges.answered_mean_abs_error));
-  EXPECT_EQ(message.past_cranks.answered_by, "model");
-  EXPECT_EQ(message.past_charges.answered_by, "model");
 }
 
-TEST(MessageOf, StatusSaysWhoImposesWhatAndWhoAnswers) {
+TEST(MessageOf, StatusSaysWhoImposesWhatAndWhatModelAndBaselineMissed) {
   StatusContents contents;
   contents.session.charger_present = contents.session.voltage_controlled = true;
   contents.session.charger_share = 0.75;
-  contents.session.charge_selector.baseline_selected = true;
   EventComparison crank{{PastEvent::Kind::kCrank, 40.0, 0.0, -200.0, 0.0, 0.0, 10.0},
                         {9.0, 8.7, 9.3}};
   crank.baseline = Interval{9.75, 9.5, 10.0};
   EventComparison first{{PastEvent::Kind::kCharge, 60.0, 10.0, 0.0, 14.1, 14.1, 30.0},
                         {28.0, 25.0, 31.0}};
-  EventComparison second = first;
-  first.baseline = second.baseline = Interval{29.0, 28.0, 30.0};
-  second.baseline_answered = true;
-  contents.events.add({{crank}, {first, second}, {}});
+  first.baseline = Interval{29.0, 28.0, 30.0};
+  contents.events.add({{crank}, {first, first}, {}});
   const SofStatus message = messageOf(contents);
   EXPECT_TRUE(message.charger_present && message.voltage_controlled);
   EXPECT_EQ(message.charger_share, 0.75);
-  EXPECT_EQ(message.past_cranks.answered_by, "model");
-  EXPECT_EQ(message.past_charges.answered_by, "baseline");
   EXPECT_EQ(message.past_cranks.mean_abs_error, 1.0);
   EXPECT_EQ(message.past_cranks.baseline_mean_abs_error, 0.25);
-  EXPECT_EQ(message.past_cranks.answered_mean_abs_error, 1.0);
   EXPECT_EQ(message.past_charges.mean_abs_error, 2.0);
   EXPECT_EQ(message.past_charges.baseline_mean_abs_error, 1.0);
-  EXPECT_EQ(message.past_charges.answered_mean_abs_error, 1.5);
 }
 
 TEST(MessageOf, StatusHasWhatIsExpectedOfTheQuantityThatIsNotImposed) {

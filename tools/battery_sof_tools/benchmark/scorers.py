@@ -30,12 +30,6 @@ def share(right, cases, of=interval):
     return rate(sum(bool(right(one)) for one in cases), len(cases), of)
 
 
-def figure_of(values, of):
-    """(value, n) of what is not None."""
-    values = [one for one in values if one is not None]
-    return (of(values) if values else None), len(values)
-
-
 def over_base(cases, side="extended"):
     return [one.over_base(side) for one in cases if one.over_base(side) is not None]
 

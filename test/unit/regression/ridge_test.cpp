@@ -1,4 +1,4 @@
-#include "baseline/ridge_fit.hpp"
+#include "regression/ridge.hpp"
 
 #include <gtest/gtest.h>
 

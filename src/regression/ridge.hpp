@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <vector>
 
@@ -54,5 +55,29 @@ struct RidgeFit {
  */
 RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options,
                   Eigen::VectorXd* left_out = nullptr);
+
+/**
+ * @brief The normal equations of a few columns under one given penalty: (lambda 1 + sum w f f') x =
+ * sum w f y.
+ */
+template <int N>
+class RidgeSums {
+ public:
+  using Columns = Eigen::Matrix<double, N, 1>;
+
+  explicit RidgeSums(double penalty) : products_(penalty * Products::Identity()) {}
+  /// @param weight of the row; -1 takes one out that was added with 1.
+  void add(const Columns& f, double y, double weight = 1.0) {
+    products_ += weight * f * f.transpose();
+    targets_ += weight * y * f;
+  }
+  double at(const Columns& f) const { return f.dot(products_.ldlt().solve(targets_)); }
+
+ private:
+  using Products = Eigen::Matrix<double, N, N>;
+
+  Products products_;
+  Columns targets_ = Columns::Zero();
+};
 
 }  // namespace battery_sof

@@ -1,6 +1,5 @@
-#include "baseline/ridge_fit.hpp"
+#include "regression/ridge.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
