@@ -50,39 +50,40 @@ Eigen::MatrixXd ExplanationColumns::across() const {
   return products;
 }
 
-ExplanationFits::ExplanationFits(const InputSequence& inputs, std::size_t training,
-                                 DesignMatrix& table, const CompositionPoint& base,
-                                 const ExplanationRules& rules)
-    : inputs_(inputs),
-      table_(table),
+ExplanationFits::ExplanationFits(const InputSequence& inputs, DesignMatrix table,
+                                 const CompositionPoint& base, const ExplanationRules& rules)
+    : table_(std::move(table)),
       base_(base),
       response_(linearizationOf(BatteryModel(),
                                 {base.parameters, base.state, inputs.first_time, inputs.first_time},
-                                inputs, training)),
+                                inputs, inputs.samples.size())),
       rows_(inputs, response_, base),
       priors_(rules.priors),
       pulse_(rules.pulse) {
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
-  free_ = countedOf(std::move(table.values));
+  free_ = countedOf(std::move(table_.values));
   free_.rightCols(kRandomWalk) = randomWalk();
-  noise_ = TimingJitterNoise(inputs_, response_, counted_);
+  noise_ = TimingJitterNoise(inputs, response_, counted_);
   takeWhitening(noise_.with(0.0, 0.0));
   takeRelevance(rules.relevance);
 }
 
-std::optional<ExplanationState> ExplanationFits::placedBase() const {
+const std::optional<ExplanationState>& ExplanationFits::placedBase() {
+  if (base_state_) return base_state_;
   ExplanationState state;
   state.point = base_;
   state.coordinates = coordinatesOf(state.model);
-  return linearize(state) ? std::make_optional(std::move(state)) : std::nullopt;
+  if (!linearize(state)) return base_state_;
+  takeNoise(state);
+  base_state_ = std::move(state);
+  return base_state_;
 }
 
-ExplanationState ExplanationFits::baseState() const {
-  std::optional<ExplanationState> state = placedBase();
-  if (!state)
+ExplanationState ExplanationFits::baseState() {
+  if (!placedBase())
     throw std::invalid_argument("explain: the base circuit has no finite voltage where it begins");
-  return std::move(*state);
+  return *base_state_;
 }
 
 Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model,
@@ -195,7 +196,6 @@ void ExplanationFits::evaluateEvidence(ExplanationState& state) const {
 }
 
 void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
-  evaluateEvidence(state);
   for (int round = 0; round < iterations && std::isfinite(state.evidence); ++round) {
     const double before = state.evidence;
     bool moved = false;
@@ -218,10 +218,10 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
 }
 
 void ExplanationFits::begin(ExplanationState& state, int iterations) const {
-  if (linearize(state))
-    improve(state, iterations);
-  else
-    state.evidence = -std::numeric_limits<double>::infinity();
+  state.evidence = -std::numeric_limits<double>::infinity();
+  if (!linearize(state)) return;
+  evaluateEvidence(state);
+  improve(state, iterations);
 }
 
 void ExplanationFits::optimize(ExplanationState& state) {
@@ -263,9 +263,8 @@ void ExplanationFits::takeNoise(const ExplanationState& state) {
 }
 
 double ExplanationFits::minError() {
-  const std::optional<ExplanationState> base = placedBase();
+  const std::optional<ExplanationState>& base = placedBase();
   if (!base) return std::numeric_limits<double>::infinity();
-  takeNoise(*base);
   const Eigen::VectorXd z = fitOf(sumsOf(*base, true)).z;
   Eigen::VectorXd std;
   const Eigen::VectorXd moved =
@@ -276,6 +275,10 @@ double ExplanationFits::minError() {
 void ExplanationFits::takeWhitening(const TimingJitterNoise& noise) {
   noise_ = noise;
   whitened_.resize(0, 0);
+  if (noise_.isWhite() && white_products_.size() > 0) {
+    free_products_ = white_products_;
+    return;
+  }
   if (!noise_.isWhite()) {
     whitened_.resize(free_.rows(), free_.cols());
     for (Eigen::Index k = 0; k < free_.cols(); ++k)
@@ -284,6 +287,7 @@ void ExplanationFits::takeWhitening(const TimingJitterNoise& noise) {
   free_products_.setZero(free_.cols(), free_.cols());
   free_products_.selfadjointView<Eigen::Lower>().rankUpdate(whitenedFree().transpose());
   free_products_.triangularView<Eigen::StrictlyUpper>() = free_products_.transpose();
+  if (noise_.isWhite()) white_products_ = free_products_;
 }
 
 LinearFit ExplanationFits::takeEffectiveSampleFraction(const ExplanationState& state) {

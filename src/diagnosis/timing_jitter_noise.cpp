@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace battery_sof {
@@ -91,10 +92,12 @@ TimingJitterNoise TimingJitterNoise::best(
   TimingJitterNoise found = with(0.0, 0.0);
   if (!applies()) return found;
   double most = evidence(found);
+  std::set<std::pair<double, double>> tried = {{0.0, 0.0}};
   const auto improve = [&](const std::vector<double>& candidates, bool of_charge) {
     for (const double candidate : candidates) {
       TimingJitterNoise other =
           of_charge ? with(found.jitter_, candidate) : with(candidate, found.charge_);
+      if (!tried.emplace(other.jitter_, other.charge_).second) continue;
       const double at = evidence(other);
       if (!(at > most)) continue;
       most = at;
