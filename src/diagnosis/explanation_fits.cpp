@@ -10,6 +10,8 @@ namespace battery_sof {
 namespace {
 
 // instruments' errors hang together for seconds, what lasts longer is physics
+constexpr int kSteps = 3;  // tried along a direction, the first whole, each shorter than the last
+constexpr double kShorter = 0.35;
 constexpr double kMinSampleFraction = 0.02;
 // the same from any state before
 constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;
@@ -125,8 +127,7 @@ double& ExplanationFits::at(CompositionPoint& point, Eigen::Index row) {
 
 bool ExplanationFits::linearize(ExplanationState& state) const {
   if (pulse_) pulse_();
-  spent_ += static_cast<double>(counted_.size()) * static_cast<double>(state.coordinates.size()) /
-            kUsualCoordinates;
+  spend(state, 1);
   Eigen::MatrixXd seeds =
       Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(),
                             static_cast<Eigen::Index>(state.coordinates.size()));
@@ -195,11 +196,21 @@ void ExplanationFits::evaluateEvidence(ExplanationState& state) const {
   state.evidence += effective_sample_fraction_ * noise_.logScale();
 }
 
+void ExplanationFits::spend(const ExplanationState& state, int linearizations) const {
+  spent_ += linearizations * static_cast<double>(counted_.size()) *
+            static_cast<double>(state.coordinates.size()) / kUsualCoordinates;
+}
+
 void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
+  if (settled_.count({state.evidence, state.fit.noise})) {
+    spend(state, kSteps);  // what is tried within the budget does not depend on the way here
+    return;
+  }
   for (int round = 0; round < iterations && std::isfinite(state.evidence); ++round) {
     const double before = state.evidence;
     bool moved = false;
-    for (double step = 1.0; step > 0.05 && !moved; step *= 0.35) {
+    double step = 1.0;
+    for (int k = 0; k < kSteps && !moved; ++k, step *= kShorter) {
       ExplanationState next = state;
       for (std::size_t j = 0; j < next.coordinates.size(); ++j) {
         const FitCoordinate& c = next.coordinates[j];
@@ -213,6 +224,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
       state = std::move(next);
       moved = true;
     }
+    if (!moved) settled_.insert({state.evidence, state.fit.noise});
     if (!moved || state.evidence - before < settled) return;
   }
 }

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <functional>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "diagnosis/explanation.hpp"
@@ -138,6 +139,7 @@ class ExplanationFits {
   void takeRelevance(const Relevance& relevance);
   const std::optional<ExplanationState>& placedBase();
   void takeWhitening(const TimingJitterNoise& noise);
+  void spend(const ExplanationState& state, int linearizations) const;
   const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
   /// A point of a composition that holds all of another's parameters and states, as a point of the
   /// other.
@@ -162,6 +164,8 @@ class ExplanationFits {
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
   // rows simulated with derivatives
   mutable double spent_ = 0.0;
+  // ln evidence and noise of states that no step improves
+  mutable std::set<std::pair<double, double>> settled_;
   std::vector<KnownPopulation> priors_;  // ExplanationRules::priors
   std::function<void()> pulse_;          // ExplanationRules::pulse
 };
