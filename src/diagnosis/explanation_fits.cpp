@@ -174,8 +174,7 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
     used.push_back(static_cast<Eigen::Index>(table_.regressors.size()) + k);
   const auto free = static_cast<Eigen::Index>(used.size());
   Eigen::MatrixXd& own = sums.columns.own;
-  own.resize(state.error.size(), known);
-  for (Eigen::Index j = 0; j < known; ++j) own.col(j) = whitened(state.sensitivity.col(j));
+  own = noise_.whitened(state.sensitivity);
   sums.columns.free = &whitenedFree();
   sums.targets = whitened(state.error - state.sensitivity * expected);
   problem.products.resize(known + free, known + free);
@@ -291,11 +290,7 @@ void ExplanationFits::takeWhitening(const TimingJitterNoise& noise) {
     free_products_ = white_products_;
     return;
   }
-  if (!noise_.isWhite()) {
-    whitened_.resize(free_.rows(), free_.cols());
-    for (Eigen::Index k = 0; k < free_.cols(); ++k)
-      whitened_.col(k) = noise_.whitened(free_.col(k));
-  }
+  if (!noise_.isWhite()) whitened_ = noise_.whitened(free_);
   free_products_.setZero(free_.cols(), free_.cols());
   free_products_.selfadjointView<Eigen::Lower>().rankUpdate(whitenedFree().transpose());
   free_products_.triangularView<Eigen::StrictlyUpper>() = free_products_.transpose();
