@@ -32,6 +32,8 @@ void addOptions(CLI::App& app, Arguments& arguments) {
       "of laws and their controls: city, start_stop, bench, motorway or turns; the seed chooses");
   app.add_flag("--independent-drive", order.independent_drive,
                "drawn independently of what is added; of laws and their controls for 60 to 3600 s");
+  app.add_option("--drive-seed", order.drive_seed,
+                 "another drive of the battery and law of --seed; of out_of_catalogue");
   app.add_option("--seed", order.seed, "the same seed gives the same scenario")
       ->check(isSeed)
       ->capture_default_str();

@@ -39,6 +39,8 @@ void requireLawOrder(const Order& order) {
   requireSound(order, kShortest, kLongest);
   if (order.scale.size() != 1 || order.quiet)
     throw std::invalid_argument("--quiet and more than one --scale are for catalogue kinds");
+  if (order.drive_seed && order.what.kind != kOutOfCatalogue)
+    throw std::invalid_argument("--drive-seed is for out_of_catalogue");
   if (!order.rate) return;
   const double ratio = 1.0 / (kStep * *order.rate);
   if (!(ratio >= 1.0 && ratio <= 1000.0) || std::abs(ratio - std::round(ratio)) > 1e-9)
@@ -173,8 +175,9 @@ bool findStrength(LawScenario& one, const Law& law, double wanted, double least)
 
 void addNoise(LawScenario& one) {
   const double interval = 1.0 / *one.order.rate;
-  ChannelNoise voltage(one.voltage_noise, interval, Dice(one.order.seed, kVoltageStream));
-  ChannelNoise current(one.current_noise, interval, Dice(one.order.seed, kCurrentStream));
+  const std::uint64_t seed = one.order.drive_seed.value_or(one.order.seed);
+  ChannelNoise voltage(one.voltage_noise, interval, Dice(seed, kVoltageStream));
+  ChannelNoise current(one.current_noise, interval, Dice(seed, kCurrentStream));
   for (RecordedSample& sample : one.samples) {
     sample.voltage = quantised(sample.voltage + voltage.next(), one.voltage_step_v);
     sample.current = quantised(sample.current + current.next(), one.current_step_a);
@@ -221,7 +224,16 @@ bool makeRecorderControl(LawScenario& one, Dice& dice) {
   return false;
 }
 
-bool makeLaw(LawScenario& one, Dice& law_dice, Dice& dice) {
+/// The same battery in a drive of the drive seed, of a kind of chance.
+void takeOtherDrive(LawScenario& one, std::uint64_t seed) {
+  Dice base(seed, kBaseStream), drive(*one.order.drive_seed, kDriveStream);
+  const std::string exercised = exercisedBy(one.order, seed);
+  one.scenario = drawBase(one.order, exercised == "side_reactions", seed, base);
+  one.order.drive = chosen(lawDrives(), drive);
+  drawLawDrive(one.scenario, one.order.drive, exercisedBy(one.order, *one.order.drive_seed), drive);
+}
+
+bool makeLaw(LawScenario& one, std::uint64_t seed, Dice& law_dice, Dice& dice) {
   one.voltage_noise.white = dice.between({0.5e-3, 2e-3});
   one.current_noise.white = dice.between({0.01, 0.05});
   one.voltage_step_v = 1e-3;
@@ -233,8 +245,9 @@ bool makeLaw(LawScenario& one, Dice& law_dice, Dice& dice) {
       lawNamed(one.order.what.mechanism, one.order.what.id)
           .draw(law_dice, circumstancesOf(one.scenario, *one.order.rate, driven.current));
   if (!findStrength(one, law, wanted, least)) return false;
+  if (one.order.drive_seed) takeOtherDrive(one, seed);
   const double scale = one.order.scale.front();
-  if (scale != 1.0) useStrength(one, law, one.strength * scale);
+  if (scale != 1.0 || one.order.drive_seed) useStrength(one, law, one.strength * scale);
   addNoise(one);
   return true;
 }
@@ -245,7 +258,7 @@ bool make(LawScenario& one, std::uint64_t seed) {
   const std::string exercised = exercisedBy(one.order, seed);
   one.scenario = drawBase(one.order, exercised == "side_reactions", seed, base);
   drawLawDrive(one.scenario, one.order.drive, exercised, drive);
-  if (one.order.what.kind == kOutOfCatalogue) return makeLaw(one, law, recorder);
+  if (one.order.what.kind == kOutOfCatalogue) return makeLaw(one, seed, law, recorder);
   if (one.order.what.kind == kRecorderControl) return makeRecorderControl(one, recorder);
   makeControl(one, recorder);
   return true;

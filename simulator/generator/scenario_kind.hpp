@@ -47,6 +47,8 @@ struct Order {
   /// The drive exercises a mechanism or effect of chance and not what is added: its current says
   /// nothing of it. Of laws and controls it lasts 60 to 3600 s unless asked otherwise.
   bool independent_drive = false;
+  /// Another drive of the same battery, with the same law at the same strength: of out_of_catalogue.
+  std::optional<std::uint64_t> drive_seed;
 };
 
 /// @return whether a kind is drawn from the catalogue's equations.

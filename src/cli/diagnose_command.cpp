@@ -1,8 +1,10 @@
 #include <filesystem>
+#include <new>
 #include <ostream>
 #include <utility>
 
 #include "command.hpp"
+#include "diagnosis/combination.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "interruption.hpp"
 #include "recording/series_blocks.hpp"
@@ -10,12 +12,14 @@
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
 #include "util/atomic_file.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
 struct DiagnoseArguments {
-  RecordingArguments recording;
+  RecordingArguments recording;  ///< each of the paths in turn
+  std::vector<std::string> paths;
   WindowArguments window;
   PriorsArguments priors;
   std::string report, out, base_out, json;
@@ -23,12 +27,53 @@ struct DiagnoseArguments {
 };
 
 /// The stretch that is diagnosed, at the rate the models are fitted at.
-Recording stretchOf(const DiagnoseArguments& arguments, Digest& digest) {
-  Recording recording = loadRecording(arguments.recording, &digest);
+struct Stretch {
+  Recording recording;
+  std::string hash;
+};
+
+Stretch stretchOf(const RecordingArguments& file, const WindowArguments& window) {
+  Digest digest;
+  Recording recording = loadRecording(file, &digest);
   recording.series = atDesignRate(recording.series);
   if (!recording.series.empty())
-    recording.series = slice(recording.series, rangeOf(arguments.window, recording.series));
-  return recording;
+    recording.series = slice(recording.series, rangeOf(window, recording.series));
+  return {std::move(recording), digest.text()};
+}
+
+/// All of them before the minutes of work. What is wrong with one of several has its name.
+std::vector<Stretch> stretchesOf(const DiagnoseArguments& arguments) {
+  std::vector<Stretch> all;
+  RecordingArguments file = arguments.recording;
+  for (const std::string& path : arguments.paths) {
+    file.path = path;
+    try {
+      all.push_back(stretchOf(file, arguments.window));
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& error) {
+      const bool has_name = std::string(error.what()).find(path) != std::string::npos;
+      if (arguments.paths.size() == 1 || has_name) throw;
+      throw UsageError(path + ": " + error.what());
+    }
+    for (std::size_t k = 0; k + 1 < all.size(); ++k)
+      if (all[k].hash == all.back().hash)
+        throw UsageError(path + " is the same recording as " + arguments.paths[k]);
+  }
+  return all;
+}
+
+/// Pages and models are of one recording, and so is what takes a diagnosis a strength.
+void requireOneRecording(const DiagnoseArguments& arguments) {
+  if (arguments.paths.size() == 1) return;
+  for (const auto& [option, is_given] :
+       {std::pair("--report", !arguments.report.empty()),
+        std::pair("--out", !arguments.out.empty()),
+        std::pair("--base-out", !arguments.base_out.empty()),
+        std::pair("--verify-detection-limits", !arguments.options.confirm.empty())})
+    if (is_given)
+      throw UsageError(
+          format("%s takes one recording, %zu are given", option, arguments.paths.size()));
 }
 
 /// A page that could not be written is found out before the minutes of work, not after.
@@ -63,30 +108,38 @@ void writeFiles(const DiagnoseArguments& arguments, const Recording& recording,
 }
 
 Diagnosis interruptible(const Recording& recording, DiagnoseOptions options, Progress& progress,
-                        std::ostream& err) {
+                        const std::string& which, std::ostream& err) {
   Interruption interruption(err);
   options.progress = [&](const std::string& stage) {
-    interruption.stage(stage);
-    progress.stage(stage);
+    interruption.stage(which + stage);
+    progress.stage(which + stage);
   };
   return diagnose(recording, options);
 }
 
 int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
+  requireOneRecording(arguments);
   requireFolders(arguments);
   DiagnoseOptions options = arguments.options;
   options.priors = loadPriors(arguments.priors);
   Progress progress(line.err);
-  Digest digest;
-  const Recording recording = stretchOf(arguments, digest);
-  Diagnosis diagnosis = interruptible(recording, std::move(options), progress, line.err);
-  nameOrigin(diagnosis, recording, digest.text(), arguments.recording.series_blocks);
+  const std::vector<Stretch> stretches = stretchesOf(arguments);
+  const bool is_one = stretches.size() == 1;
+  std::vector<Diagnosis> found;
+  for (const auto& [recording, hash] : stretches) {
+    const std::string which = is_one ? "" : recording.name + ": ";
+    found.push_back(interruptible(recording, options, progress, which, line.err));
+    nameOrigin(found.back(), recording, hash, arguments.recording.series_blocks);
+  }
+  const CombinedDiagnosis combined = combine(found);
   progress.stage("writing");
-  writeFiles(arguments, recording, diagnosis);
+  if (is_one) writeFiles(arguments, stretches.front().recording, found.front());
   progress.end();
-  emit(line, resultText(diagnosis), resultJson(diagnosis), arguments.json);
-  if (diagnosis.verdict != Verdict::kInsufficientData) return kExitDone;
-  complain(line.err, "no diagnosis: " + diagnosis.summary);
+  emit(line, is_one ? resultText(found.front()) : resultText(combined, found),
+       is_one ? resultJson(found.front()) : resultJson(combined, found), arguments.json);
+  for (const Diagnosis& one : found)
+    if (one.verdict != Verdict::kInsufficientData) return kExitDone;
+  complain(line.err, "no diagnosis: " + (is_one ? found.front().summary : combined.summary));
   return kExitNegative;
 }
 
@@ -96,7 +149,14 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = app.add_subcommand(
       "diagnose", "find where base model and recording deviate, and which physics is missing");
   auto arguments = std::make_shared<DiagnoseArguments>();
-  addRecordingOptions(*command, arguments->recording);
+  command
+      ->add_option(
+          "REC", arguments->paths,
+          "recording: .bag, .csv, or CSV from a pipe; several of one battery are diagnosed "
+          "one by one and together")
+      ->required()
+      ->type_name(kReadFile);
+  addRecordingOptions(*command, arguments->recording, false);
   addSeriesBlocksOption(*command, arguments->recording);
   addWindowOptions(*command, arguments->window);
   command

@@ -28,12 +28,11 @@ std::vector<std::string> inOrder(const std::vector<std::string>& given) {
 
 class StepwiseSelection {
  public:
-  StepwiseSelection(const InputSequence& inputs, std::size_t training, DesignMatrix& table,
-                    const CompositionPoint& base, const std::vector<std::string>& ids,
+  StepwiseSelection(ExplanationFits& fits, const std::vector<std::string>& ids,
                     const std::vector<std::string>& given, const ExplanationRules& rules)
       : rules_(rules),
         given_(inOrder(given)),
-        fits_(inputs, training, table, base, rules),
+        fits_(fits),
         search_(fits_, given.empty() ? ids : given, rules) {}
 
   Explanation run(const std::function<void(const std::string&)>& progress) {
@@ -69,7 +68,6 @@ class StepwiseSelection {
   /// The base circuit where it fits best.
   ExplanationState circuit() {
     ExplanationState start = fits_.baseState();
-    fits_.takeNoise(start);
     ExplanationState typical = start;
     for (Eigen::Index j = 0; j < kRowUDc; ++j)
       typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
@@ -372,19 +370,11 @@ class StepwiseSelection {
     found_.weighed = search_.weighed();
     found_.detection_limits =
         search_.minStrengths(state, [&](Mechanism mechanism) { return needed(state, mechanism); });
-    double most = rules_.min_gain;
-    for (const Mechanism mechanism : kAllMechanisms) {
-      if (state.estimated.count(mechanism)) continue;
-      const double gain = fits_.withRegressors(state, mechanism).evidence - state.evidence;
-      if (gain <= most) continue;
-      most = gain;
-      found_.unexplained_mechanism = mechanism;
-    }
   }
 
   ExplanationRules rules_;
   std::vector<std::string> given_;
-  ExplanationFits fits_;
+  ExplanationFits& fits_;
   EffectSearch search_;
   // mechanisms tried with these parts
   std::set<std::pair<std::set<std::string>, Mechanism>> tried_;
@@ -395,27 +385,15 @@ class StepwiseSelection {
 
 }  // namespace
 
-MechanismEvidence mechanismEvidence(const InputSequence& inputs, DesignMatrix table,
-                                    const CompositionPoint& base,
-                                    const std::vector<std::string>& ids,
+MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids,
                                     const ExplanationRules& rules) {
-  return StepwiseSelection(inputs, inputs.samples.size(), table, base, ids, {}, rules).mechanisms();
+  return StepwiseSelection(fits, ids, {}, rules).mechanisms();
 }
 
-double minError(const InputSequence& inputs, std::size_t training, const DesignMatrix& table,
-                const CompositionPoint& base, const ExplanationRules& rules) {
-  DesignMatrix taken = table;
-  return ExplanationFits(inputs, training, taken, base, rules).minError();
-}
-
-Explanation explain(InputSequence inputs, std::size_t training, DesignMatrix table,
-                    const CompositionPoint& base, const std::vector<std::string>& ids,
+Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
                     const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress) {
-  StepwiseSelection selection(inputs, training, table, base, ids, given, rules);
-  // The fits have made their rows of it: a quarter of a gigabyte of ten hours at 100 Hz.
-  std::vector<InputSample>().swap(inputs.samples);
-  return selection.run(progress);
+  return StepwiseSelection(fits, ids, given, rules).run(progress);
 }
 
 }  // namespace battery_sof

@@ -13,6 +13,8 @@
 
 namespace battery_sof {
 
+class ExplanationFits;
+
 /// One piece of an explanation: an effect of the catalogue, or a mechanism's regressors where none
 /// of its effects does.
 struct SelectedTerm {
@@ -88,8 +90,7 @@ struct Explanation {
   double unexplained_rms = 0.0;
   double unexplained_crank = 0.0;         ///< [V], mean magnitude of that while cranking
   double unexplained_charge_share = 0.0;  ///< [1], of the charging current, that it represents
-  std::optional<Mechanism> unexplained_mechanism;      ///< that gains most in addition
-  std::vector<WeighedMember> weighed;                  ///< in the order in which they came
+  std::vector<WeighedMember> weighed;     ///< in the order in which they came
   std::vector<LinearDetectionLimit> detection_limits;  ///< of every effect that is not in it
 };
 
@@ -102,28 +103,17 @@ struct Explanation {
  * its best parameters and the directions these may move in (Laplace), regressors by one strength a
  * group. Every set is fitted whole, the base circuit with it.
  *
- * @param inputs, table let go of as soon as the rows are made of them: hand them over where they
- * are large.
- * @param training samples of the inputs that are estimated from.  @param base the circuit fitted to
- * them.
+ * @param fits to the rows, with the rules' relevance and priors; nothing else was explained by them.
  * @param ids effects that may be named.  @param given effects that are known to be there: where
  * there are any they are taken
  *   without a test, and nothing else is looked for.  @param progress reported what is weighed; may be empty.
  */
-Explanation explain(InputSequence inputs, std::size_t training, DesignMatrix table,
-                    const CompositionPoint& base, const std::vector<std::string>& ids,
+Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
                     const std::vector<std::string>& given, const ExplanationRules& rules,
                     const std::function<void(const std::string&)>& progress = nullptr);
 
 /// @return what the rows say for each mechanism; parameters as explain()'s.
-MechanismEvidence mechanismEvidence(const InputSequence& inputs, DesignMatrix table,
-                                    const CompositionPoint& base,
-                                    const std::vector<std::string>& ids,
+MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids,
                                     const ExplanationRules& rules);
-
-/// @return the residual of the rows once all that can be estimated with the base circuit is taken
-/// out [V, RMS]; infinite where the circuit has no finite voltage.
-double minError(const InputSequence& inputs, std::size_t training, const DesignMatrix& table,
-                const CompositionPoint& base, const ExplanationRules& rules = {});
 
 }  // namespace battery_sof

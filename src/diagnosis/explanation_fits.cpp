@@ -10,6 +10,8 @@ namespace battery_sof {
 namespace {
 
 // instruments' errors hang together for seconds, what lasts longer is physics
+constexpr int kSteps = 3;  // tried along a direction, the first whole, each shorter than the last
+constexpr double kShorter = 0.35;
 constexpr double kMinSampleFraction = 0.02;
 // the same from any state before
 constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;
@@ -50,39 +52,40 @@ Eigen::MatrixXd ExplanationColumns::across() const {
   return products;
 }
 
-ExplanationFits::ExplanationFits(const InputSequence& inputs, std::size_t training,
-                                 DesignMatrix& table, const CompositionPoint& base,
-                                 const ExplanationRules& rules)
-    : inputs_(inputs),
-      table_(table),
+ExplanationFits::ExplanationFits(const InputSequence& inputs, DesignMatrix table,
+                                 const CompositionPoint& base, const ExplanationRules& rules)
+    : table_(std::move(table)),
       base_(base),
       response_(linearizationOf(BatteryModel(),
                                 {base.parameters, base.state, inputs.first_time, inputs.first_time},
-                                inputs, training)),
+                                inputs, inputs.samples.size())),
       rows_(inputs, response_, base),
       priors_(rules.priors),
       pulse_(rules.pulse) {
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
-  free_ = countedOf(std::move(table.values));
+  free_ = countedOf(std::move(table_.values));
   free_.rightCols(kRandomWalk) = randomWalk();
-  noise_ = TimingJitterNoise(inputs_, response_, counted_);
+  noise_ = TimingJitterNoise(inputs, response_, counted_);
   takeWhitening(noise_.with(0.0, 0.0));
   takeRelevance(rules.relevance);
 }
 
-std::optional<ExplanationState> ExplanationFits::placedBase() const {
+const std::optional<ExplanationState>& ExplanationFits::placedBase() {
+  if (base_state_) return base_state_;
   ExplanationState state;
   state.point = base_;
   state.coordinates = coordinatesOf(state.model);
-  return linearize(state) ? std::make_optional(std::move(state)) : std::nullopt;
+  if (!linearize(state)) return base_state_;
+  takeNoise(state);
+  base_state_ = std::move(state);
+  return base_state_;
 }
 
-ExplanationState ExplanationFits::baseState() const {
-  std::optional<ExplanationState> state = placedBase();
-  if (!state)
+ExplanationState ExplanationFits::baseState() {
+  if (!placedBase())
     throw std::invalid_argument("explain: the base circuit has no finite voltage where it begins");
-  return std::move(*state);
+  return *base_state_;
 }
 
 Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model,
@@ -124,8 +127,7 @@ double& ExplanationFits::at(CompositionPoint& point, Eigen::Index row) {
 
 bool ExplanationFits::linearize(ExplanationState& state) const {
   if (pulse_) pulse_();
-  spent_ += static_cast<double>(counted_.size()) * static_cast<double>(state.coordinates.size()) /
-            kUsualCoordinates;
+  spend(state, 1);
   Eigen::MatrixXd seeds =
       Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(),
                             static_cast<Eigen::Index>(state.coordinates.size()));
@@ -172,8 +174,7 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
     used.push_back(static_cast<Eigen::Index>(table_.regressors.size()) + k);
   const auto free = static_cast<Eigen::Index>(used.size());
   Eigen::MatrixXd& own = sums.columns.own;
-  own.resize(state.error.size(), known);
-  for (Eigen::Index j = 0; j < known; ++j) own.col(j) = whitened(state.sensitivity.col(j));
+  own = noise_.whitened(state.sensitivity);
   sums.columns.free = &whitenedFree();
   sums.targets = whitened(state.error - state.sensitivity * expected);
   problem.products.resize(known + free, known + free);
@@ -194,12 +195,21 @@ void ExplanationFits::evaluateEvidence(ExplanationState& state) const {
   state.evidence += effective_sample_fraction_ * noise_.logScale();
 }
 
+void ExplanationFits::spend(const ExplanationState& state, int linearizations) const {
+  spent_ += linearizations * static_cast<double>(counted_.size()) *
+            static_cast<double>(state.coordinates.size()) / kUsualCoordinates;
+}
+
 void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
-  evaluateEvidence(state);
+  if (settled_.count({state.evidence, state.fit.noise})) {
+    spend(state, kSteps);  // what is tried within the budget does not depend on the way here
+    return;
+  }
   for (int round = 0; round < iterations && std::isfinite(state.evidence); ++round) {
     const double before = state.evidence;
     bool moved = false;
-    for (double step = 1.0; step > 0.05 && !moved; step *= 0.35) {
+    double step = 1.0;
+    for (int k = 0; k < kSteps && !moved; ++k, step *= kShorter) {
       ExplanationState next = state;
       for (std::size_t j = 0; j < next.coordinates.size(); ++j) {
         const FitCoordinate& c = next.coordinates[j];
@@ -213,15 +223,16 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
       state = std::move(next);
       moved = true;
     }
+    if (!moved) settled_.insert({state.evidence, state.fit.noise});
     if (!moved || state.evidence - before < settled) return;
   }
 }
 
 void ExplanationFits::begin(ExplanationState& state, int iterations) const {
-  if (linearize(state))
-    improve(state, iterations);
-  else
-    state.evidence = -std::numeric_limits<double>::infinity();
+  state.evidence = -std::numeric_limits<double>::infinity();
+  if (!linearize(state)) return;
+  evaluateEvidence(state);
+  improve(state, iterations);
 }
 
 void ExplanationFits::optimize(ExplanationState& state) {
@@ -263,9 +274,8 @@ void ExplanationFits::takeNoise(const ExplanationState& state) {
 }
 
 double ExplanationFits::minError() {
-  const std::optional<ExplanationState> base = placedBase();
+  const std::optional<ExplanationState>& base = placedBase();
   if (!base) return std::numeric_limits<double>::infinity();
-  takeNoise(*base);
   const Eigen::VectorXd z = fitOf(sumsOf(*base, true)).z;
   Eigen::VectorXd std;
   const Eigen::VectorXd moved =
@@ -276,14 +286,15 @@ double ExplanationFits::minError() {
 void ExplanationFits::takeWhitening(const TimingJitterNoise& noise) {
   noise_ = noise;
   whitened_.resize(0, 0);
-  if (!noise_.isWhite()) {
-    whitened_.resize(free_.rows(), free_.cols());
-    for (Eigen::Index k = 0; k < free_.cols(); ++k)
-      whitened_.col(k) = noise_.whitened(free_.col(k));
+  if (noise_.isWhite() && white_products_.size() > 0) {
+    free_products_ = white_products_;
+    return;
   }
+  if (!noise_.isWhite()) whitened_ = noise_.whitened(free_);
   free_products_.setZero(free_.cols(), free_.cols());
   free_products_.selfadjointView<Eigen::Lower>().rankUpdate(whitenedFree().transpose());
   free_products_.triangularView<Eigen::StrictlyUpper>() = free_products_.transpose();
+  if (noise_.isWhite()) white_products_ = free_products_;
 }
 
 LinearFit ExplanationFits::takeEffectiveSampleFraction(const ExplanationState& state) {

@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <functional>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "diagnosis/explanation.hpp"
@@ -45,14 +47,15 @@ class ExplanationFits {
  public:
   static constexpr int kMaxIterations = 12;
 
-  /// @param training samples that are estimated from.  @param table its values are taken.  @param
-  /// base circuit fitted to them.
-  ExplanationFits(const InputSequence& inputs, std::size_t training, DesignMatrix& table,
-                  const CompositionPoint& base, const ExplanationRules& rules);
+  /// @param inputs not needed afterwards.  @param base circuit fitted to them.
+  ExplanationFits(const InputSequence& inputs, DesignMatrix table, const CompositionPoint& base,
+                  const ExplanationRules& rules);
+  ExplanationFits(const ExplanationFits&) = delete;  // rows_ has a reference to response_
+  ExplanationFits& operator=(const ExplanationFits&) = delete;
 
-  /// The base circuit where it was fitted. @throws std::invalid_argument if it has no finite
-  /// voltage there.
-  ExplanationState baseState() const;
+  /// The base circuit where it was fitted; the first call takes its noise. @throws
+  /// std::invalid_argument if it has no finite voltage there.
+  ExplanationState baseState();
   std::vector<FitCoordinate> coordinatesOf(const BatteryModel& model) const;
   static double& at(CompositionPoint& point, Eigen::Index row);
   /// Prior means from where a state stands. @param std of the priors.
@@ -62,7 +65,7 @@ class ExplanationFits {
   ExplanationSums sumsOf(const ExplanationState& state, bool all) const;
   void evaluateEvidence(ExplanationState& state) const;
   /// Gauss-Newton steps in all coordinates, the columns solved along, while ln evidence grows.
-  /// @param settled ln evidence.
+  /// @param state with its evidence.  @param settled ln evidence.
   void improve(ExplanationState& state, int iterations = kMaxIterations,
                double settled = 0.1) const;
   /// The first steps of a search.
@@ -134,8 +137,9 @@ class ExplanationFits {
   /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out
   /// its share of the current.
   void takeRelevance(const Relevance& relevance);
-  std::optional<ExplanationState> placedBase() const;
+  const std::optional<ExplanationState>& placedBase();
   void takeWhitening(const TimingJitterNoise& noise);
+  void spend(const ExplanationState& state, int linearizations) const;
   const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
   /// A point of a composition that holds all of another's parameters and states, as a point of the
   /// other.
@@ -144,8 +148,7 @@ class ExplanationFits {
 
   using Parts = std::pair<std::set<std::string>, std::set<Mechanism>>;
 
-  const InputSequence& inputs_;
-  const DesignMatrix& table_;
+  DesignMatrix table_;  // its values are moved to free_
   CompositionPoint base_;
   Linearization response_;
   RowSimulation rows_;
@@ -153,12 +156,16 @@ class ExplanationFits {
   Eigen::MatrixXd free_;  // the table's regressors and the random walk's ramps
   // the same as innovations, empty where they are; products of what is used
   Eigen::MatrixXd whitened_, free_products_;
+  Eigen::MatrixXd white_products_;  // free_products_ of white noise
+  std::optional<ExplanationState> base_state_;
   TimingJitterNoise noise_;
   double max_random_walk_ = 0.0, relevant_ = 0.0;  // [V]
   double effective_sample_fraction_ = 1.0;
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
   // rows simulated with derivatives
   mutable double spent_ = 0.0;
+  // ln evidence and noise of states that no step improves
+  mutable std::set<std::pair<double, double>> settled_;
   std::vector<KnownPopulation> priors_;  // ExplanationRules::priors
   std::function<void()> pulse_;          // ExplanationRules::pulse
 };

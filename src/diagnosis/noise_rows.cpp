@@ -30,9 +30,7 @@ Eigen::MatrixXd NoiseRows::directions(const LinearProblem& problem, const Linear
 }
 
 double NoiseRows::evidence(const TimingJitterNoise& noise) const {
-  Eigen::MatrixXd innovations(columns_.rows(), columns_.cols());
-  for (Eigen::Index k = 0; k < columns_.cols(); ++k)
-    innovations.col(k) = noise.whitened(columns_.col(k));
+  const Eigen::MatrixXd innovations = noise.whitened(columns_);
   const Eigen::VectorXd left = noise.whitened(targets_);
   Eigen::MatrixXd products = Eigen::MatrixXd::Zero(columns_.cols(), columns_.cols());
   products.selfadjointView<Eigen::Lower>().rankUpdate(innovations.transpose());

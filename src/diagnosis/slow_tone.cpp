@@ -28,11 +28,23 @@ double binOf(const InputSequence& inputs) {
   return std::max(kBin, *middle);
 }
 
+/// @return the least number of at least so many without a prime factor above 5: others take a
+/// Fourier transform many times as long.
+std::size_t transformedFast(std::size_t least) {
+  for (std::size_t count = least;; ++count) {
+    std::size_t rest = count;
+    for (const std::size_t prime : {2, 3, 5})
+      while (rest > 1 && rest % prime == 0) rest /= prime;
+    if (rest <= 1) return count;
+  }
+}
+
 /// Mean innovation of each bin, of variance one where there are samples and zero where there are
 /// none.
 std::vector<double> binned(const WhitenedFit& fit, const InputSequence& inputs, double bin) {
   const double span = inputs.samples.back().step.time - inputs.first_time;
-  std::vector<double> sums(static_cast<std::size_t>(span / bin) + 1), counts(sums.size());
+  std::vector<double> sums(transformedFast(static_cast<std::size_t>(span / bin) + 1)),
+      counts(sums.size());
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     if (!(inputs.samples[n].count > 0.0)) continue;
     const auto at = static_cast<std::size_t>(

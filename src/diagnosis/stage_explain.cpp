@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "diagnosis/hypotheses.hpp"
+#include "explanation_fits.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -47,36 +49,27 @@ std::vector<std::string> idsToWeigh(const Screening& screened,
   return ids;
 }
 
-/// The rows of the training part with the input of each, and what can be estimated of them.
-struct Rows {
-  Rows(const Prepared& prepared, const std::optional<ChargerControl>& driving) {
-    std::vector<char> masked = prepared.screened.limits.masked;
-    Series sound = prepared.screened.series;
-    if (driving) {
-      sound = repaired(sound, driving->repair);
-      for (std::size_t n = 0; n < masked.size(); ++n)
-        masked[n] = masked[n] || driving->repair.dropped[n];
-    }
-    inputs = inputSequence(sound, prepared.parts.train, masked,
-                           driving ? driving->voltage_controlled : std::vector<char>());
-    const CompositionPoint& base = prepared.base.point;
-    const BatteryModel circuit;
-    table = designMatrix(
-        inputs, linearizationOf(circuit, beginningOf(base, inputs), inputs, inputs.samples.size()),
-        base.parameters[kRowBeta]);
+/// Fits to the rows of the training part, with the input of each.
+std::unique_ptr<ExplanationFits> fitsTo(const Prepared& prepared,
+                                        const std::optional<ChargerControl>& driving,
+                                        const ExplanationRules& rules) {
+  std::vector<char> masked = prepared.screened.limits.masked;
+  Series sound = prepared.screened.series;
+  if (driving) {
+    sound = repaired(sound, driving->repair);
+    for (std::size_t n = 0; n < masked.size(); ++n)
+      masked[n] = masked[n] || driving->repair.dropped[n];
   }
-  double minError(const CompositionPoint& base, const ExplanationRules& rules) const {
-    return battery_sof::minError(inputs, inputs.samples.size(), table, base, rules);
-  }
-
-  MechanismEvidence mechanisms(const CompositionPoint& base, const std::vector<std::string>& ids,
-                               const ExplanationRules& rules) const {
-    return mechanismEvidence(inputs, table, base, ids, rules);
-  }
-
-  InputSequence inputs;
-  DesignMatrix table;
-};
+  const InputSequence inputs =
+      inputSequence(sound, prepared.parts.train, masked,
+                    driving ? driving->voltage_controlled : std::vector<char>());
+  const CompositionPoint& base = prepared.base.point;
+  const BatteryModel circuit;
+  DesignMatrix table = designMatrix(
+      inputs, linearizationOf(circuit, beginningOf(base, inputs), inputs, inputs.samples.size()),
+      base.parameters[kRowBeta]);
+  return std::make_unique<ExplanationFits>(inputs, std::move(table), base, rules);
+}
 
 ExplanationRules rulesOf(const DiagnoseOptions& options) {
   ExplanationRules rules;
@@ -89,8 +82,9 @@ ExplanationRules rulesOf(const DiagnoseOptions& options) {
 }  // namespace
 
 MechanismEvidence weighMechanisms(const Prepared& prepared, const DiagnoseOptions& options) {
-  return Rows(prepared, std::nullopt)
-      .mechanisms(prepared.base.point, hypothesesOf(options.hypotheses, false), rulesOf(options));
+  const ExplanationRules rules = rulesOf(options);
+  return mechanismEvidence(*fitsTo(prepared, std::nullopt, rules),
+                           hypothesesOf(options.hypotheses, false), rules);
 }
 
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
@@ -101,19 +95,17 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
   Explained explained;
   explained.driving = chargerControl(prepared.screened.series);
   explained.is_lead_acid = isLeadAcid(prepared.screened.series);
-  const CompositionPoint& base = prepared.base.point;
   ExplanationRules rules = rulesOf(options);
-  Rows rows(prepared, std::nullopt);
+  std::unique_ptr<ExplanationFits> fits = fitsTo(prepared, std::nullopt, rules);
   if (explained.driving) {
-    Rows controlled(prepared, explained.driving);
-    if (controlled.minError(base, rules) <
-        (1.0 - kCatalogueTolerance) * rows.minError(base, rules)) {
+    std::unique_ptr<ExplanationFits> controlled = fitsTo(prepared, explained.driving, rules);
+    if (controlled->minError() < (1.0 - kCatalogueTolerance) * fits->minError()) {
       std::vector<std::string> ignored;
-      rules.mechanisms = rows.mechanisms(
-          base,
+      rules.mechanisms = mechanismEvidence(
+          *fits,
           idsToWeigh(prepared.screened, options.hypotheses, false, explained.is_lead_acid, ignored),
           rules);
-      rows = std::move(controlled);
+      fits = std::move(controlled);
     } else {
       explained.driving.reset();
       explained.notes.push_back(
@@ -124,9 +116,7 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
   const std::vector<std::string> ids =
       idsToWeigh(prepared.screened, options.hypotheses, explained.driving.has_value(),
                  explained.is_lead_acid, explained.notes);
-  const std::size_t training = rows.inputs.samples.size();
-  explained.explanation = explain(std::move(rows.inputs), training, std::move(rows.table), base,
-                                  ids, options.given, rules, options.progress);
+  explained.explanation = explain(*fits, ids, options.given, rules, options.progress);
   return explained;
 }
 

@@ -1,7 +1,9 @@
 #include "diagnosis/timing_jitter_noise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace battery_sof {
@@ -71,17 +73,24 @@ TimingJitterNoise TimingJitterNoise::with(double jitter, double charge) const {
   return next;
 }
 
-Eigen::VectorXd TimingJitterNoise::whitened(const Eigen::VectorXd& column) const {
-  if (isWhite()) return column;
-  Eigen::VectorXd innovation(column.size());
-  double x = 0.0;
-  for (Eigen::Index n = 0; n < column.size(); ++n) {
-    x *= steps_[static_cast<std::size_t>(n)].retained;
-    const double left = column[n] - x;
-    x += gain_[n] * left;
-    innovation[n] = scale_[n] * left;
+Eigen::MatrixXd TimingJitterNoise::whitened(
+    const Eigen::Ref<const Eigen::MatrixXd>& columns) const {
+  if (isWhite()) return columns;
+  constexpr Eigen::Index kAtOnce = 8;  // columns: every step of one waits for its last
+  Eigen::MatrixXd innovations(columns.rows(), columns.cols());
+  for (Eigen::Index first = 0; first < columns.cols(); first += kAtOnce) {
+    const Eigen::Index count = std::min(kAtOnce, columns.cols() - first);
+    std::array<double, kAtOnce> x{};
+    for (Eigen::Index n = 0; n < columns.rows(); ++n)
+      for (Eigen::Index k = 0; k < count; ++k) {
+        double& expected = x[static_cast<std::size_t>(k)];
+        expected *= steps_[static_cast<std::size_t>(n)].retained;
+        const double left = columns(n, first + k) - expected;
+        expected += gain_[n] * left;
+        innovations(n, first + k) = scale_[n] * left;
+      }
   }
-  return innovation;
+  return innovations;
 }
 
 double TimingJitterNoise::logScale() const { return isWhite() ? 0.0 : scale_.array().log().sum(); }
@@ -91,10 +100,12 @@ TimingJitterNoise TimingJitterNoise::best(
   TimingJitterNoise found = with(0.0, 0.0);
   if (!applies()) return found;
   double most = evidence(found);
+  std::set<std::pair<double, double>> tried = {{0.0, 0.0}};
   const auto improve = [&](const std::vector<double>& candidates, bool of_charge) {
     for (const double candidate : candidates) {
       TimingJitterNoise other =
           of_charge ? with(found.jitter_, candidate) : with(candidate, found.charge_);
+      if (!tried.emplace(other.jitter_, other.charge_).second) continue;
       const double at = evidence(other);
       if (!(at > most)) continue;
       most = at;

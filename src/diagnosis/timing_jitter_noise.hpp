@@ -44,8 +44,8 @@ class TimingJitterNoise {
   /// @return whether rows are left as they are.
   bool isWhite() const { return !(jitter_ > 0.0 || charge_ > 0.0); }
 
-  /// @return a column of the counted rows as innovations with the noise s in every row.
-  Eigen::VectorXd whitened(const Eigen::VectorXd& column) const;
+  /// @return columns of the counted rows as innovations with the noise s in every row.
+  Eigen::MatrixXd whitened(const Eigen::Ref<const Eigen::MatrixXd>& columns) const;
 
   /// @return sum over the counted rows of ln(s / standard deviation of the innovation).
   double logScale() const;

@@ -22,74 +22,33 @@ std::string titleOrId(const std::string& id) {
   return id;
 }
 
-std::string capitalised(std::string sentence) {
-  if (!sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z')
-    sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
-  return sentence;
+/// What the circuit is off by on the hold-out, and the extended model: in explained variation where
+/// a charger controls the voltage, as the extended model answers there in current.
+std::string costAndGain(const Diagnosis& diagnosis) {
+  const ErrorMetrics &base = diagnosis.fit.base_holdout, &extended = diagnosis.fit.extended_holdout;
+  const bool is_extended =
+      !diagnosis.effects.empty() || (diagnosis.discrepancy && diagnosis.discrepancy->is_used);
+  if (!diagnosis.withheld_rmse && is_extended && base.share_percent && extended.share_percent)
+    return format(
+        "; on the hold-out the circuit explains %.0f %% of current and voltage, the "
+        "extended model %.0f %%",
+        *base.share_percent, *extended.share_percent);
+  return format("; on the hold-out the circuit deviates by %.1f mV RMS", 1e3 * base.rmse) +
+         (diagnosis.withheld_rmse ? format(" and the extended model, which is not used, by %.1f mV",
+                                           1e3 * *diagnosis.withheld_rmse)
+          : is_extended           ? format(", the extended model by %.1f mV", 1e3 * extended.rmse)
+                                  : ", and nothing estimated from the currents lowers it");
 }
 
-/// The mechanisms in words, then the effects that represent them.
-std::string missing(const Diagnosis& diagnosis, const std::string& last) {
-  std::vector<std::string> mechanisms, effects;
-  for (const NamedEffect& effect : diagnosis.effects) {
-    const std::string mechanism = mechanismSentence(mechanismOf(effect.id));
-    if (!contains(mechanisms, mechanism)) mechanisms.push_back(mechanism);
-    effects.push_back(titleOrId(effect.id));
-  }
-  return capitalised(joined(mechanisms, " and ")) + " (" + joined(effects, last) + ")";
-}
-
-/// By explained variation where a charger controls the voltage: the extended model answers there
-/// in current.
-std::string gainSentence(const Diagnosis& diagnosis) {
-  const ErrorMetrics& before = diagnosis.fit.base_holdout;
-  const std::optional<double> explained = diagnosis.fit.extended_holdout.share_percent;
-  if (before.share_percent && explained)
-    return "; on the part that was held out the explained variation of current and voltage goes "
-           "from " +
-           format("%.0f %% to %.0f %%", *before.share_percent, *explained);
-  const double after = diagnosis.withheld_rmse.value_or(diagnosis.fit.extended_holdout.rmse);
-  const std::string course = after < before.rmse ? "falls" : "does not fall: it goes";
-  return "; on the part that was held out the error " + course + " from " +
-         format("%.1f mV", 1e3 * before.rmse) + " to " + format("%.1f mV", 1e3 * after) + " RMS" +
-         (diagnosis.withheld_rmse ? ", so the base model is given" : "");
-}
-
-/// A mechanism whose regressors do not hold, and that the evidence makes likelier.
-std::string orRather(const Diagnosis& diagnosis) {
-  if (diagnosis.mechanisms.empty() || diagnosis.mechanisms.front().mechanism == diagnosis.mechanism)
-    return "";
-  return "; " + mechanismId(diagnosis.mechanisms.front().mechanism) + " is at least as likely";
-}
-
-/// Effects found in a mechanism that only its regressors represent.
-std::string partOfIt(const Diagnosis& diagnosis) {
-  std::vector<std::string> ids;
-  for (const Candidate& candidate : diagnosis.candidates)
-    if (candidate.rejected_because.empty()) ids.push_back(titleOrId(candidate.id));
-  return ids.empty()
-             ? ""
-             : "; " + joined(ids, " and ") + (ids.size() == 1 ? " is" : " are") + " part of it";
-}
-
-std::string discrepancySentence(const Diagnosis& diagnosis) {
-  if (!diagnosis.discrepancy || !diagnosis.discrepancy->is_used)
-    return "; nothing that could be estimated from the currents predicts it";
-  return "; what was estimated of it is in the extended model" + gainSentence(diagnosis);
-}
-
-/// The largest mean of the table of regimes whose 95 % interval excludes zero, marked there or not:
-/// few episodes are never marked.
-std::string whereSentence(const Diagnosis& diagnosis) {
-  const RegimeFinding* worst = nullptr;
-  for (const RegimeFinding& finding : diagnosis.regimes)
-    if (finding.statistic == "mean" && finding.lower * finding.upper > 0.0 &&
-        (!worst || std::abs(finding.value) > std::abs(worst->value)))
-      worst = &finding;
-  if (!worst) return "";
-  return "; the base model's mean error is largest in " + worst->regime +
-         format(": %+.0f mV (95 %% %+.0f to %+.0f mV, %zu episodes)", 1e3 * worst->value,
-                1e3 * worst->lower, 1e3 * worst->upper, worst->episodes);
+/// "Missing (probability 0.61, open_circuit 0.70): "
+std::string missing(const Diagnosis& diagnosis) {
+  std::string sure;
+  if (diagnosis.probability > 0.0) sure = format("probability %.2f", diagnosis.probability);
+  const auto& likely = diagnosis.mechanisms;
+  if (!likely.empty() && likely.front().mechanism != diagnosis.mechanism)
+    sure += (sure.empty() ? "" : ", ") + mechanismId(likely.front().mechanism) +
+            format(" %.2f", likely.front().probability);
+  return sure.empty() ? "Missing: " : "Missing (" + sure + "): ";
 }
 
 }  // namespace
@@ -175,22 +134,25 @@ std::string summaryOf(const Diagnosis& diagnosis) {
   for (const NamedEffect& effect : diagnosis.effects) ids.push_back(titleOrId(effect.id));
   switch (diagnosis.verdict) {
     case Verdict::kNoMismatch:
-      return "Model and measurement agree as far as this recording shows (" +
-             format("%.1f mV", 1e3 * diagnosis.fit.base_holdout.rmse) +
-             " RMS on the part that was held out).";
+      return format(
+          "Model and measurement agree as far as this recording shows: %.1f mV RMS on the "
+          "hold-out.",
+          1e3 * diagnosis.fit.base_holdout.rmse);
     case Verdict::kEffect:
     case Verdict::kSeveral:
-      return missing(diagnosis, " and ") + gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
+      return missing(diagnosis) + ids.front() +
+             (ids.size() > 1 ? format(" and %zu more", ids.size() - 1) : "") +
+             costAndGain(diagnosis) + ".";
     case Verdict::kAmbiguous:
-      return missing(diagnosis, " or ") + ", some of which this recording cannot distinguish" +
-             gainSentence(diagnosis) + whereSentence(diagnosis) + ".";
+      return missing(diagnosis) + mechanismSentence(mechanismOf(diagnosis.effects.front().id)) +
+             ", by one of several equations" + costAndGain(diagnosis) + ".";
     case Verdict::kMechanism:
     case Verdict::kUnexplained:
       return (diagnosis.mechanism
-                  ? "Missing mechanism, of which no equation of the catalogue fits: " +
-                        mechanismSentence(*diagnosis.mechanism) + orRather(diagnosis)
-                  : std::string("Model and measurement deviate, and no mechanism explains how")) +
-             partOfIt(diagnosis) + discrepancySentence(diagnosis) + whereSentence(diagnosis) + ".";
+                  ? missing(diagnosis) + mechanismSentence(*diagnosis.mechanism) +
+                        ", without an equation that fits"
+                  : std::string("Something is missing that no mechanism explains")) +
+             costAndGain(diagnosis) + ".";
     case Verdict::kSensorFault:
       return "The instruments explain the mismatch: " + joined(ids, " and ") + ".";
     case Verdict::kInsufficientData: break;

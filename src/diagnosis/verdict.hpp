@@ -42,7 +42,8 @@ std::vector<std::string> outsideWhatSignalsShow();
 /// @return what to record next, in one or two sentences.
 std::string nextExperiment(const Diagnosis& diagnosis);
 
-/// @return the verdict in one plain sentence with numbers.
+/// @return one sentence that a workshop reads once: what is missing, how sure, what it costs, what
+/// the extended model gains.
 std::string summaryOf(const Diagnosis& diagnosis);
 
 }  // namespace battery_sof

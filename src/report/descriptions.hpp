@@ -215,14 +215,16 @@ void describe(Visit& visit, const ErrorMetrics& metrics) {
   visit(FIELD(voltage_share_percent), metrics.voltage_share_percent);
 }
 
+inline std::optional<std::string> idOf(const std::optional<Mechanism>& mechanism) {
+  return mechanism ? std::optional(mechanismId(*mechanism)) : std::nullopt;
+}
+
 /// What JSON and ~diagnosis have at their top.
 template <typename Visit>
 void describe(Visit& visit, const Diagnosis& d) {
-  std::optional<std::string> mechanism;
-  if (d.mechanism) mechanism = mechanismId(*d.mechanism);
   visit(FIELD(verdict), toString(d.verdict));
   visit(FIELD(summary), d.summary);
-  visit(FIELD(mechanism), mechanism);
+  visit(FIELD(mechanism), idOf(d.mechanism));
   visit(FIELD(effects), d.effects);
   visit(FIELD(candidates), d.candidates);
   visit(FIELD(mismatch), d.mismatch);

@@ -3,6 +3,7 @@
 
 #include "battery_sof/version.hpp"
 #include "descriptions.hpp"
+#include "diagnosis/combination.hpp"
 #include "report/results.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"
@@ -21,13 +22,22 @@ std::string timesText(const FitWindow& window) {
   return format("%.1f to %.1f s", window.from, window.to);
 }
 
+/// Effects found in a mechanism that only its regressors represent.
+std::string partOfIt(const Diagnosis& d) {
+  std::vector<std::string> ids;
+  for (const Candidate& candidate : d.candidates)
+    if (hasNoEquation(d.verdict) && candidate.rejected_because.empty()) ids.push_back(candidate.id);
+  return ids.empty() ? "" : "; with " + join(ids);
+}
+
 std::string verdictText(const Diagnosis& d) {
   std::string text = wrapped("verdict      ", toString(d.verdict) + ": " + d.summary);
   if (d.mechanism)
     text += wrapped("mechanism    ",
                     mechanismId(*d.mechanism) + " (" + mechanismSentence(*d.mechanism) + ")" +
-                        (d.probability > 0.0 ? format(", probability %.2f", d.probability) : ""));
-  if (d.mechanisms.size() > 1) text += wrapped("likely       ", likelyMechanismsText(d));
+                        (d.probability > 0.0 ? format(", probability %.2f", d.probability) : "") +
+                        partOfIt(d));
+  if (d.mechanisms.size() > 1) text += wrapped("likely       ", likelyMechanismsText(d.mechanisms));
   if (!d.base.provenance.recording.empty())
     text += "recording    " + d.base.provenance.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
@@ -62,10 +72,21 @@ std::string mismatchText(const Diagnosis& d) {
   return text;
 }
 
+/// The largest mean whose 95 % interval excludes zero, significant or not: few episodes never are.
+const RegimeFinding* largestMean(const Diagnosis& d) {
+  const RegimeFinding* worst = nullptr;
+  for (const RegimeFinding& finding : d.regimes)
+    if (finding.statistic == "mean" && finding.lower * finding.upper > 0.0 &&
+        (!worst || std::abs(finding.value) > std::abs(worst->value)))
+      worst = &finding;
+  return worst;
+}
+
 std::string regimesText(const Diagnosis& d) {
   std::string text;
+  const RegimeFinding* largest = largestMean(d);
   for (const RegimeFinding& f : d.regimes) {
-    if (!f.is_significant) continue;
+    if (!f.is_significant && &f != largest) continue;
     const std::string unit = f.statistic == "slope" ? "mV/s" : "mV";
     text += wrapped(kIndent, plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) +
                                  " " + unit + ", 95 % between " + millivolts(f.lower) + " and " +
@@ -377,6 +398,40 @@ nlohmann::json resultJson(const Diagnosis& d) {
 std::string resultText(const Diagnosis& d) {
   return verdictText(d) + mismatchText(d) + regimesText(d) + parameterBiasText(d) + effectsText(d) +
          rejectedText(d) + comparisonText(d) + detectionLimitsText(d) + restText(d);
+}
+
+nlohmann::json resultJson(const CombinedDiagnosis& combined,
+                          const std::vector<Diagnosis>& recordings) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (const Diagnosis& one : recordings) {
+    JsonFields row;
+    row("file", printable(one.base.provenance.recording));
+    row("verdict", toString(one.verdict));
+    row("mechanism", idOf(one.mechanism));
+    row("mechanisms", one.mechanisms);
+    rows.push_back(row.json);
+  }
+  JsonFields visit;
+  visit("schema", "battery_sof/diagnoses/1");
+  visit("program", "battery_sof " + version());
+  visit("summary", combined.summary);
+  visit("mechanism", idOf(combined.mechanism));
+  visit("mechanisms", combined.mechanisms);
+  visit("recordings", rows);
+  return visit.json;
+}
+
+std::string resultText(const CombinedDiagnosis& combined,
+                       const std::vector<Diagnosis>& recordings) {
+  std::string text = wrapped("together     ", combined.summary);
+  if (!combined.mechanisms.empty())
+    text += wrapped("likely       ", likelyMechanismsText(combined.mechanisms));
+  for (const Diagnosis& one : recordings) {
+    const std::string likely = likelyMechanismsText(one.mechanisms);
+    text += wrapped("recording    ", one.base.provenance.recording + ": " + toString(one.verdict) +
+                                         (likely.empty() ? "" : "; " + likely));
+  }
+  return text;
 }
 
 std::string useOfDiscrepancy(const Diagnosis& diagnosis) {

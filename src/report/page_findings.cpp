@@ -415,7 +415,7 @@ std::string evidenceSection(const Diagnosis& d) {
           element("ol", items, list) + further +
           (d.mechanisms.empty()
                ? ""
-               : paragraph("Likely mechanisms: " + escaped(likelyMechanismsText(d)) + ".")));
+               : paragraph("Likely mechanisms: " + escaped(likelyMechanismsText(d.mechanisms)) + ".")));
 }
 
 std::string effectsSection(const Diagnosis& d) {

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "estimation/fitted_model.hpp"
 #include "prediction/cranking.hpp"
@@ -12,6 +13,7 @@ namespace battery_sof {
 
 struct ChargeAcceptanceAnswer;
 struct ChargeAcceptanceQuery;
+struct CombinedDiagnosis;
 struct Diagnosis;
 struct MapResult;
 
@@ -25,6 +27,8 @@ nlohmann::json resultJson(const StopTimeAnswer& answer);
 nlohmann::json resultJson(const ChargeAcceptanceAnswer& answer);
 nlohmann::json resultJson(const MapResult& result);
 nlohmann::json resultJson(const Diagnosis& diagnosis);
+nlohmann::json resultJson(const CombinedDiagnosis& combined,
+                          const std::vector<Diagnosis>& recordings);
 
 // The same for a reader.
 /// Table of parameters with errors, scores, and the sentence that says how it ended.
@@ -37,6 +41,7 @@ std::string resultText(const ChargeAcceptanceQuery& query, const ChargeAcceptanc
 std::string resultText(const MapResult& result);
 /// Plain text of at most 100 columns to read or to paste into a mail, verdict first.
 std::string resultText(const Diagnosis& diagnosis);
+std::string resultText(const CombinedDiagnosis& combined, const std::vector<Diagnosis>& recordings);
 
 /// @return whether and where what was estimated is used, as a sentence. @param diagnosis one with
 /// Diagnosis::discrepancy.

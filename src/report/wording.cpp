@@ -47,9 +47,9 @@ std::string confidenceText(double confidence) {
   return confidence > 0.99 ? "above 99 %" : format("%.0f %%", 100.0 * confidence);
 }
 
-std::string likelyMechanismsText(const Diagnosis& diagnosis) {
+std::string likelyMechanismsText(const std::vector<MechanismProbability>& mechanisms) {
   std::vector<std::string> parts;
-  for (const MechanismProbability& one : diagnosis.mechanisms)
+  for (const MechanismProbability& one : mechanisms)
     parts.push_back(mechanismId(one.mechanism) + format(" %.2f", one.probability));
   return join(parts);
 }

@@ -31,7 +31,7 @@ std::string whyNothingIsPromised(const UnexplainedPart& left);
 std::string confidenceText(double confidence);
 
 /// @return "acid 0.62, structure 0.30": the likely mechanisms with their probabilities.
-std::string likelyMechanismsText(const Diagnosis& diagnosis);
+std::string likelyMechanismsText(const std::vector<MechanismProbability>& mechanisms);
 
 /// @return a code name as words: "long_charge" reads "long charge".
 std::string plainName(std::string name);

@@ -151,6 +151,10 @@ DiagnosisMessage messageOf(const FinishedDiagnosis& report, const Adoption& adop
   message.samples = static_cast<std::uint32_t>(report.samples);
   message.duration_ms = report.duration_ms;
   message.probability = diagnosis.probability;
+  for (const MechanismProbability& one : diagnosis.mechanisms) {
+    message.mechanism_ids.push_back(mechanismId(one.mechanism));
+    message.mechanism_probabilities.push_back(one.probability > 0.0 ? one.probability : kNan);
+  }
   message.unexplained_rmse = diagnosis.unexplained.rmse;
   Comparison fit = diagnosis.fit;
   if (fit.train.samples == 0) {  // nothing was compared: no numbers

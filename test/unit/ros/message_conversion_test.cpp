@@ -314,6 +314,7 @@ FinishedDiagnosis someReport() {
   diagnosis.mismatch = {segment};
   diagnosis.mechanism = Mechanism::kSideReactions;
   diagnosis.probability = 0.98;
+  diagnosis.mechanisms = {{Mechanism::kSideReactions, 0.98}, {Mechanism::kAcid, 0.0}};
   diagnosis.unexplained.rmse = 0.0004;
   diagnosis.fit.train = {100.0, 1450.0, 135000};
   diagnosis.fit.base_holdout.rmse = 0.05;
@@ -329,6 +330,10 @@ TEST(MessageOf, DiagnosisSaysEverythingAndNanForWhatIsMissing) {
   EXPECT_EQ(message.from, 100.0);
   EXPECT_EQ(message.samples, 180000u);
   EXPECT_EQ(message.verdict, DiagnosisMessage::EFFECT);
+  EXPECT_EQ(message.mechanism_ids, (std::vector<std::string>{"side_reactions", "acid"}));
+  ASSERT_EQ(message.mechanism_probabilities.size(), 2u);
+  EXPECT_EQ(message.mechanism_probabilities[0], 0.98);
+  EXPECT_TRUE(std::isnan(message.mechanism_probabilities[1]));
   EXPECT_EQ(message.summary, "gassing is missing");
   EXPECT_EQ(message.mechanism, "side_reactions");
   EXPECT_EQ(message.probability, 0.98);

@@ -98,7 +98,7 @@ class Generator:
 
     def draw_independent(self, case, recording, label):
         """Draws a case whose drive is independent of what is added, and writes its label. case: kind and id as `draw_scenario` has them."""
-        run([self.program(), "--independent-drive", "--out", recording, "--label", label] + options(case, ("kind", "mechanism", "id", "seed", "rate", "duration")))
+        run([self.program(), "--independent-drive", "--out", recording, "--label", label] + options(case, ("kind", "mechanism", "id", "seed", "drive-seed", "rate", "duration")))
 
     def inject(self, recording, out, case, strength, resistances):
         """Writes a recording with a law in it. case: mechanism, form, seed. resistances: while discharging and charging [Ohm]."""

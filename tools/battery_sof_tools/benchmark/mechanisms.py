@@ -1,22 +1,25 @@
 """Trains the table that `sof diagnose` weighs mechanisms by (src/diagnosis/mechanism_weights.inc; docs/validation.md).
 
     scripts/train_mechanisms --build B --out DIR [--laws 11] [--effects 5] [--seed 35] [--jobs 2] [--only-draw] [--table FILE]
+    scripts/train_mechanisms --build B --out DIR --pairs 3 [--seed 35]
 
 Draws recordings of every out-of-catalogue law and of the catalogue's effects, their drives independent of what is added, takes what
 `mechanism_evidence` says of each, and fits a softmax of seven numbers a mechanism. Every law is judged by a table that never saw it.
+With --pairs two drives of one battery with one law, so many of every law: the table of the repository judges each alone, their sum and their mean.
 """
 
 import argparse
 import json
 import os
 import random
+import re
 import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from ..files import append, finished, lines_of, read_json, write_text
+from ..files import ROOT, append, finished, lines_of, read_json, write_text
 from ..sof import Failure, catalogue, program
 from ..tables import table
 from .generator import Generator, run
@@ -30,6 +33,9 @@ EVIDENT = 12.0  # ln evidence by which something must be missing at all (Explana
 RIDGE, OWN = 3.0, 0.7  # of weights of unit inputs; how freely a mechanism's weights leave those of all
 SET = 0.9
 SHORTEST_S, USUALLY_LONGEST_S, LONGEST_S = 80.0, 1200.0, 3600.0
+SHORT_PAIR_S = 600.0
+JUDGED = ["", "cases", "right", "0.7 and more", "0.9 and more", "set of 0.9 has it", "mean size"]
+TABLE = os.path.join(ROOT, "src", "diagnosis", "mechanism_weights.inc")
 
 
 def plan(listed, seed, laws, effects):
@@ -87,6 +93,38 @@ def opened(out, mechanisms, mechanism_of):
         truths.append(mechanisms.index(label["mechanism"] if label["kind"] == LAW else mechanism_of[label["id"]]))
         laws.append(f"{label['kind']} {label['id']}")
     return np.array(inputs), np.array(truths), np.array(laws)
+
+
+def planned_pairs(listed, seed, count):
+    """Cases that follow one another are two drives of one battery with one law."""
+    cases = []
+    for kind, mechanism, name in listed:
+        for k in range(count if kind == LAW else 0):
+            one = {"kind": kind, "mechanism": mechanism, "id": name, "seed": seed_of(seed, "pair", mechanism, name, k)}
+            dice = random.Random(one["seed"])
+            one.update(duration=round(SHORTEST_S * (SHORT_PAIR_S / SHORTEST_S) ** dice.random()), rate=dice.choice([1, 10, 10, 100]))
+            cases += [dict(one, name=f"pair_{len(cases) // 2:04d}_1"), {**one, "drive-seed": one["seed"] + 1, "name": f"pair_{len(cases) // 2:04d}_2"}]
+    return cases
+
+
+def judge_pairs(a, mechanisms):
+    """Each drive alone and both together, by the table of the repository, where something is evident in both."""
+    with open(TABLE) as file:
+        weights = np.array([[float(number) for number in row.split(",")] for row in re.findall(r"\{([-0-9., ]+)\}", file.read())])
+    found = {row["name"]: np.array([row[one] for one in mechanisms]) for row in lines_of(os.path.join(a.out, EVIDENCE)) if "failed" not in row}
+    is_evident = {name: max(evidence[:, 0].max(), evidence[:, 2].max()) >= EVIDENT for name, evidence in found.items()}
+    pairs = [(name, name[:-1] + "2") for name in sorted(found) if name.endswith("_1") and is_evident[name] and is_evident.get(name[:-1] + "2")]
+    truths = np.array([mechanisms.index(read_json(path(a.out, LABELS, name, "json"))["mechanism"]) for name, _ in pairs])
+
+    def shares_of(make):
+        return probabilities(weights, np.array([numbers_of(make(found[one], found[other])) for one, other in pairs]))
+    first, second = shares_of(lambda one, other: one), shares_of(lambda one, other: other)
+    rows = [judged("one drive", np.vstack([first, second]), np.tile(truths, 2))]
+    for title, times in (("sum of both", 1.0), ("three quarters of it", 0.75), ("mean of both", 0.5)):
+        rows.append(judged(title, shares_of(lambda one, other, times=times: times * (one + other)), truths))
+    common = [(np.isin(*(np.argsort(-shares[k])[:held_by_set(shares[k:k + 1], truths[k:k + 1])[1][0]] for shares in (first, second)))).any() for k in range(len(pairs))]
+    print("\n".join(table(JUDGED, rows)))
+    print(f"Sets of both drives overlap in {sum(common)} of {len(pairs)} pairs, the first mechanism is the same in {(first.argmax(axis=1) == second.argmax(axis=1)).sum()}.")
 
 
 def softmax(scores):
@@ -185,7 +223,7 @@ def train(a):
     for title, some in (("laws", is_law), ("effects of the catalogue", ~is_law)):
         for how, shares in (("one law left out", alone), ("half of the laws left out", halves)):
             rows.append(judged(f"{title}, {how}", sharpened(shares, exponent)[some], truths[some]))
-    print("\n".join(table(["", "cases", "right", "0.7 and more", "0.9 and more", "set of 0.9 has it", "mean size"], rows)))
+    print("\n".join(table(JUDGED, rows)))
     if a.table:
         write_text(a.table, table_text(exponent * fitted(inputs, truths, weights_of(laws)), known.mechanisms))
 
@@ -199,6 +237,7 @@ def arguments(given):
     parser.add_argument("--effects", type=int, default=5, help="cases of every effect of the catalogue")
     parser.add_argument("--seed", type=int, default=35)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--pairs", type=int, default=0, help="judge so many pairs of drives of every law, train nothing")
     parser.add_argument("--only-draw", action="store_true")
     parser.add_argument("--table", help="file to write: src/diagnosis/mechanism_weights.inc")
     return parser.parse_args(given)
@@ -207,10 +246,14 @@ def arguments(given):
 def main(given=None):
     a = arguments(given)
     generator = Generator(a.build, a.draw)
-    cases = draw_missing(generator.draw_independent, a.out, a.jobs, plan(generator.listed(), a.seed, a.laws, a.effects))
+    wanted = planned_pairs(generator.listed(), a.seed, a.pairs) if a.pairs else plan(generator.listed(), a.seed, a.laws, a.effects)
+    cases = draw_missing(generator.draw_independent, a.out, a.jobs, wanted)
     if a.only_draw:
         print(f"{len(cases)} recordings in {os.path.join(a.out, RECORDINGS)}")
         return 0
     gather(a, cases)
-    train(a)
+    if a.pairs:
+        judge_pairs(a, catalogue(program(a.build, "sof")).mechanisms)
+    else:
+        train(a)
     return 0
