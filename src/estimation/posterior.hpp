@@ -1,6 +1,7 @@
 #pragma once
 
 #include "estimation/fitted_model.hpp"
+#include "estimation/parameter_space.hpp"
 
 namespace battery_sof {
 
@@ -68,10 +69,12 @@ void carryCranks(Fit& fit, const Fit& before);
  * Resistances scale with 1 / capacity, the capacitance with the capacity (50 Ah as in Table I).
  * The open-circuit voltage is that of six cells, 12.6 +- 0.3 V of a block.
  *
+ * @param fleet means and spreads in place of these, of the parameters that it names, capacity apart.
  * @param capacity [Ah], nominal, above 0.  @param at where the first sample stands: time [s],
  * current [A], voltage [V].
  */
-FittedModel populationPrior(double capacity, double time, double current, double voltage);
+FittedModel populationPrior(double capacity, const std::vector<KnownParameter>& fleet, double time,
+                            double current, double voltage);
 
 /// Error of a sample that a model of another trip or of the population leaves: the root of the
 /// window's squares, a crank's own where the current is one [V].

@@ -58,8 +58,8 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
 
 void OnlineSession::beginFromPopulation(const StreamSample& sample) {
   basis_ = AnswerBasis::kPopulation;
-  FittedModel model =
-      populationPrior(options_.capacity, sample.time, sample.current, sample.voltage);
+  FittedModel model = populationPrior(options_.capacity, knownOf(options_.identify.priors, {}),
+                                      sample.time, sample.current, sample.voltage);
   // The sample itself is taken in as well.
   model.state.time = sample.time - kBeforeFirst;
   contenders_.base.learnFrom(model, stream_.maxGap());
@@ -209,8 +209,10 @@ SessionStatus OnlineSession::statusOfBlock() const {
   if (inUse().learns()) {
     status.reason += status.reason.empty() ? "" : "; ";
     status.reason += "answers rest on ";
-    status.reason += basis_ == AnswerBasis::kPopulation ? "what is known of lead-acid batteries"
-                                                        : "the trip before";
+    const bool of_fleet = !knownOf(options_.identify.priors, {}).empty();
+    status.reason += basis_ != AnswerBasis::kPopulation ? "the trip before"
+                     : of_fleet                         ? "the priors of a fleet"
+                                                        : "what is known of lead-acid batteries";
     status.reason += " and this trip's samples" + (missing_.empty() ? "" : "; " + missing_);
   }
   status.basis = restored_ ? AnswerBasis::kPreviousTrip : basis_;

@@ -215,6 +215,33 @@ TEST(OnlineSession, EachFinishedCrankIsComparedOnce) {
   }
 }
 
+/// The first crank's expectation by a session that nothing was saved for.
+Interval firstCrank(const SessionOptions& options, std::string* reason) {
+  OnlineSession session(options);
+  InputSequence inputs(0.01);
+  std::vector<EventComparison> cranks;
+  while (cranks.empty()) cranks = session.push(inputs.next()).cranks;
+  *reason = session.status().reason;
+  return cranks.front().expected;
+}
+
+TEST(OnlineSession, StartsFromTheBatteriesOfAFleet) {
+  const BaseParameters truth = InputSequence::truth();
+  SessionOptions of_fleet;
+  of_fleet.identify.priors = {{{"fresh_sulphate"}, {{"u_dc", 13.5, 0.001, false}}},
+                              {{},
+                               {{"r_discharge", 1.1 * truth.r_discharge, 0.1, true},
+                                {"beta", truth.beta, 1.0, false},
+                                {"u_dc", truth.u_dc, 0.05, false}}}};
+  std::string of_any, by_fleet;
+  const Interval wide = firstCrank({}, &of_any), narrow = firstCrank(of_fleet, &by_fleet);
+  EXPECT_THAT(of_any, HasSubstr("answers rest on what is known of lead-acid batteries"));
+  EXPECT_THAT(by_fleet, HasSubstr("answers rest on the priors of a fleet"));
+  EXPECT_LT(narrow.upper - narrow.lower, 0.7 * (wide.upper - wide.lower));
+  const double moved = -230.0 * truth.r_discharge;  // of the whole crank, to first order
+  EXPECT_NEAR(narrow.value, truth.u_dc + moved, 0.5);
+}
+
 TEST(OnlineSession, KnowsAtWhichVoltageTheBatteryWasChargedLately) {
   OnlineSession session;
   Feeder feeder(session);
