@@ -93,7 +93,7 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
 }
 
 double surpriseOf(const Innovation& innovation) {
-  return std::abs(innovation.error) /
+  return innovation.error /
          std::hypot(innovation.modelled.norm(), std::max(innovation.std_error, kRestError));
 }
 

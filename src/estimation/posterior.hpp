@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "estimation/fitted_model.hpp"
 #include "estimation/parameter_space.hpp"
 
@@ -34,8 +37,30 @@ struct Innovation {
  */
 double takeIn(FittedModel& model, const Innovation& innovation);
 
-/// @return a voltage's error in standard deviations of what was expected, at least 0.1 V each [1].
+/// @return a voltage's error in standard deviations of what was expected, at least 0.1 V [1].
 double surpriseOf(const Innovation& innovation);
+
+/**
+ * @brief How far the beginning of a trip is from what a model expects: its rested voltage and its
+ * first two cranks together.
+ *
+ *     |z_1 + ... + z_n| / sqrt(n),   n = 1, 2, 3
+ *
+ * Errors that were taken in one after the other are independent, so each of these is standard
+ * normal. Another battery misses them all on one side.
+ */
+struct Surprise {
+  static constexpr int kMost = 3;
+  double sum = 0.0;
+  int count = 0;
+  double largest = 0.0;  ///< of the n so far
+
+  void add(double z) {
+    if (count == kMost) return;
+    sum += z;
+    largest = std::max(largest, std::abs(sum) / std::sqrt(++count));
+  }
+};
 
 /**
  * @brief The model after the battery was parked: what may have changed meanwhile is known less.

@@ -8,8 +8,9 @@
 namespace battery_sof {
 namespace {
 
-// A first rest or crank so far from what is expected is another battery's [standard deviations].
-constexpr double kSwapped = 4.5;
+// A first rest and cranks so far from what is expected are another battery's [standard deviations]:
+// by chance in at most one of 700 trips.
+constexpr double kSwapped = 3.5;
 constexpr double kBeforeFirst = 1e-3;  // [s]
 
 std::string inUseSentence(double age) {
@@ -69,7 +70,7 @@ void OnlineSession::watchForSwap(const StreamSample& sample) {
   if (basis_ != AnswerBasis::kPreviousTrip || !contenders_.base.learns()) return;
   if (contenders_.base.surprise() < kSwapped) return;
   loseModel(
-      format("the saved model was given up: a first rest or crank is %.0f standard deviations "
+      format("the saved model was given up: the first rest and cranks are %.1f standard deviations "
              "from what it expected, as of another battery",
              contenders_.base.surprise()));
   beginFromPopulation(sample);

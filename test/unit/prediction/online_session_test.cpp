@@ -373,21 +373,28 @@ TEST(OnlineSession, ModelOfAnEarlierTripAnswersAtOnceAndWiderThanItDid) {
   EXPECT_EQ(session.status().basis, AnswerBasis::kThisTrip);
 }
 
-TEST(OnlineSession, AnotherBatteryDeniesTheSavedModel) {
+/// The status after a trip with a model of the inputs' battery, which then meets another one with
+/// three cranks.
+SessionStatus afterCranksOf(double rested, double resistance) {
   OnlineSession before;
   Feeder feeder(before);
   InputSequence inputs(0.01);
   feeder.inputs(inputs, 26000);
   OnlineSession session;
   session.restore(*before.model());
-  for (int n = 0; n < 2000; ++n) {
-    RawSample other = InputSequence(0.01, 86400.0 + 0.01 * n).next();
-    other.current = n < 1200 ? -5.0 : -230.0;
-    other.voltage = n < 1200 ? 12.6 : 12.6 - 230.0 * 0.03;  // five times the resistance
-    session.push(other);
+  for (int n = 0; n < 4500; ++n) {
+    const double current = n % 1500 < 1450 ? -5.0 : -230.0;
+    session.push({86400.0 + 0.01 * n, current, rested + resistance * current, {}});
   }
-  EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
-  EXPECT_THAT(session.status().reason, HasSubstr("another battery"));
+  return session.status();
+}
+
+TEST(OnlineSession, AnotherBatteryDeniesTheSavedModel) {
+  for (const auto& [rested, resistance] : {std::pair(12.6, 0.03), std::pair(13.0, 0.004)}) {
+    const SessionStatus status = afterCranksOf(rested, resistance);
+    EXPECT_EQ(status.basis, AnswerBasis::kPopulation) << resistance << " Ohm";
+    EXPECT_THAT(status.reason, HasSubstr("another battery"));
+  }
 }
 
 TEST(OnlineSession, AcrossAGapTheBatteryIsTakenToRest) {
