@@ -93,7 +93,7 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
 }
 
 double surpriseOf(const Innovation& innovation) {
-  return std::abs(innovation.error) /
+  return innovation.error /
          std::hypot(innovation.modelled.norm(), std::max(innovation.std_error, kRestError));
 }
 
@@ -133,7 +133,8 @@ void carryCranks(Fit& fit, const Fit& before) {
   fit.excited.min_voltage = std::min(fit.excited.min_voltage, before.excited.min_voltage);
 }
 
-FittedModel populationPrior(double capacity, double time, double current, double voltage) {
+FittedModel populationPrior(double capacity, const std::vector<KnownParameter>& fleet, double time,
+                            double current, double voltage) {
   FittedModel model;
   Fit& fit = model.fit;
   const double ratio = capacity / kTableCapacity;
@@ -148,11 +149,16 @@ FittedModel populationPrior(double capacity, double time, double current, double
   fit.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
   for (Eigen::Index j = 0; j < kBaseRows; ++j) {
     const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
-    fit.covariance(j, j) = std::pow(spreads[j] * values[j], 2);
     fit.estimates.push_back({info.name, info.unit, values[j], std::nullopt});
+    double spread = spreads[j] * values[j];
+    if (const KnownParameter* known = find(fleet, info.name)) {
+      setParameter(fit, j, std::clamp(known->value, info.lower, info.upper));
+      spread = known->logarithmic ? known->std * known->value : known->std;
+    }
+    fit.covariance(j, j) = spread * spread;
   }
   fit.status = FitStatus::kIterationLimit;
-  fit.message = "nothing was fitted yet: what is known of lead-acid batteries";
+  fit.message = "nothing was fitted yet";
   fit.start = "robust";
   fit.window = {time, time, 0};
   fit.scores.rmse = kPopulationError;

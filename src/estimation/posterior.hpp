@@ -1,6 +1,10 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "estimation/fitted_model.hpp"
+#include "estimation/parameter_space.hpp"
 
 namespace battery_sof {
 
@@ -33,8 +37,30 @@ struct Innovation {
  */
 double takeIn(FittedModel& model, const Innovation& innovation);
 
-/// @return a voltage's error in standard deviations of what was expected, at least 0.1 V each [1].
+/// @return a voltage's error in standard deviations of what was expected, at least 0.1 V [1].
 double surpriseOf(const Innovation& innovation);
+
+/**
+ * @brief How far the beginning of a trip is from what a model expects: its rested voltage and its
+ * first two cranks together.
+ *
+ *     |z_1 + ... + z_n| / sqrt(n),   n = 1, 2, 3
+ *
+ * Errors that were taken in one after the other are independent, so each of these is standard
+ * normal. Another battery misses them all on one side.
+ */
+struct Surprise {
+  static constexpr int kMost = 3;
+  double sum = 0.0;
+  int count = 0;
+  double largest = 0.0;  ///< of the n so far
+
+  void add(double z) {
+    if (count == kMost) return;
+    sum += z;
+    largest = std::max(largest, std::abs(sum) / std::sqrt(++count));
+  }
+};
 
 /**
  * @brief The model after the battery was parked: what may have changed meanwhile is known less.
@@ -68,10 +94,12 @@ void carryCranks(Fit& fit, const Fit& before);
  * Resistances scale with 1 / capacity, the capacitance with the capacity (50 Ah as in Table I).
  * The open-circuit voltage is that of six cells, 12.6 +- 0.3 V of a block.
  *
+ * @param fleet means and spreads in place of these, of the parameters that it names, capacity apart.
  * @param capacity [Ah], nominal, above 0.  @param at where the first sample stands: time [s],
  * current [A], voltage [V].
  */
-FittedModel populationPrior(double capacity, double time, double current, double voltage);
+FittedModel populationPrior(double capacity, const std::vector<KnownParameter>& fleet, double time,
+                            double current, double voltage);
 
 /// Error of a sample that a model of another trip or of the population leaves: the root of the
 /// window's squares, a crank's own where the current is one [V].

@@ -8,8 +8,9 @@
 namespace battery_sof {
 namespace {
 
-// A first rest or crank so far from what is expected is another battery's [standard deviations].
-constexpr double kSwapped = 4.5;
+// A first rest and cranks so far from what is expected are another battery's [standard deviations]:
+// by chance in at most one of 700 trips.
+constexpr double kSwapped = 3.5;
 constexpr double kBeforeFirst = 1e-3;  // [s]
 
 std::string inUseSentence(double age) {
@@ -58,8 +59,8 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
 
 void OnlineSession::beginFromPopulation(const StreamSample& sample) {
   basis_ = AnswerBasis::kPopulation;
-  FittedModel model =
-      populationPrior(options_.capacity, sample.time, sample.current, sample.voltage);
+  FittedModel model = populationPrior(options_.capacity, knownOf(options_.identify.priors, {}),
+                                      sample.time, sample.current, sample.voltage);
   // The sample itself is taken in as well.
   model.state.time = sample.time - kBeforeFirst;
   contenders_.base.learnFrom(model, stream_.maxGap());
@@ -69,7 +70,7 @@ void OnlineSession::watchForSwap(const StreamSample& sample) {
   if (basis_ != AnswerBasis::kPreviousTrip || !contenders_.base.learns()) return;
   if (contenders_.base.surprise() < kSwapped) return;
   loseModel(
-      format("the saved model was given up: a first rest or crank is %.0f standard deviations "
+      format("the saved model was given up: the first rest and cranks are %.1f standard deviations "
              "from what it expected, as of another battery",
              contenders_.base.surprise()));
   beginFromPopulation(sample);
@@ -190,8 +191,10 @@ SessionStatus OnlineSession::statusOfBlock() const {
   if (inUse().learns()) {
     status.reason += status.reason.empty() ? "" : "; ";
     status.reason += "answers rest on ";
-    status.reason += basis_ == AnswerBasis::kPopulation ? "what is known of lead-acid batteries"
-                                                        : "the trip before";
+    const bool of_fleet = !knownOf(options_.identify.priors, {}).empty();
+    status.reason += basis_ != AnswerBasis::kPopulation ? "the trip before"
+                     : of_fleet                         ? "the priors of a fleet"
+                                                        : "what is known of lead-acid batteries";
     status.reason += " and this trip's samples" + (missing_.empty() ? "" : "; " + missing_);
   }
   status.basis = restored_ ? AnswerBasis::kPreviousTrip : basis_;

@@ -137,10 +137,13 @@ void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFil
   const bool is_held = current <= 0.0 && current > kOwnCurrent && sample.voltage > kMostRested;
   if (fit.window.samples == 0 && is_held) return;
   const Innovation innovation = innovationOf(sample);
-  if (!std::isfinite(surpriseOf(innovation))) return;
-  const bool is_clear = !has_settled_ || sample.step.current < EventLimits{}.crank_current;
-  if (is_clear && !sample.voltage_controlled)
-    surprise_ = std::max(surprise_, surpriseOf(innovation));
+  const double surprise = surpriseOf(innovation);
+  if (!std::isfinite(surprise)) return;
+  if (!has_settled_ || sample.step.current < EventLimits{}.crank_current) {
+    if (!sample.voltage_controlled && (!has_settled_ || time - cranked_ > kCrankMemory))
+      surprise_.add(surprise);
+    if (has_settled_) cranked_ = time;
+  }
   FittedModel now = modelAt(settled_);
   const double left = battery_sof::takeIn(now, innovation);
   learnt_until_ = time;

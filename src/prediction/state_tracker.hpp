@@ -42,9 +42,8 @@ class StateTracker {
     settled_.errors = ResidualFilter(model_, false);
   }
   bool learns() const { return learns_; }
-  /// [1], largest error of a learning tracker's samples over what was expected of it, of a crank or
-  /// the first sample; 0 before.
-  double surprise() const { return surprise_; }
+  /// [standard deviations], see Surprise.
+  double surprise() const { return surprise_.largest; }
   /// Widths of intervals, as past events ask for.
   void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
   /// What the caller knows of the model and its window does not say: recording, duration of the fit,
@@ -113,8 +112,8 @@ class StateTracker {
   std::optional<SimulationPoint> ahead_;  // at the newest sample, where that is not settled
   std::optional<ControlModeDetector> watch_;
   bool voltage_controlled_ = false, learns_ = false;
-  double surprise_ = 0.0;
-  double learnt_until_ = -HUGE_VAL;  // [s]
+  Surprise surprise_;
+  double learnt_until_ = -HUGE_VAL, cranked_ = -HUGE_VAL;  // [s]
   // As they came: the last settled sample, if there is one, and those that wait.
   Series recent_;
   std::vector<char> controlled_;

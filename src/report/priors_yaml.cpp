@@ -55,6 +55,11 @@ std::vector<KnownPopulation> parsePriorsYaml(const std::string& text, const std:
   of_type.merge(of_all);
   std::vector<KnownPopulation> populations;
   for (auto& [effects, population] : of_type) populations.push_back(std::move(population));
+  if (populations.empty())
+    file.fail("priors", vehicle_type.empty()
+                            ? "has no entry of all types of vehicle, and no type was given"
+                            : "has no entry of the type \"" + vehicle_type +
+                                  "\" nor of all types of vehicle");
   return populations;
 }
 

@@ -15,8 +15,8 @@ inline constexpr char kPriorsSchema[] = "battery_sof/priors/1";
  * @brief PRIORS.yaml: what the batteries of a fleet say of the next one.
  * @param vehicle_type of the battery; populations of all types serve where the file has none of it.
  * @return one population a set of effects. Correlations are not read.
- * @throws ModelFileError when the file cannot be read, is of another schema, or a number is missing
- * or out of its range.
+ * @throws ModelFileError when the file cannot be read, is of another schema, has no entry that
+ * serves, or a number is missing or out of its range.
  */
 std::vector<KnownPopulation> readPriorsFile(const std::filesystem::path& path,
                                             const std::string& vehicle_type);

@@ -55,6 +55,20 @@ TEST(Parked, WithoutATemperatureIsTheSameAsWithoutADifference) {
   EXPECT_TRUE(unknown.fit.covariance.isApprox(unmeasured.fit.covariance));
 }
 
+double largestOf(const std::vector<double>& errors) {
+  Surprise surprise;
+  for (const double error : errors) surprise.add(error);
+  return surprise.largest;
+}
+
+TEST(Surprise, ErrorsOnOneSideAddUpAndOthersDoNot) {
+  EXPECT_DOUBLE_EQ(largestOf({2.2, 2.2, 2.2}), 2.2 * std::sqrt(3.0));
+  EXPECT_DOUBLE_EQ(largestOf({-2.2, -2.2, -2.2}), 2.2 * std::sqrt(3.0));
+  EXPECT_DOUBLE_EQ(largestOf({2.2, -2.2, 2.2}), 2.2);
+  EXPECT_DOUBLE_EQ(largestOf({-5.0, 5.0}), 5.0) << "what was seen stays";
+  EXPECT_DOUBLE_EQ(largestOf({0.0, 0.0, 0.0, 9.0}), 0.0) << "the beginning of a trip alone counts";
+}
+
 TEST(CarryCranks, AWindowWithoutCranksKeepsTheRangeWithTheDifferenceAsError) {
   FittedModel before = uncertainModel(0.02), fit = before;
   before.fit.excited.min_current = -250.0;

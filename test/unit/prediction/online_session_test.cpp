@@ -217,6 +217,33 @@ TEST(OnlineSession, EachFinishedCrankIsComparedOnce) {
   }
 }
 
+/// The first crank's expectation by a session that nothing was saved for.
+Interval firstCrank(const SessionOptions& options, std::string* reason) {
+  OnlineSession session(options);
+  InputSequence inputs(0.01);
+  std::vector<EventComparison> cranks;
+  while (cranks.empty()) cranks = session.push(inputs.next()).cranks;
+  *reason = session.status().reason;
+  return cranks.front().expected;
+}
+
+TEST(OnlineSession, StartsFromTheBatteriesOfAFleet) {
+  const BaseParameters truth = InputSequence::truth();
+  SessionOptions of_fleet;
+  of_fleet.identify.priors = {{{"fresh_sulphate"}, {{"u_dc", 13.5, 0.001, false}}},
+                              {{},
+                               {{"r_discharge", 1.1 * truth.r_discharge, 0.1, true},
+                                {"beta", truth.beta, 1.0, false},
+                                {"u_dc", truth.u_dc, 0.05, false}}}};
+  std::string of_any, by_fleet;
+  const Interval wide = firstCrank({}, &of_any), narrow = firstCrank(of_fleet, &by_fleet);
+  EXPECT_THAT(of_any, HasSubstr("answers rest on what is known of lead-acid batteries"));
+  EXPECT_THAT(by_fleet, HasSubstr("answers rest on the priors of a fleet"));
+  EXPECT_LT(narrow.upper - narrow.lower, 0.7 * (wide.upper - wide.lower));
+  const double moved = -230.0 * truth.r_discharge;  // of the whole crank, to first order
+  EXPECT_NEAR(narrow.value, truth.u_dc + moved, 0.5);
+}
+
 TEST(OnlineSession, KnowsAtWhichVoltageTheBatteryWasChargedLately) {
   OnlineSession session;
   Feeder feeder(session);
@@ -349,21 +376,28 @@ TEST(OnlineSession, ModelOfAnEarlierTripAnswersAtOnceAndWiderThanItDid) {
   EXPECT_EQ(session.status().basis, AnswerBasis::kThisTrip);
 }
 
-TEST(OnlineSession, AnotherBatteryDeniesTheSavedModel) {
+/// The status after a trip with a model of the inputs' battery, which then meets another one with
+/// three cranks.
+SessionStatus afterCranksOf(double rested, double resistance) {
   OnlineSession before;
   Feeder feeder(before);
   InputSequence inputs(0.01);
   feeder.inputs(inputs, 26000);
   OnlineSession session;
   session.restore(*before.model());
-  for (int n = 0; n < 2000; ++n) {
-    RawSample other = InputSequence(0.01, 86400.0 + 0.01 * n).next();
-    other.current = n < 1200 ? -5.0 : -230.0;
-    other.voltage = n < 1200 ? 12.6 : 12.6 - 230.0 * 0.03;  // five times the resistance
-    session.push(other);
+  for (int n = 0; n < 4500; ++n) {
+    const double current = n % 1500 < 1450 ? -5.0 : -230.0;
+    session.push({86400.0 + 0.01 * n, current, rested + resistance * current, {}});
   }
-  EXPECT_EQ(session.status().basis, AnswerBasis::kPopulation);
-  EXPECT_THAT(session.status().reason, HasSubstr("another battery"));
+  return session.status();
+}
+
+TEST(OnlineSession, AnotherBatteryDeniesTheSavedModel) {
+  for (const auto& [rested, resistance] : {std::pair(12.6, 0.03), std::pair(13.0, 0.004)}) {
+    const SessionStatus status = afterCranksOf(rested, resistance);
+    EXPECT_EQ(status.basis, AnswerBasis::kPopulation) << resistance << " Ohm";
+    EXPECT_THAT(status.reason, HasSubstr("another battery"));
+  }
 }
 
 TEST(OnlineSession, AcrossAGapTheBatteryIsTakenToRest) {

@@ -27,9 +27,9 @@ TEST(PriorsYaml, APopulationOfTheTypeComesBeforeThatOfAllTypes) {
   EXPECT_EQ(of_tram[1].parameters.at(0).value, 12.5);
 }
 
-std::string refusal(const std::string& text) {
+std::string refusal(const std::string& text, const std::string& vehicle_type = "") {
   try {
-    parsePriorsYaml(text, "priors.yaml", "");
+    parsePriorsYaml(text, "priors.yaml", vehicle_type);
   } catch (const ModelFileError& error) {
     return error.what();
   }
@@ -48,6 +48,13 @@ TEST(PriorsYaml, WhatIsWrongIsNamedWithItsPlace) {
                 .find("priors[0].parameters.beta.value is not positive"),
             std::string::npos);
   EXPECT_NE(refusal("{").find("not YAML at line 1"), std::string::npos);
+  const std::string of_vans =
+      "schema: battery_sof/priors/1\npriors: [{vehicle_type: van, effects: [], parameters: {}}]";
+  EXPECT_EQ(refusal(of_vans),
+            "priors.yaml: priors has no entry of all types of vehicle, and no type was given");
+  EXPECT_EQ(refusal(of_vans, "bus"),
+            "priors.yaml: priors has no entry of the type \"bus\" nor of all types of vehicle");
+  EXPECT_EQ(refusal(of_vans, "van"), "");
 }
 
 }  // namespace
