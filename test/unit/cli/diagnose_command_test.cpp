@@ -43,7 +43,9 @@ TEST_F(SofDiagnose, FindsAnUnwritableResultBeforeTheWork) {
 }
 
 TEST_F(SofDiagnose, ReadsWhatAFleetKnows) {
-  std::ofstream(path("priors.yaml")) << "schema: battery_sof/priors/1\npriors: []\n";
+  std::ofstream(path("priors.yaml"))
+      << "schema: battery_sof/priors/1\n"
+         "priors: [{vehicle_type: van, effects: [], parameters: {}}]\n";
   std::ofstream(path("other.yaml")) << "schema: other\n";
   EXPECT_EQ(sof({"diagnose", stub_, "--priors", path("priors.yaml"), "--vehicle-type", "van"}).code,
             1)
