@@ -413,9 +413,9 @@ std::string evidenceSection(const Diagnosis& d) {
                     "marks what a place in the model takes.",
                 "class=\"note\"") +
           element("ol", items, list) + further +
-          (d.mechanisms.empty()
-               ? ""
-               : paragraph("Likely mechanisms: " + escaped(likelyMechanismsText(d.mechanisms)) + ".")));
+          (d.mechanisms.empty() ? ""
+                                : paragraph("Likely mechanisms: " +
+                                            escaped(likelyMechanismsText(d.mechanisms)) + ".")));
 }
 
 std::string effectsSection(const Diagnosis& d) {

@@ -266,7 +266,7 @@ TEST(Diagnose, WhatPredictsTheHoldOutWorseThanTheBaseModelIsToldAndNotGiven) {
   EXPECT_EQ(diagnosis.fit.base_holdout.rmse, diagnosis.fit.extended_holdout.rmse);
   EXPECT_TRUE(diagnosis.extended.fit.effects.empty());
   EXPECT_EQ(diagnosis.base_voltage, diagnosis.extended_voltage);
-  EXPECT_NE(std::string::npos, diagnosis.summary.find("so the base model is given"))
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("the extended model, which is not used"))
       << diagnosis.summary;
 }
 
