@@ -40,15 +40,15 @@ std::string costAndGain(const Diagnosis& diagnosis) {
                                   : ", and nothing estimated from the currents lowers it");
 }
 
-/// "Missing (probability 0.61, open_circuit 0.70): "
-std::string missing(const Diagnosis& diagnosis) {
+/// "Missing: acid (probability 0.61; open_circuit is likelier, 0.70)"
+std::string missing(const std::string& what, const Diagnosis& diagnosis) {
   std::string sure;
   if (diagnosis.probability > 0.0) sure = format("probability %.2f", diagnosis.probability);
   const auto& likely = diagnosis.mechanisms;
   if (!likely.empty() && likely.front().mechanism != diagnosis.mechanism)
-    sure += (sure.empty() ? "" : ", ") + mechanismId(likely.front().mechanism) +
-            format(" %.2f", likely.front().probability);
-  return sure.empty() ? "Missing: " : "Missing (" + sure + "): ";
+    sure += (sure.empty() ? "" : "; ") + mechanismId(likely.front().mechanism) +
+            format(" is likelier, %.2f", likely.front().probability);
+  return "Missing: " + what + (sure.empty() ? "" : " (" + sure + ")");
 }
 
 }  // namespace
@@ -140,17 +140,20 @@ std::string summaryOf(const Diagnosis& diagnosis) {
           1e3 * diagnosis.fit.base_holdout.rmse);
     case Verdict::kEffect:
     case Verdict::kSeveral:
-      return missing(diagnosis) + ids.front() +
-             (ids.size() > 1 ? format(" and %zu more", ids.size() - 1) : "") +
+      return missing(ids.front() + (ids.size() > 1 ? format(" and %zu more", ids.size() - 1) : ""),
+                     diagnosis) +
              costAndGain(diagnosis) + ".";
     case Verdict::kAmbiguous:
-      return missing(diagnosis) + mechanismSentence(mechanismOf(diagnosis.effects.front().id)) +
-             ", by one of several equations" + costAndGain(diagnosis) + ".";
+      return missing(mechanismSentence(mechanismOf(diagnosis.effects.front().id)) +
+                         ", by one of several equations",
+                     diagnosis) +
+             costAndGain(diagnosis) + ".";
     case Verdict::kMechanism:
     case Verdict::kUnexplained:
       return (diagnosis.mechanism
-                  ? missing(diagnosis) + mechanismSentence(*diagnosis.mechanism) +
-                        ", without an equation that fits"
+                  ? missing(
+                        mechanismSentence(*diagnosis.mechanism) + ", no equation fits",
+                        diagnosis)
                   : std::string("Something is missing that no mechanism explains")) +
              costAndGain(diagnosis) + ".";
     case Verdict::kSensorFault:

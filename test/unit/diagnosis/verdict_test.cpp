@@ -128,8 +128,9 @@ TEST(Summary, OfAnEffectSaysWhatIsMissingHowSureWhatItCostsAndWhatIsGained) {
   diagnosis.mechanism = Mechanism::kAcid;
   diagnosis.probability = 0.7;
   diagnosis.mechanisms = {{Mechanism::kAcid, 0.7}};
-  EXPECT_EQ("Missing (probability 0.70): " + effectInfo("acid_transport").title +
-                "; on the hold-out the circuit deviates by 300.0 mV RMS, the extended model by "
+  EXPECT_EQ("Missing: " + effectInfo("acid_transport").title +
+                " (probability 0.70); on the hold-out the circuit deviates by 300.0 mV RMS, the "
+                "extended model by "
                 "100.0 mV.",
             summaryOf(diagnosis));
 }
@@ -142,7 +143,8 @@ TEST(Summary, OfSeveralCountsTheOthersAndOfTheIndistinguishableNamesTheMechanism
 }
 
 TEST(Summary, SaysWhichMechanismIsLikelierThanTheVerdicts) {
-  EXPECT_TRUE(says(judgedAs(Verdict::kMechanism), "(probability 0.21, side_reactions 0.60)"));
+  EXPECT_TRUE(
+      says(judgedAs(Verdict::kMechanism), "(probability 0.21; side_reactions is likelier, 0.60)"));
   Diagnosis first = judgedAs(Verdict::kMechanism);
   first.mechanisms = {{Mechanism::kOpenCircuit, 0.6}, {Mechanism::kSideReactions, 0.2}};
   EXPECT_FALSE(says(first, "side_reactions"));
