@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "estimation/fit_quality.hpp"
+#include "support/composed.hpp"
 #include "support/known_model.hpp"
 
 namespace battery_sof {
@@ -53,6 +55,33 @@ TEST(Parked, WithoutATemperatureIsTheSameAsWithoutADifference) {
   const FittedModel unmeasured = parked(model, kHalfDay, std::nullopt);
   EXPECT_EQ(unmeasured.fit.excited.temperature, 293.15);
   EXPECT_TRUE(unknown.fit.covariance.isApprox(unmeasured.fit.covariance));
+}
+
+TEST(TakeIn, MovesStatesByTheKalmanGainAndLeavesTheCovarianceOfTheRest) {
+  const BatteryModel composition({"acid_transport", "ocv_hysteresis"});
+  FittedModel model =
+      unfitted(test::baseDrive(8, 20.0), {0, 1000}, composition, FitStatus::kConverged, "");
+  const Eigen::Index parameters = composition.parameterCount(), states = composition.stateCount();
+  ASSERT_GT(states, 1);
+  Innovation innovation;
+  innovation.factor = Eigen::MatrixXd::Zero(parameters + states, states);
+  innovation.factor.bottomRows(states).diagonal().setConstant(0.1);
+  innovation.modelled = Eigen::VectorXd::LinSpaced(states, 0.5, 1.0);
+  innovation.std_error = 0.5;
+  innovation.error = 0.3;
+  const Eigen::VectorXd& h = innovation.modelled;
+  const Eigen::VectorXd gain = 0.1 * h / (h.squaredNorm() + 0.25);
+  const FittedModel before = model;
+  const double left = takeIn(model, innovation);
+  EXPECT_NEAR(left, 0.3 - 0.3 * h.squaredNorm() / (h.squaredNorm() + 0.25), 1e-12);
+  EXPECT_NEAR(model.state.u_c2 - before.state.u_c2, 0.3 * gain[0], 1e-12);
+  for (Eigen::Index k = 1; k < states; ++k) {
+    const auto n = static_cast<std::size_t>(k - 1);
+    EXPECT_NEAR(model.state.further[n] - before.state.further[n], 0.3 * gain[k], 1e-12) << k;
+  }
+  const Eigen::MatrixXd rest =
+      0.01 * Eigen::MatrixXd::Identity(states, states) - 0.1 * gain * h.transpose();
+  EXPECT_TRUE(model.fit.covariance.bottomRightCorner(states, states).isApprox(rest));
 }
 
 double largestOf(const std::vector<double>& errors) {
