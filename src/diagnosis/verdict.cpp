@@ -151,9 +151,8 @@ std::string summaryOf(const Diagnosis& diagnosis) {
     case Verdict::kMechanism:
     case Verdict::kUnexplained:
       return (diagnosis.mechanism
-                  ? missing(
-                        mechanismSentence(*diagnosis.mechanism) + ", no equation fits",
-                        diagnosis)
+                  ? missing(mechanismSentence(*diagnosis.mechanism) + ", no equation fits",
+                            diagnosis)
                   : std::string("Something is missing that no mechanism explains")) +
              costAndGain(diagnosis) + ".";
     case Verdict::kSensorFault:

@@ -150,7 +150,7 @@ class Roscore:
             raise AssertionError(f"{line}: {error}")
         self.started.append(self.shell.begin(line, stdout=self.log, stderr=self.log))
         for node in nodes:
-            self.until(f"rosnode list | grep -qx {node}", line)
+            self.until(f"rosservice list | grep -qx {node}/get_loggers", line)
         for node in nodes:
             if node.endswith("battery_sof_node"):  # its last service
                 self.until(f"rosservice list | grep -qx {node}/predict_cranking", line)
