@@ -49,11 +49,11 @@ docs: deps-docs
 	@$(PYTHON) scripts/make_docs "$(BUILD)/docs"
 
 # The packages of Debian 12 in build/deb, built in a clean root file system (as root); try-deb installs them in a bare one and asks.
-deb:
+deb: deps-deb
 	@root=$$(mktemp -d) && bash scripts/try_dockerfile --file debian/Dockerfile "$$root" && mkdir -p "$(BUILD)/deb" && \
 	  cp "$$root"/build/*.deb "$(BUILD)/deb/" && rm -rf --one-file-system "$$root" && ls -l "$(BUILD)/deb"
 
-try-deb:
+try-deb: deps-deb
 	@root=$$(mktemp -d) && bash scripts/try_dockerfile --file debian/try.Dockerfile --context "$(BUILD)/deb" "$$root" && rm -rf --one-file-system "$$root"
 
 # The build without ROS (docs/cpp-and-python.md), and what can differ in it: files and commands, the installed package, Python. Each file
