@@ -52,7 +52,10 @@ def measured(name, places, docs=None):
     with tempfile.TemporaryDirectory(prefix="results_") as folder:
         os.makedirs(os.path.join(folder, "docs", "pictures"))
         text = "\n".join(printed(command, dict(places, OUT=folder)) for command in one.commands)
-        figures = rounded(one.kept(folder, text))
+        try:
+            figures = rounded(one.kept(folder, text))
+        except FileNotFoundError as missing:
+            raise SystemExit(f"{name}: no {os.path.basename(missing.filename)} was made; its commands say why above") from missing
         for file in one.files if docs else ():
             shutil.copyfile(os.path.join(folder, "docs", file), os.path.join(docs, file))
         return figures, {file: digest(os.path.join(folder, "docs", file)) for file in one.files if file.endswith(".png")}
