@@ -9,9 +9,9 @@
 namespace battery_sof {
 namespace {
 
-// instruments' errors hang together for seconds, what lasts longer is physics
 constexpr int kSteps = 3;  // tried along a direction, the first whole, each shorter than the last
 constexpr double kShorter = 0.35;
+// instruments' errors hang together for seconds, what lasts longer is physics
 constexpr double kMinSampleFraction = 0.02;
 // the same from any state before
 constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;

@@ -52,6 +52,14 @@ TEST(Combination, GoesByTheEvidenceAndNotByTheNumberOfRecordings) {
   EXPECT_EQ(Mechanism::kAcid, combine({weak, weak, strong}).mechanism);
 }
 
+TEST(Combination, TheSameEvidenceTwiceIsNoSurerThanOnce) {
+  const Diagnosis one = recordingOf(Mechanism::kAcid, 60.0, Mechanism::kAgeing, 50.0);
+  const CombinedDiagnosis twice = combine({one, one});
+  ASSERT_EQ(one.mechanisms.size(), twice.mechanisms.size());
+  for (std::size_t k = 0; k < one.mechanisms.size(); ++k)
+    EXPECT_NEAR(one.mechanisms[k].probability, twice.mechanisms[k].probability, 1e-12);
+}
+
 TEST(Combination, DoesNotDependOnTheOrder) {
   const Diagnosis first = recordingOf(Mechanism::kAcid, 60.0, Mechanism::kAgeing, 50.0),
                   second = recordingOf(Mechanism::kStructure, 70.0, Mechanism::kAcid, 60.0);
