@@ -88,6 +88,7 @@ ErrorForecast ResidualFilter::forecast(double ahead) const {
 
 ErrorForecast ResidualFilter::forecastThrough(double ahead) const {
   const ErrorForecast all = forecast(ahead);
+  if (min_current_) return {0.0, all.variance};
   const double left_out = all.mean - drift_;
   return noise_ ? ErrorForecast{drift_, all.variance + left_out * left_out} : all;
 }

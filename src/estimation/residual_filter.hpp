@@ -54,6 +54,7 @@ class ResidualFilter {
   ErrorForecast forecast(double ahead) const;
   /// For an event that is unlike the driving before it, as a crank is: d is kept, a is not carried
   /// into it and its square counts as variance (docs/decisions/0004-residual-carried-forward.md).
+  /// The level of stops is not a crank's, whose past events hold their own: the mean is zero then.
   ErrorForecast forecastThrough(double ahead) const;
   ResidualState residualState() const;
 

@@ -108,6 +108,18 @@ TEST(StopWatch, AStopItselfPutsTheLevelRight) {
   EXPECT_GE(inside, 9 * looks / 10);
 }
 
+TEST(StopWatch, ACrankDoesNotCarryTheLevelOfStops) {
+  const Series series = lowerInStops(kLower);
+  FittedModel model = atFirst(series);
+  for (const EventComparison& stop : stopsOf(model, series))
+    model.intervals.event_history.add(stop);
+  ResidualFilter errors(model);
+  errors.expectStop();
+  ASSERT_LT(errors.forecast(10.0).mean, -0.5 * kLower);
+  EXPECT_EQ(errors.forecastThrough(10.0).mean, 0.0);
+  EXPECT_EQ(errors.forecastThrough(10.0).variance, errors.forecast(10.0).variance);
+}
+
 TEST(StopWatch, AStopAcrossAGapOrOneUnderWayAtTheBeginningIsNotCompared) {
   Series series = lowerInStops(0.0);
   const FittedModel model = atFirst(series);
