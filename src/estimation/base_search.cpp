@@ -269,13 +269,7 @@ BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& eq
   BaseFit start = startOf(options);
   if (samples.size() >= kCoarseFrom) {
     const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), start.parameters.i0);
-    const BaseFit wished = search(coarse, options, start, 0.0);
-    start = wished;
-    // A start far off may lead nowhere; Table I's own costs little on averages.
-    if (options.initial != IdentifyOptions{}.initial || wished.status != FitStatus::kConverged) {
-      const BaseFit usual = search(coarse, options, startOf({}), 0.0);
-      if (usual.cost < wished.cost) start = usual;
-    }
+    start = search(coarse, options, start, 0.0);
   }
   return search(equations, options, start, kTrustedGain);
 }

@@ -232,6 +232,23 @@ TEST(SearchWindow, ItsTrustedLastStepLandsOnTheOptimum) {
   }
 }
 
+TEST(SearchWindow, AStartFarOffLeadsToTheOptimumOfTheUsualOne) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Series series = test::baseDrive(seed, 240.0, 0.02);
+    const WindowSamples samples(series, whole(series), {}, gapThreshold(series), {});
+    const BaseNormalEquations equations(samples, 1.0);
+    const double usual = searchWindow(samples, equations, {}).cost;
+    for (const double c2 : {tableOne()[2].lower, tableOne()[2].upper})
+      for (const double beta : {tableOne()[3].lower, tableOne()[3].upper}) {
+        IdentifyOptions options;
+        options.initial[2] = c2;
+        options.initial[3] = beta;
+        const BaseFit found = searchWindow(samples, equations, options);
+        EXPECT_LT(found.cost, usual * (1.0 + 1e-6));
+      }
+  }
+}
+
 TEST(WindowSamples, WeighsHighRateDischargeOnly) {
   Series series;
   series.time = {0.0, 0.01, 0.02, 0.03};
