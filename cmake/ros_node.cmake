@@ -4,7 +4,7 @@ list(FILTER ros_sources EXCLUDE REGEX "_main\\.cpp$")
 add_library(${PROJECT_NAME}_ros ${ros_sources})
 target_include_directories(${PROJECT_NAME}_ros SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
 target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_bag ${catkin_LIBRARIES} Threads::Threads)
-battery_sof_build_quickly(${PROJECT_NAME}_ros)
+battery_sof_build_quickly(${PROJECT_NAME}_ros TOGETHER)
 add_dependencies(${PROJECT_NAME}_ros ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 
 add_executable(${PROJECT_NAME}_node src/ros/battery_sof_node_main.cpp)
