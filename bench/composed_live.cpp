@@ -13,7 +13,7 @@
 #include "composed_record.hpp"
 #include "estimation/composition_fit.hpp"
 #include "estimation/identification.hpp"
-#include "prediction/state_tracker.hpp"
+#include "state/state_tracker.hpp"
 #include "stopwatch.hpp"
 
 namespace {

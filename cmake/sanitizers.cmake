@@ -22,7 +22,7 @@ endif()
 # keep up with its samples. ROS is as it is installed.
 if(BATTERY_SOF_SANITIZE_THREADS)
   file(GLOB shared_sources CONFIGURE_DEPENDS
-    src/recording/*.cpp src/prediction/*.cpp src/estimation/parallel.cpp src/bag/*.cpp src/ros/*.cpp)
+    src/recording/*.cpp src/state/*.cpp src/prediction/*.cpp src/estimation/parallel.cpp src/bag/*.cpp src/ros/*.cpp)
   set(thread_sanitizer -g1 -fno-omit-frame-pointer -fsanitize=thread)
   set_property(SOURCE ${shared_sources} APPEND PROPERTY COMPILE_OPTIONS ${thread_sanitizer})
   add_link_options(-fsanitize=thread)

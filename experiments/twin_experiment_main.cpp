@@ -13,8 +13,8 @@
 #include <random>
 
 #include "baseline/charge_phases.hpp"
-#include "estimation/follower.hpp"
 #include "estimation/identification.hpp"
+#include "state/follower.hpp"
 
 namespace {
 

@@ -8,11 +8,11 @@
 #include "battery_sof/csv.hpp"
 #include "column_options.hpp"
 #include "estimation/identification.hpp"
-#include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
 #include "prediction/pipeline.hpp"
 #include "prediction/profile.hpp"
 #include "prediction/scores.hpp"
+#include "state/residual_filter.hpp"
 
 namespace {
 

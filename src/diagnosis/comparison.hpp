@@ -5,7 +5,7 @@
 
 #include "battery_sof/series.hpp"
 #include "diagnosis/diagnosis.hpp"
-#include "estimation/fitted_model.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

@@ -7,10 +7,10 @@
 
 #include "battery_sof/series.hpp"
 #include "diagnosis/explanation.hpp"
-#include "estimation/fitted_model.hpp"
 #include "recording/control_mode.hpp"
 #include "regression/discrepancy_curve.hpp"
 #include "regression/discrepancy_fit.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

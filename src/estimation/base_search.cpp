@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "estimation/fit_quality.hpp"
-#include "estimation/levenberg_marquardt.hpp"
 #include "estimation/parameter_space.hpp"
+#include "regression/levenberg_marquardt.hpp"
 
 namespace battery_sof {
 namespace {

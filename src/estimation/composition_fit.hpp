@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "estimation/fitted_model.hpp"
-#include "estimation/levenberg_marquardt.hpp"
-#include "estimation/noise_model.hpp"
 #include "estimation/parameter_space.hpp"
 #include "model/simulation.hpp"
 #include "recording/events.hpp"
+#include "regression/levenberg_marquardt.hpp"
+#include "state/fitted_model.hpp"
+#include "state/noise_model.hpp"
 
 namespace battery_sof {
 

@@ -6,8 +6,8 @@
 
 #include "estimation/covariance.hpp"
 #include "estimation/fit_quality.hpp"
-#include "estimation/residual_filter.hpp"
-#include "estimation/window_history.hpp"
+#include "state/residual_filter.hpp"
+#include "state/window_history.hpp"
 
 namespace battery_sof {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "estimation/fitted_model.hpp"
 #include "recording/events.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

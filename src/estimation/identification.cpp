@@ -8,11 +8,11 @@
 #include "estimation/composition_identification.hpp"
 #include "estimation/covariance.hpp"
 #include "estimation/fit_quality.hpp"
-#include "estimation/follower.hpp"
-#include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
 #include "recording/events.hpp"
 #include "recording/series_blocks.hpp"
+#include "state/follower.hpp"
+#include "state/residual_filter.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "estimation/fitted_model.hpp"
 #include "estimation/parameter_space.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/events.hpp"
 #include "recording/voltage_repair.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "estimation/residual_filter.hpp"
 #include "recording/fit_mask.hpp"
+#include "state/residual_filter.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "battery_sof/intake.hpp"
-#include "estimation/follower.hpp"
 #include "prediction/pipeline.hpp"
+#include "state/follower.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 

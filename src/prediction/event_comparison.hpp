@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/event_history.hpp"
 #include "prediction/answer.hpp"
+#include "state/event_history.hpp"
 
 namespace battery_sof {
 

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/fitted_model.hpp"
 #include "prediction/answer.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

@@ -4,8 +4,8 @@
 
 #include "prediction/event_comparison.hpp"
 #include "prediction/sample_stream.hpp"
-#include "prediction/state_tracker.hpp"
 #include "recording/events.hpp"
+#include "state/state_tracker.hpp"
 
 namespace battery_sof {
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
-#include "prediction/state_tracker.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/fit_mask.hpp"
 #include "recording/voltage_repair.hpp"
+#include "state/residual_filter.hpp"
+#include "state/state_tracker.hpp"
 
 namespace battery_sof {
 

@@ -4,11 +4,11 @@
 #include <string>
 
 #include "battery_sof/series.hpp"
-#include "estimation/fitted_model.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/charger_share.hpp"
 #include "prediction/model_monitor.hpp"
 #include "recording/events.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

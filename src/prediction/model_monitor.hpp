@@ -6,7 +6,7 @@
 
 #include "prediction/event_watch.hpp"
 #include "prediction/sample_stream.hpp"
-#include "prediction/state_tracker.hpp"
+#include "state/state_tracker.hpp"
 
 namespace battery_sof {
 

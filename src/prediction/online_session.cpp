@@ -5,10 +5,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "estimation/posterior.hpp"
 #include "estimation/window.hpp"
 #include "prediction/series_blocks.hpp"
 #include "recording/series_blocks.hpp"
+#include "state/posterior.hpp"
 
 namespace battery_sof {
 

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <utility>
 
-#include "estimation/posterior.hpp"
 #include "prediction/series_blocks.hpp"
+#include "state/posterior.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

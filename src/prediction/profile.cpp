@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "battery_sof/intake.hpp"
-#include "estimation/follower.hpp"
 #include "model/input_sequence.hpp"
 #include "prediction/pipeline.hpp"
-#include "prediction/state_tracker.hpp"
+#include "state/follower.hpp"
+#include "state/state_tracker.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

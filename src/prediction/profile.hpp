@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "estimation/fitted_model.hpp"
 #include "prediction/answer.hpp"
 #include "prediction/mixed_scores.hpp"
 #include "prediction/query.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

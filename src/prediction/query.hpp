@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "estimation/fitted_model.hpp"
-#include "estimation/residual_filter.hpp"
 #include "model/simulation.hpp"
 #include "prediction/answer.hpp"
 #include "prediction/event_corrections.hpp"
+#include "state/fitted_model.hpp"
+#include "state/residual_filter.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

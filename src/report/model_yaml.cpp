@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "battery_sof/version.hpp"
-#include "estimation/residual_filter.hpp"
 #include "prediction/pipeline.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/series_blocks.hpp"
+#include "state/residual_filter.hpp"
 #include "util/atomic_file.hpp"
 #include "util/constants.hpp"
 #include "util/regular_file.hpp"

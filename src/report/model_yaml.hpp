@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "estimation/fitted_model.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

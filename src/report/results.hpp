@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "estimation/fitted_model.hpp"
 #include "prediction/cranking.hpp"
 #include "prediction/range_prediction.hpp"
 #include "prediction/stop_time.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

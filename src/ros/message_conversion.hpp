@@ -3,12 +3,12 @@
 #include <optional>
 #include <string>
 
-#include "estimation/fitted_model.hpp"
 #include "prediction/online_session.hpp"
 #include "ros/background_work.hpp"
 #include "ros/event_tallies.hpp"
 #include "ros/messages.hpp"
 #include "ros/node_options.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

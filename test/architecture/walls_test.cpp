@@ -14,9 +14,9 @@ namespace fs = std::filesystem;
 const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
 
 /// Stages in the order of the data flow: each may include itself and those before it.
-const std::vector<std::string> kStages = {"util",       "recording", "model",
-                                          "regression", "baseline",  "estimation",
-                                          "prediction", "diagnosis", "report"};
+const std::vector<std::string> kStages = {"util",      "recording", "model",      "regression",
+                                          "baseline",  "state",     "estimation", "prediction",
+                                          "diagnosis", "report"};
 
 const std::regex kRosHeader(
     R"((/ros/|/rosbag/|/rosbag_storage/|/[a-z_]+_msgs/)[A-Za-z_]+\.(h|hpp))");
@@ -62,7 +62,8 @@ std::string preprocessorDependencies(const fs::path& file) {
 }
 
 TEST(Architecture, EveryStageIsFound) {
-  for (const auto& stage : {"recording", "baseline", "model", "estimation", "prediction", "report"})
+  for (const auto& stage :
+       {"recording", "baseline", "model", "state", "estimation", "prediction", "report"})
     EXPECT_GT(sourcesOf(stage).size(), 2u) << stage;
 }
 
@@ -101,7 +102,7 @@ TEST(Architecture, TheWallWouldSeeARosHeader) {
 
 TEST(Architecture, OnlyReportReadsJsonAndYaml) {
   for (const auto& stage :
-       {"recording", "baseline", "model", "estimation", "prediction", "diagnosis"})
+       {"recording", "baseline", "model", "state", "estimation", "prediction", "diagnosis"})
     for (const auto& file : sourcesOf(stage))
       for (const auto& include : includesOf(file)) {
         EXPECT_EQ(include.find("nlohmann"), std::string::npos) << file;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "estimation/fitted_model.hpp"
+#include "state/fitted_model.hpp"
 #include "support/composed.hpp"
 
 /// Models whose parameters are known exactly and whose window excited nearly everything, for tests

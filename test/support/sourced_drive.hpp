@@ -1,7 +1,7 @@
 #pragma once
 
-#include "estimation/follower.hpp"
 #include "recording/control_mode.hpp"
+#include "state/follower.hpp"
 #include "support/known_model.hpp"
 #include "support/synthetic_recording.hpp"
 

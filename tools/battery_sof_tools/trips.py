@@ -103,7 +103,7 @@ def played(binary, paths, parked):
     return [[row for row in rows if row["trip"] == os.path.basename(path)] for path in paths]
 
 
-# What parking changes in the long run (src/estimation/posterior.cpp): of a value, of u_dc [V]; and how soon [s].
+# What parking changes in the long run (src/state/posterior.cpp): of a value, of u_dc [V]; and how soon [s].
 PARKED, PARKED_U_DC_V, PARKED_TIME = 0.05, 0.08, 86400.0
 
 

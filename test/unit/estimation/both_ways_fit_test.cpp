@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "estimation/composition_fit.hpp"
-#include "estimation/follower.hpp"
 #include "estimation/identification.hpp"
-#include "estimation/residual_filter.hpp"
+#include "state/follower.hpp"
+#include "state/residual_filter.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {

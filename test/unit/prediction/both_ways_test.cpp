@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "prediction/event_watch.hpp"
-#include "prediction/state_tracker.hpp"
+#include "state/state_tracker.hpp"
 #include "support/known_model.hpp"
 #include "support/start_stop.hpp"
 

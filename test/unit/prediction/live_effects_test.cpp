@@ -2,11 +2,11 @@
 
 #include "estimation/fit_quality.hpp"
 #include "estimation/identification.hpp"
-#include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
 #include "prediction/cranking.hpp"
 #include "prediction/online_session.hpp"
-#include "prediction/state_tracker.hpp"
+#include "state/residual_filter.hpp"
+#include "state/state_tracker.hpp"
 #include "support/composed.hpp"
 
 namespace battery_sof {

@@ -7,8 +7,8 @@
 #include <limits>
 #include <random>
 
-#include "estimation/residual_filter.hpp"
 #include "estimation/window.hpp"
+#include "state/residual_filter.hpp"
 #include "support/base_circuit.hpp"
 
 namespace battery_sof {

@@ -6,7 +6,7 @@
 
 #include "estimation/identification.hpp"
 #include "prediction/scores.hpp"
-#include "prediction/state_tracker.hpp"
+#include "state/state_tracker.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

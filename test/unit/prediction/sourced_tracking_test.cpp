@@ -8,7 +8,7 @@
 #include "estimation/identification.hpp"
 #include "prediction/online_session.hpp"
 #include "prediction/profile.hpp"
-#include "prediction/state_tracker.hpp"
+#include "state/state_tracker.hpp"
 #include "support/sourced_drive.hpp"
 
 namespace battery_sof {

@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "estimation/identification.hpp"
-#include "estimation/residual_filter.hpp"
 #include "prediction/cranking.hpp"
 #include "prediction/profile.hpp"
+#include "state/residual_filter.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {

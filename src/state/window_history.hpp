@@ -1,7 +1,7 @@
 #pragma once
 
-#include "estimation/fitted_model.hpp"
 #include "model/input_sequence.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

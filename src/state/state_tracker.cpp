@@ -1,4 +1,4 @@
-#include "prediction/state_tracker.hpp"
+#include "state/state_tracker.hpp"
 
 #include <algorithm>
 #include <cmath>

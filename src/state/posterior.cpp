@@ -1,4 +1,4 @@
-#include "estimation/posterior.hpp"
+#include "state/posterior.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -58,6 +58,24 @@ void describe(Fit& fit) {
 }
 
 }  // namespace
+
+std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populations,
+                                    std::vector<std::string> effects) {
+  std::sort(effects.begin(), effects.end());
+  for (const KnownPopulation& population : populations) {
+    std::vector<std::string> of_population = population.effects;
+    std::sort(of_population.begin(), of_population.end());
+    if (of_population == effects) return population.parameters;
+  }
+  return {};
+}
+
+const KnownParameter* find(const std::vector<KnownParameter>& known, const std::string& name) {
+  const auto one = std::find_if(known.begin(), known.end(), [&](const KnownParameter& parameter) {
+    return parameter.name == name;
+  });
+  return one == known.end() ? nullptr : &*one;
+}
 
 double takeIn(FittedModel& model, const Innovation& innovation) {
   const Eigen::VectorXd& h = innovation.modelled;

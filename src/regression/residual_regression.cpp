@@ -1,4 +1,4 @@
-#include "estimation/residual_regression.hpp"
+#include "regression/residual_regression.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,13 +8,13 @@
 
 #include "baseline/baseline_predictor.hpp"
 #include "battery_sof/parameter_estimate.hpp"
-#include "estimation/event_history.hpp"
-#include "estimation/levenberg_marquardt.hpp"
-#include "estimation/noise_model.hpp"
-#include "estimation/residual_regression.hpp"
 #include "model/battery_model.hpp"
 #include "model/simulation.hpp"
 #include "recording/control_mode.hpp"
+#include "regression/levenberg_marquardt.hpp"
+#include "regression/residual_regression.hpp"
+#include "state/event_history.hpp"
+#include "state/noise_model.hpp"
 
 namespace battery_sof {
 

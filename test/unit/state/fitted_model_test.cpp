@@ -1,4 +1,4 @@
-#include "estimation/fitted_model.hpp"
+#include "state/fitted_model.hpp"
 
 #include <gtest/gtest.h>
 

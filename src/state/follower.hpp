@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "estimation/fitted_model.hpp"
-#include "estimation/residual_regression.hpp"
+#include "regression/residual_regression.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 

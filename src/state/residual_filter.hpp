@@ -1,9 +1,9 @@
 #pragma once
 
 #include "battery_sof/series.hpp"
-#include "estimation/fitted_model.hpp"
-#include "estimation/noise_filter.hpp"
 #include "model/input_sequence.hpp"
+#include "state/fitted_model.hpp"
+#include "state/noise_filter.hpp"
 
 namespace battery_sof {
 

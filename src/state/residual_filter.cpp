@@ -1,12 +1,12 @@
-#include "estimation/residual_filter.hpp"
+#include "state/residual_filter.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "estimation/follower.hpp"
 #include "model/input_sequence.hpp"
 #include "recording/events.hpp"
+#include "state/follower.hpp"
 
 namespace battery_sof {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "estimation/follower.hpp"
-#include "estimation/posterior.hpp"
-#include "estimation/residual_filter.hpp"
+#include "state/follower.hpp"
+#include "state/posterior.hpp"
+#include "state/residual_filter.hpp"
 
 namespace battery_sof {
 

@@ -1,4 +1,4 @@
-#include "estimation/posterior.hpp"
+#include "state/posterior.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "estimation/noise_model.hpp"
+#include "state/noise_model.hpp"
 
 #include <cmath>
 #include <stdexcept>
 #include <unsupported/Eigen/AutoDiff>
 
-#include "estimation/levenberg_marquardt.hpp"
-#include "estimation/noise_filter.hpp"
+#include "regression/levenberg_marquardt.hpp"
+#include "state/noise_filter.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

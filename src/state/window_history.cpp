@@ -1,11 +1,11 @@
-#include "estimation/window_history.hpp"
+#include "state/window_history.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "baseline/charge_phases.hpp"
-#include "estimation/follower.hpp"
 #include "recording/events.hpp"
+#include "state/follower.hpp"
 
 namespace battery_sof {
 namespace {

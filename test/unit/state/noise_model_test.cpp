@@ -1,4 +1,4 @@
-#include "estimation/noise_model.hpp"
+#include "state/noise_model.hpp"
 
 #include <gtest/gtest.h>
 

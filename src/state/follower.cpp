@@ -1,4 +1,4 @@
-#include "estimation/follower.hpp"
+#include "state/follower.hpp"
 
 #include <algorithm>
 

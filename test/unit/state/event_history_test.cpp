@@ -1,4 +1,4 @@
-#include "estimation/event_history.hpp"
+#include "state/event_history.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "estimation/levenberg_marquardt.hpp"
+#include "regression/levenberg_marquardt.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
