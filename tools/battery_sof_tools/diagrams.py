@@ -83,11 +83,11 @@ def circuit():
 COLUMN, TOP = 210, 60
 # folder: column, row, what it does
 FOLDERS = {"bag": (0, 0, "bags to series"), "recording": (1, 0, "intake, checks, events,\noperating mode"), "model": (1, 2, "base circuit, effects,\nsimulation"),
-           "baseline": (2, 0, "predictors without physics"), "estimation": (2, 1, "window, fit, covariance,\nnoise, residual filter"), "regression": (2, 2, "regressors, evidence,\ndiscrepancy model"),
-           "prediction": (3, 0.5, "queries, online session,\nmodel selection"), "diagnosis": (3, 2, "locate, select, judge,\ncompare"), "report": (4, 1, "text, JSON, MODEL.yaml,\npages"),
-           "ros": (5, 0, "battery_sof_node"), "cli": (5, 1, "sof"), "api": (5, 2, "C++ interface, Python")}
-ARROWS = (("bag", "recording"), ("recording", "baseline"), ("recording", "estimation"), ("model", "estimation"), ("model", "regression"), ("baseline", "prediction"), ("estimation", "prediction"),
-          ("estimation", "diagnosis"), ("regression", "diagnosis"), ("prediction", "report"), ("diagnosis", "report"), ("report", "ros"), ("report", "cli"), ("report", "api"))
+           "baseline": (2, 0, "predictors without physics"), "state": (2, 1, "a fitted model's state:\nfollower, posterior, events"), "regression": (2, 2, "regressors, evidence,\ndiscrepancy model"),
+           "estimation": (3, 1, "window, cost, fit,\ncovariance"), "prediction": (4, 0.5, "queries, online session,\nmodel selection"), "diagnosis": (4, 2, "locate, select, judge,\ncompare"),
+           "report": (5, 1, "text, JSON, MODEL.yaml,\npages"), "ros": (6, 0, "battery_sof_node"), "cli": (6, 1, "sof"), "api": (6, 2, "C++ interface, Python")}
+ARROWS = (("bag", "recording"), ("recording", "baseline"), ("recording", "state"), ("model", "state"), ("model", "regression"), ("baseline", "prediction"), ("state", "estimation"), ("regression", "estimation"),
+          ("estimation", "prediction"), ("estimation", "diagnosis"), ("regression", "diagnosis"), ("prediction", "report"), ("diagnosis", "report"), ("report", "ros"), ("report", "cli"), ("report", "api"))
 
 
 def edges(name):
@@ -96,9 +96,9 @@ def edges(name):
 
 
 def data_flow():
-    width = 20 + COLUMN * 6 - 30
+    width = 20 + COLUMN * 7 - 30
     parts = HEAD.format(width=width, height=440, title="Data flow through the folders of src", ink=INK, sign=SIGN)
-    parts += text(20, 30, "src/: who uses whom. Order of includes: util, recording, model, regression, baseline, estimation, prediction, diagnosis, report", anchor="start", size=14)
+    parts += text(20, 30, "src/: who uses whom. Order of includes: util, recording, model, regression, baseline, state, estimation, prediction, diagnosis, report", anchor="start", size=14)
     for first, second in ARROWS:
         (x1, y1), (x2, y2) = edges(first), edges(second)
         parts += line((x1 + 165, y1 + 40), (x2 - 2, y2 + 40), colour=GREY, tip="tip")
