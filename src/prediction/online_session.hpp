@@ -228,6 +228,8 @@ class OnlineSession {
   std::string refusalOfRestored(double first_time) const;
   /// Why the saved model, not judged for good yet, does not answer; empty when it does.
   std::string whyRestoredWaits() const;
+  /// A saved model after its parking, about to follow samples from a time [s] on.
+  ModelMonitor restoredAt(const FittedModel& saved, double time) const;
   /// The saved model at the newest sample, while the stream still measures its rate.
   FittedModel restoredNow() const;
   void beginDueExtension();

@@ -48,13 +48,17 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
   last_outcome_ = inUseSentence(first.time - model.fit.window.to);
   basis_ = AnswerBasis::kPreviousTrip;
   if (model.fit.source) source_ = ChargerShare(*model.fit.source);
-  contenders_.base.setCalibrations(model.intervals.crank_calibration,
-                                   model.intervals.charge_calibration);
-  contenders_.base.learnFrom(
-      parked(model, first.time - model.state.time, temperatureAt(stream_.series(), first.time)),
-      stream_.maxGap());
+  contenders_.base = restoredAt(model, first.time);
   followAgain(model.state.time, stream_.maxGap());
   next_look_ = driving_;
+}
+
+ModelMonitor OnlineSession::restoredAt(const FittedModel& saved, double time) const {
+  ModelMonitor monitor(options_.events, options_.steps);
+  monitor.setCalibrations(saved.intervals.crank_calibration, saved.intervals.charge_calibration);
+  monitor.learnFrom(parked(saved, time - saved.state.time, temperatureAt(stream_.series(), time)),
+                    stream_.maxGap());
+  return monitor;
 }
 
 void OnlineSession::beginFromPopulation(const StreamSample& sample) {
@@ -114,13 +118,7 @@ std::string OnlineSession::whyNoSample() const {
 
 FittedModel OnlineSession::restoredNow() const {
   const Series& first = stream_.waiting();
-  ModelMonitor model(options_.events, options_.steps);
-  model.setCalibrations(restored_->intervals.crank_calibration,
-                        restored_->intervals.charge_calibration);
-  if (!first.empty())
-    model.learnFrom(parked(*restored_, first.time.front() - restored_->state.time,
-                           temperatureAt(stream_.series(), first.time.front())),
-                    stream_.maxGap());
+  ModelMonitor model = restoredAt(*restored_, first.time.front());
   for (std::size_t n = 0; n < first.size(); ++n)
     model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
   return model.now();

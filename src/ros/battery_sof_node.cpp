@@ -23,7 +23,7 @@ constexpr std::uint32_t kQueueSize = 100000;  // 20 s of a 100 Hz bag played at 
 constexpr double kStatusPeriod = 1.0;         // [s], SofStatus is a 1 Hz topic
 constexpr double kNoDataAfter = 5.0;          // [s], the shortest gap of a recording (gapThreshold)
 
-constexpr int kNice = 10;  // of identifications: the other threads go first
+constexpr int kIdentificationNice = 10;  // of identifications: the other threads go first
 constexpr std::chrono::milliseconds kLook{50};
 
 /// [s]; a ros::Duration holds 2^31 s, and throws where a clock jumps further.
@@ -62,7 +62,7 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
       node_(node),
       private_node_(private_node),
       session_(options_.session),
-      worker_([this](const Identification& work) { onIdentification(work); }, kNice),
+      worker_([this](const Identification& work) { onIdentification(work); }, kIdentificationNice),
       diagnoses_(
           private_node_,
           {options_.diagnose_period, options_.session.identify_period, options_.use_diagnosis,

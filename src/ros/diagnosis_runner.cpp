@@ -8,7 +8,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr int kNice = 15;  // identifications (10) go first: answers stand on them
+constexpr int kDiagnosisNice = 15;  // identifications (10) go first: answers stand on them
 
 }  // namespace
 
@@ -17,7 +17,7 @@ DiagnosisRunner::DiagnosisRunner(ros::NodeHandle& private_node, const Options& o
       adopt_(std::move(adopt)),
       publisher_(private_node.advertise<DiagnosisMessage>("diagnosis", 10, true)),
       next_due_(options.period),
-      worker_([this](Job job) { run(std::move(job)); }, kNice) {}
+      worker_([this](Job job) { run(std::move(job)); }, kDiagnosisNice) {}
 
 bool DiagnosisRunner::begin(const Series& series, const std::string& name, const Goal& goal) {
   const std::string id = goal.getGoalID().id;
