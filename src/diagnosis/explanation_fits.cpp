@@ -21,6 +21,7 @@ constexpr double kHeavyDischarge = -100.0, kChargeCurrent = 5.0, kTypicalCharge 
 // steps of a voltage channel's random walk over the training part
 constexpr int kRandomWalk = 24;
 constexpr double kMaxRandomWalk = 0.0012;  // [V] a root minute, of a voltage channel
+constexpr Eigen::Index kLeftOutBlocks = 8;
 constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 
 }  // namespace
@@ -193,6 +194,28 @@ void ExplanationFits::evaluateEvidence(ExplanationState& state) const {
   state.fit = fitOf(sumsOf(state, false));
   state.evidence = state.fit.evidence;
   state.evidence += effective_sample_fraction_ * noise_.logScale();
+}
+
+Eigen::ArrayXd ExplanationFits::leftOutSquares(const ExplanationState& state) const {
+  const ExplanationSums sums = sumsOf(state, false);
+  const Eigen::Index rows = sums.targets.size(), known = sums.problem.known();
+  const std::vector<Eigen::Index>& used = sums.columns.used;
+  Eigen::ArrayXd squares(kLeftOutBlocks);
+  for (Eigen::Index block = 0; block < kLeftOutBlocks; ++block) {
+    const Eigen::Index first = rows * block / kLeftOutBlocks,
+                       count = rows * (block + 1) / kLeftOutBlocks - first;
+    Eigen::MatrixXd columns(count, known + static_cast<Eigen::Index>(used.size()));
+    columns << sums.columns.own.middleRows(first, count),
+        (*sums.columns.free)(Eigen::seqN(first, count), used);
+    const auto targets = sums.targets.segment(first, count);
+    ExplanationSums rest = {sums.problem, {}, {}};
+    rest.problem.products -= columns.transpose() * columns;
+    rest.problem.targets -= columns.transpose() * targets;
+    rest.problem.square -= targets.squaredNorm();
+    rest.problem.rows -= static_cast<double>(count);
+    squares[block] = (targets - columns * fitOf(rest).z).squaredNorm();
+  }
+  return squares;
 }
 
 void ExplanationFits::spend(const ExplanationState& state, int linearizations) const {

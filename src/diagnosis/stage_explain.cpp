@@ -40,7 +40,8 @@ std::vector<std::string> idsToWeigh(const Screening& screened,
   const double span = screened.series.time.back() - screened.series.time.front();
   if (!wanted.empty() || !screened.slow || span <= kShortSteps) return ids;
   const auto left = std::stable_partition(ids.begin(), ids.end(), [](const std::string& id) {
-    return !effectInfo(id).takes_short_steps;
+    const EffectInfo& info = effectInfo(id);
+    return !info.takes_short_steps || info.on_request;  // the physics of what a source does
   });
   const std::vector<std::string> left_out(left, ids.end());
   ids.erase(left, ids.end());

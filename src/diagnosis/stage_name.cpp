@@ -51,13 +51,20 @@ void takeBothWays(Named& named, const Prepared& prepared, const Explained& expla
   named.base_both_ways = std::move(base);
 }
 
-/// Interval by profile likelihood.
-DiagnosedParameter profiled(const ParameterEstimate& estimate, const ParameterInfo& info,
-                            const WhitenedFit& fit, const InputSequence& inputs) {
+/// Interval by profile likelihood; by the standard error where the model was fitted in the other
+/// direction than `fit`.
+DiagnosedParameter withInterval(const ParameterEstimate& estimate, const ParameterInfo& info,
+                                const WhitenedFit& fit, const InputSequence& inputs,
+                                bool is_driven) {
   DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value,   estimate.std,
                                std::nullopt,  std::nullopt,  estimate.at_bound};
   const double first = estimate.std ? kTwoSided * *estimate.std : 0.2 * std::abs(estimate.value);
-  if (!(first > 0.0)) return parameter;
+  if (!(first > 0.0) || (is_driven && !estimate.std)) return parameter;
+  if (is_driven) {
+    parameter.lower = std::max(info.lower, estimate.value - first);
+    parameter.upper = std::min(info.upper, estimate.value + first);
+    return parameter;
+  }
   const ProfileInterval interval = profileInterval(fit, inputs, estimate.name, first);
   // Ends are carried over as distances: the other grid's optimum differs by a share of a standard
   // error.
@@ -90,7 +97,7 @@ std::vector<std::string> biasedParameters(const Fit& base, const Fit& extended) 
 
 /// A component's effect, then those that would do as well.
 void takeEffect(Named& named, const SelectedTerm& one, const WhitenedFit& fit,
-                const InputSequence& inputs) {
+                const InputSequence& inputs, bool is_driven) {
   NamedEffect effect{one.member,
                      one.probability,
                      biasedParameters(named.base.fit, named.extended.fit),
@@ -103,7 +110,7 @@ void takeEffect(Named& named, const SelectedTerm& one, const WhitenedFit& fit,
   for (const ParameterInfo& info : effectInfo(one.member).parameters)
     for (const ParameterEstimate& estimate : named.extended.fit.estimates)
       if (estimate.name == info.name && !estimate.held)
-        effect.parameters.push_back(profiled(estimate, info, fit, inputs));
+        effect.parameters.push_back(withInterval(estimate, info, fit, inputs, is_driven));
   const double each = one.probability / static_cast<double>(1 + one.indistinguishable.size());
   if (!one.indistinguishable.empty()) effect.confidence = each;
   named.effects.push_back(effect);
@@ -139,7 +146,8 @@ Named nameEffects(const Recording& recording, const Prepared& prepared, const Ex
         explained.hasEffects() ? completed(last.fit, prepared, recording.name) : named.base;
   if (hasNoEquation(judged.verdict) || judged.verdict == Verdict::kNoMismatch) return named;
   for (const SelectedTerm& one : judged.terms)
-    if (!one.member.empty()) takeEffect(named, one, last.fit, last.inputs(prepared));
+    if (!one.member.empty())
+      takeEffect(named, one, last.fit, last.inputs(prepared), explained.driving.has_value());
   if (judged.verdict == Verdict::kSensorFault)
     for (const std::string& id : prepared.screened.faults)
       named.effects.push_back({id,

@@ -108,10 +108,10 @@ Eigen::VectorXd ofMechanism(const Rows& rows, const DesignMatrix& table, Mechani
 
 /// One factor a mechanism that moves anything: how well its part is known along itself.
 std::vector<DiscrepancyModel::Part> partsOf(const Rows& rows, const DesignMatrix& table,
-                                            const LinearFit& grouped,
+                                            const Eigen::MatrixXd& covariance,
                                             const Eigen::VectorXd& weight) {
   std::vector<DiscrepancyModel::Part> parts;
-  const Eigen::Index known = rows.problem.known(), free = weight.size();
+  const Eigen::Index free = weight.size();
   for (const Mechanism mechanism : kAllMechanisms) {
     const Eigen::VectorXd own = ofMechanism(rows, table, mechanism);
     if (own.maxCoeff() <= 0.0) continue;
@@ -119,8 +119,7 @@ std::vector<DiscrepancyModel::Part> partsOf(const Rows& rows, const DesignMatrix
     const Eigen::VectorXd along = rows.problem.products.bottomRightCorner(free, free) * part;
     const double square = part.dot(along);
     const Eigen::VectorXd direction = along.cwiseProduct(own) / std::max(square, 1e-300);
-    const double variance =
-        direction.dot(grouped.covariance.block(known, known, free, free) * direction);
+    const double variance = direction.dot(covariance * direction);
     parts.push_back(
         {mechanism, square > 0.0 ? std::min(1.0, std::sqrt(std::max(0.0, variance))) : 1.0});
   }
@@ -150,13 +149,18 @@ std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const DesignMatrix& 
 }
 
 /// Strengths by groups, at the effective sample fraction of their residual.
-LinearFit groupedFit(const Rows& rows) {
+struct GroupedFit {
+  LinearFit fit;
   double effective_sample_fraction = kFirstSampleFraction;
-  LinearFit grouped;
+};
+
+GroupedFit groupedFit(const Rows& rows) {
+  GroupedFit grouped;
   for (int pass = 0; pass < kPasses; ++pass) {
-    grouped = pass == 0 ? fitGroups(rows.problem, effective_sample_fraction)
-                        : fitGroupsFrom(rows.problem, effective_sample_fraction, grouped);
-    effective_sample_fraction = independentShare(rows.left(grouped.z));
+    if (pass > 0) grouped.effective_sample_fraction = independentShare(rows.left(grouped.fit.z));
+    grouped.fit = pass == 0
+                      ? fitGroups(rows.problem, grouped.effective_sample_fraction)
+                      : fitGroupsFrom(rows.problem, grouped.effective_sample_fraction, grouped.fit);
   }
   return grouped;
 }
@@ -183,7 +187,7 @@ double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit&
 
 /// The discrepancy with weights z of all regressors. @return its base_change is for the caller.
 DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table,
-                               const LinearFit& grouped, const Eigen::VectorXd& z) {
+                               const GroupedFit& grouped, const Eigen::VectorXd& z) {
   const Eigen::Index free = z.size() - rows.problem.known();
   DiscrepancyModel discrepancy;
   for (const Eigen::Index k : rows.used)
@@ -194,8 +198,10 @@ DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table,
   discrepancy.centre = table.centre(rows.used);
   discrepancy.scale = table.scale(rows.used);
   discrepancy.weight = z.tail(free);
-  discrepancy.covariance = grouped.covariance.bottomRightCorner(free, free);
-  discrepancy.parts = partsOf(rows, table, grouped, discrepancy.weight);
+  discrepancy.covariance =
+      covarianceOf(rows.problem, grouped.effective_sample_fraction, grouped.fit)
+          .bottomRightCorner(free, free);
+  discrepancy.parts = partsOf(rows, table, discrepancy.covariance, discrepancy.weight);
   return discrepancy;
 }
 
@@ -224,11 +230,11 @@ DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix&
   const Rows rows = rowsOf(response, table, wanted);
   const Eigen::Index known = rows.problem.known();
   const Eigen::VectorXd alone = withoutDiscrepancy(rows);
-  const LinearFit grouped = groupedFit(rows);
+  const GroupedFit grouped = groupedFit(rows);
   const SparseFit sparse = sparseFit(rows);
-  const Eigen::VectorXd z = 0.5 * (grouped.z + sparse.fit.z);
+  const Eigen::VectorXd z = 0.5 * (grouped.fit.z + sparse.fit.z);
   DiscrepancyFit fit;
-  fit.gain = gainOver(rows, alone, grouped);
+  fit.gain = gainOver(rows, alone, grouped.fit);
   fit.discrepancy = discrepancyOf(rows, table, grouped, z);
   fit.discrepancy.base_change = response.expected + z.head(kBaseDirections);
   fit.mechanisms = mechanismsOf(rows, table, sparse, fit.discrepancy.weight);

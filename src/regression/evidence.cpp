@@ -44,11 +44,24 @@ Part partOf(const LinearProblem& problem, double effective_sample_fraction,
 /// ln p and all that its maximisation needs at given strengths.
 struct Point {
   double evidence;
-  Eigen::VectorXd mean;                // z of the columns in use
-  Eigen::VectorXd inverse;             // diagonal of B^-1
-  Eigen::LLT<Eigen::MatrixXd> factor;  // of B
-  Eigen::VectorXd deviation;           // D
+  Eigen::VectorXd mean;       // z of the columns in use
+  Eigen::MatrixXd root;       // L^-1 of B = L L', lower
+  Eigen::VectorXd deviation;  // D
 };
+
+/// Inverse of a lower triangle, by halves: a third of the work of solving for the unit matrix.
+Eigen::MatrixXd inverseOfLower(const Eigen::Ref<const Eigen::MatrixXd>& lower) {
+  const Eigen::Index n = lower.rows(), half = n / 2, rest = n - half;
+  if (n <= 24) return lower.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(n, n));
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
+  inverse.topLeftCorner(half, half) = inverseOfLower(lower.topLeftCorner(half, half));
+  inverse.bottomRightCorner(rest, rest) = inverseOfLower(lower.bottomRightCorner(rest, rest));
+  const Eigen::MatrixXd between = -lower.bottomLeftCorner(rest, half) *
+                                  inverse.topLeftCorner(half, half).triangularView<Eigen::Lower>();
+  inverse.bottomLeftCorner(rest, half) =
+      inverse.bottomRightCorner(rest, rest).triangularView<Eigen::Lower>() * between;
+  return inverse;
+}
 
 Eigen::LLT<Eigen::MatrixXd> factored(Eigen::MatrixXd matrix) {
   Eigen::LLT<Eigen::MatrixXd> llt(matrix);
@@ -72,9 +85,7 @@ Point evaluated(const Part& part, const Eigen::VectorXd& deviation, double noise
                    0.5 * part.square * precision + 0.5 * h.dot(m) -
                    llt.matrixLLT().diagonal().array().log().sum();
   point.mean = deviation.cwiseProduct(m);
-  const Eigen::MatrixXd root = llt.matrixL().solve(Eigen::MatrixXd::Identity(m.size(), m.size()));
-  point.inverse = root.colwise().squaredNorm();
-  point.factor = llt;
+  point.root = inverseOfLower(llt.matrixLLT());
   point.deviation = deviation;
   return point;
 }
@@ -87,6 +98,13 @@ class GroupSearch {
         part_(partOf(problem, effective_sample_fraction, active)),
         active_(active),
         prior_(prior) {}
+
+  /// @return covariance of z where a fit ended.
+  Eigen::MatrixXd covarianceOf(const LinearFit& fit) const {
+    const Point point = at(fit.strength, fit.noise);
+    const Eigen::MatrixXd root = point.root * point.deviation.asDiagonal();
+    return root.transpose() * root;
+  }
 
   LinearFit run(std::vector<double> strength, double noise, int rounds) const {
     for (std::size_t g = 0; g < strength.size(); ++g)
@@ -102,12 +120,7 @@ class GroupSearch {
     }
     LinearFit fit;
     fit.z = Eigen::VectorXd::Zero(problem_.products.cols());
-    fit.covariance = Eigen::MatrixXd::Zero(fit.z.size(), fit.z.size());
     fit.z(part_.columns) = point.mean;
-    const Eigen::MatrixXd inverse =
-        point.factor.solve(Eigen::MatrixXd::Identity(point.mean.size(), point.mean.size()));
-    fit.covariance(part_.columns, part_.columns) =
-        point.deviation.asDiagonal() * inverse * point.deviation.asDiagonal();
     for (std::size_t g = 0; g < strength.size(); ++g)
       if (!active_[g]) strength[g] = 0.0;
     fit.strength = std::move(strength);
@@ -140,8 +153,9 @@ class GroupSearch {
   void improve(const Point& point, std::vector<double>& strength, double& noise) const {
     std::vector<double> square(strength.size(), 0.0), fixed(strength.size(), 0.0);
     double all_fixed = 0.0;
+    const Eigen::VectorXd inverse = point.root.colwise().squaredNorm();  // diagonal of B^-1
     for (Eigen::Index j = 0; j < point.mean.size(); ++j) {
-      const double well = 1.0 - point.inverse[j];
+      const double well = 1.0 - inverse[j];
       all_fixed += well;
       const Eigen::Index k = part_.columns[static_cast<std::size_t>(j)];
       if (k < problem_.known()) continue;
@@ -184,7 +198,7 @@ const LinearFit& better(const LinearFit& one, const LinearFit& other) {
 /// products are no numbers.
 LinearFit withoutNumbers(const LinearProblem& problem) {
   const Eigen::Index columns = problem.products.cols();
-  return {Eigen::VectorXd::Zero(columns), Eigen::MatrixXd::Zero(columns, columns),
+  return {Eigen::VectorXd::Zero(columns),
           std::vector<double>(static_cast<std::size_t>(problem.groups), 0.0),
           std::sqrt(problem.square / std::max(problem.rows, 1.0)),
           -std::numeric_limits<double>::infinity()};
@@ -337,11 +351,7 @@ class SparseSearch {
     SparseFit sparse;
     LinearFit& fit = sparse.fit;
     fit.z = Eigen::VectorXd::Zero(problem_.products.cols());
-    fit.covariance = Eigen::MatrixXd::Zero(fit.z.size(), fit.z.size());
     fit.z(index_) = mean_;
-    const Eigen::MatrixXd covariance =
-        factor_.solve(Eigen::MatrixXd::Identity(mean_.size(), mean_.size()));
-    fit.covariance(index_, index_) = covariance;
     fit.strength.assign(static_cast<std::size_t>(problem_.products.cols() - problem_.known()), 0.0);
     for (std::size_t j = 0; j < columns_.size(); ++j)
       fit.strength[static_cast<std::size_t>(columns_[j])] = strength_[j];
@@ -389,6 +399,13 @@ LinearFit fitGroupsFrom(const LinearProblem& problem, double effective_sample_fr
   for (double& s : from) s = std::max(s, kMinStrength);
   return GroupSearch(problem, effective_sample_fraction, all, prior)
       .run(from, start.noise, kRounds);
+}
+
+Eigen::MatrixXd covarianceOf(const LinearProblem& problem, double effective_sample_fraction,
+                             const LinearFit& fit) {
+  if (!std::isfinite(fit.evidence)) return Eigen::MatrixXd::Zero(fit.z.size(), fit.z.size());
+  const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
+  return GroupSearch(problem, effective_sample_fraction, all, {}).covarianceOf(fit);
 }
 
 double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets,

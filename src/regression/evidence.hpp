@@ -34,8 +34,7 @@ struct GroupPrior {
 
 /// A fit of a LinearProblem.
 struct LinearFit {
-  Eigen::VectorXd z;           ///< mean, one a column
-  Eigen::MatrixXd covariance;  ///< of z
+  Eigen::VectorXd z;  ///< mean, one a column
   /// s of every group [V]; 0: off. Of a sparse fit: of every free column
   std::vector<double> strength;
   double noise = 0.0;     ///< s of e [V]
@@ -64,6 +63,11 @@ LinearFit fitSomeGroups(const LinearProblem& problem, double effective_sample_fr
 /// start is tried.
 LinearFit fitGroupsFrom(const LinearProblem& problem, double effective_sample_fraction,
                         const LinearFit& start, const GroupPrior& prior = {});
+
+/// @return covariance of z of a fit of all groups at that effective sample fraction; 0 where the
+/// products are no numbers.
+Eigen::MatrixXd covarianceOf(const LinearProblem& problem, double effective_sample_fraction,
+                             const LinearFit& fit);
 
 /**
  * @brief ln p as above of a problem whose columns all have s_k = 1, at the noise s where it is
