@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "support/composed.hpp"
 
@@ -38,15 +39,43 @@ Series driveOfNoEquation() {
   return series;
 }
 
-Explanation explained(const Series& series, const std::vector<std::string>& ids,
-                      const std::vector<std::string>& given = {}) {
+std::unique_ptr<ExplanationFits> fitsTo(const Series& series) {
   const InputSequence inputs = inputSequence(series, whole(series));
   const CompositionPoint base{typicalPoint(BatteryModel()), BatteryModel().restState()};
   const Linearization response = linearizationOf(
       BatteryModel(), {base.parameters, base.state, 0.0, 0.0}, inputs, inputs.samples.size());
-  const DesignMatrix table = designMatrix(inputs, response, drivenBattery().beta);
-  ExplanationFits fits(inputs, table, base, {});
-  return explain(fits, ids, given, {});
+  return std::make_unique<ExplanationFits>(
+      inputs, designMatrix(inputs, response, drivenBattery().beta), base, ExplanationRules());
+}
+
+Explanation explained(const Series& series, const std::vector<std::string>& ids,
+                      const std::vector<std::string>& given = {}) {
+  return explain(*fitsTo(series), ids, given, {});
+}
+
+TEST(LeftOutBlocks, AreMissedByTheNoiseAndByMoreWithRegressorsThatDescribeNothing) {
+  const Series series = inputsOf({});
+  const std::unique_ptr<ExplanationFits> fits = fitsTo(series);
+  ExplanationState state = fits->baseState();
+  fits->evaluateEvidence(state);
+  const double noise = 1e-6 * static_cast<double>(fits->counted().size());
+  const double missed = fits->leftOutSquares(state).sum();
+  EXPECT_GT(missed, state.fit.noise * state.fit.noise * noise / 1e-6);
+  EXPECT_NEAR(noise, missed, 0.15 * noise);
+  for (const Mechanism mechanism : {Mechanism::kStructure, Mechanism::kAcid})
+    EXPECT_GE(fits->leftOutSquares(fits->withRegressors(state, mechanism)).sum(), missed * 0.999);
+}
+
+TEST(Explain, ALawNearAnEquationIsThatEquationThoughRegressorsFitTheSeenRowsCloser) {
+  Series series = inputsOf({"ocv_soc"}, "ocv_slope", 0.2);
+  double charge = 0.0;
+  for (std::size_t n = 1; n < series.size(); ++n) {
+    charge += 0.1 * series.current[n];
+    series.voltage[n] += 0.003 * std::sin(charge / 200.0);
+  }
+  const Explanation found = explained(series, kSome);
+  ASSERT_FALSE(found.terms.empty());
+  EXPECT_EQ("ocv_soc", found.terms.front().member);
 }
 
 TEST(Explain, TheBaseCircuitsOwnVoltageNeedsNoExplanation) {
