@@ -8,7 +8,6 @@
 #include "battery_sof/intake.hpp"
 #include "model/input_sequence.hpp"
 #include "prediction/pipeline.hpp"
-#include "state/follower.hpp"
 #include "state/state_tracker.hpp"
 #include "util/text.hpp"
 
@@ -185,10 +184,10 @@ FollowedPrediction predictMixed(const FittedModel& model, const Series& series, 
   const InputSequence inputs = inputsOf(start.fit, series, {first, range.last});
   const double own_current = std::pow(start.fit.scores.current_rmse.value_or(0.0), 2);
   const double own_voltage = std::pow(start.fit.scores.rmse, 2);
-  Follower follower(start, true);
+  StateEstimator estimator(start);
   FollowedPrediction predicted;
   for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
-    const FollowedSample at = follower.follow(inputs.samples[n - first]);
+    const FollowedSample at = estimator.predict(inputs.samples[n - first]);
     if (n < range.first) continue;
     const double half =
         kNinetyPercent *
