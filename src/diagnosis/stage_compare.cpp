@@ -73,7 +73,7 @@ MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Ser
                      IndexRange holdout) {
   model.fit.source = driving.rule;
   model.fit.voltage_lag = driving.repair.lag;
-  const FollowedPrediction predicted = predictMixed(model, series, holdout);
+  const FollowedPrediction predicted = predictSeries(model, series, holdout);
   return scoreBothWays(model, series, holdout, predicted).mixed;
 }
 
