@@ -14,7 +14,7 @@
 
 #include "baseline/charge_phases.hpp"
 #include "estimation/identification.hpp"
-#include "state/follower.hpp"
+#include "state/state_estimator.hpp"
 
 namespace {
 
@@ -154,11 +154,11 @@ void judge(const BatteryModel& model, const ModelPoint& truth, const Series& mea
   }
   FittedModel plain = fitted;
   plain.fit.residual_regression = {};
-  Follower follower(plain);
+  StateEstimator follower(plain, false);
   InputSequence inputs = inputSequence(measured, {window.last - 1, measured.size()}, {}, drives);
   std::vector<double> current(measured.size(), 0.0);
   for (std::size_t k = 1; k < inputs.samples.size(); ++k)
-    current[window.last - 1 + k] = follower.follow(inputs.samples[k]).current;
+    current[window.last - 1 + k] = follower.predict(inputs.samples[k]).current;
   const IndexRange ahead{window.last, measured.size()};
   for (const std::size_t first : chargeBeginnings(exact, ahead, drives)) {
     const auto charge = beginningOfCharge(exact, ahead, first, 10.0, drives);

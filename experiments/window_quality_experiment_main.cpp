@@ -56,7 +56,7 @@ double insideValidation(const Series& series, IndexRange window) {
   if (!isUsable(model.fit)) return -100.0;
   const Series part = slice(series, window);
   const IndexRange test{train.size(), part.size()};
-  const PredictedVoltage predicted = predictSeries(model, part, test);
+  const PredictedVoltage predicted = predictSeries(model, part, test).voltages();
   return std::max(-100.0, scorePrediction(part, test, predicted).q_dyn_percent.value_or(-100.0));
 }
 
@@ -81,7 +81,7 @@ void runWindow(const std::string& name, const Series& series, IndexRange window,
   FittedModel model = identify(series, window);
   if (!isUsable(model.fit)) return;
   fitErrors(model, series, window);
-  const PredictedVoltage predicted = predictSeries(model, series, whole);
+  const PredictedVoltage predicted = predictSeries(model, series, whole).voltages();
   const PredictionScores scores = scorePrediction(series, whole, predicted);
   double crank = 0.0;
   for (const auto& c : scores.cranks)

@@ -105,6 +105,7 @@ struct MixedPrediction {
   /// [A]; empty when no current is predicted; bounds may be empty
   std::vector<double> current, current_lower, current_upper;
   std::vector<double> voltage, voltage_lower, voltage_upper;  ///< [V], the same
+  PredictedVoltage voltages() const { return {voltage, voltage_lower, voltage_upper}; }
 };
 
 /**

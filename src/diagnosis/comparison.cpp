@@ -79,11 +79,7 @@ void takeInterval(const std::vector<BlockSums>& blocks, RegimeComparison& compar
 std::optional<Simulation> simulationBefore(const FittedModel& model, double time) {
   if (model.state.time <= time) return simulationOf(model);
   if (model.fit.first_state.empty() || model.fit.window.from > time) return std::nullopt;
-  ModelPoint point = pointOf(model);
-  point.state = Eigen::Map<const Eigen::VectorXd>(
-      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
-  point.time = point.reference_time = model.fit.window.from;
-  return Simulation(compositionOf(model.fit), point);
+  return simulationOf(atFirstState(model));
 }
 
 /// Errors of the mean current over windows of a charge, as they come to an end.

@@ -50,13 +50,6 @@ ErrorMetrics metricsOf(const Opened& opened, IndexRange range, const std::vector
                       chargeCurrentError(model, opened.whole, range, opened.masked), opened.masked);
 }
 
-CompositionPoint pointOfFirst(const FittedModel& model) {
-  CompositionPoint point{pointOf(model).parameters, Eigen::VectorXd()};
-  point.state = Eigen::Map<const Eigen::VectorXd>(
-      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
-  return point;
-}
-
 /// The whole recording from the training part's first state on [V].
 std::vector<double> voltageOf(const Opened& opened, const BatteryModel& model,
                               const CompositionPoint& point) {
@@ -65,7 +58,8 @@ std::vector<double> voltageOf(const Opened& opened, const BatteryModel& model,
   return {voltage.data(), voltage.data() + voltage.size()};
 }
 std::vector<double> voltageOf(const Opened& opened, const FittedModel& model) {
-  return voltageOf(opened, compositionOf(model.fit), pointOfFirst(model));
+  const ModelPoint first = pointOf(atFirstState(model));
+  return voltageOf(opened, compositionOf(model.fit), {first.parameters, first.state});
 }
 
 void takeShares(const MixedScores& scores, ErrorMetrics& metrics) {
@@ -79,7 +73,7 @@ MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Ser
                      IndexRange holdout) {
   model.fit.source = driving.rule;
   model.fit.voltage_lag = driving.repair.lag;
-  const FollowedPrediction predicted = predictMixed(model, series, holdout);
+  const FollowedPrediction predicted = predictSeries(model, series, holdout);
   return scoreBothWays(model, series, holdout, predicted).mixed;
 }
 

@@ -11,8 +11,7 @@
 #include "estimation/window.hpp"
 #include "recording/events.hpp"
 #include "recording/series_blocks.hpp"
-#include "state/follower.hpp"
-#include "state/residual_filter.hpp"
+#include "state/state_estimator.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -273,16 +272,9 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
         "carryState: the state must stand at a sample at or before the end");
   const auto first = static_cast<std::size_t>(at - series.time.begin());
   const InputSequence inputs = inputsOf(model.fit, series, {first, last + 1});
-  Follower follower(model, true);
-  ResidualFilter errors(model);
-  errors.expectStop();
-  for (std::size_t n = 1; n < inputs.samples.size(); ++n) {
-    const InputSample& sample = inputs.samples[n];
-    const FollowedSample followed = follower.follow(sample);
-    errors.follow(sample, sample.voltage - followed.voltage);
-  }
-  takeState(model, follower, series.current[last]);
-  model.state.residual_state = errors.residualState();
+  StateEstimator estimator(model);
+  for (std::size_t n = 1; n < inputs.samples.size(); ++n) estimator.follow(inputs.samples[n]);
+  estimator.saveTo(model);
 }
 
 }  // namespace battery_sof

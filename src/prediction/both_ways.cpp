@@ -15,10 +15,6 @@ std::vector<char> overSeries(const Series& series, IndexRange range,
   return mask;
 }
 
-PredictedVoltage voltageOf(const MixedPrediction& predicted, const std::vector<double>& value) {
-  return {value, predicted.voltage_lower, predicted.voltage_upper};
-}
-
 std::optional<double> meanAbsError(const std::vector<CrankScore>& cranks) {
   if (cranks.empty()) return std::nullopt;
   double sum = 0.0;
@@ -37,8 +33,10 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
   for (ChargeScore& charge : scores.mixed.charges)
     charge.predicted = correctChargePrediction(
         model, {charge.mean_voltage, charge.first_voltage, charge.duration}, charge.predicted);
-  scores.cranks =
-      scorePrediction(series, range, voltageOf(predicted, predicted.equations_voltage)).cranks;
+  scores.cranks = scorePrediction(series, range,
+                                  {predicted.equations_voltage, predicted.voltage_lower,
+                                   predicted.voltage_upper})
+                      .cranks;
   for (CrankScore& crank : scores.cranks)
     crank.predicted_minimum = correctCrankPrediction(model, crank.current, crank.predicted_minimum);
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
@@ -55,7 +53,7 @@ BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& se
     if (const auto current = baselineChargeCurrent(baseline, charge.mean_voltage, charge.duration))
       charge.predicted = *current;
   if (line.voltage.empty()) return scores;
-  scores.cranks = scorePrediction(series, range, voltageOf(line, line.voltage)).cranks;
+  scores.cranks = scorePrediction(series, range, line.voltages()).cranks;
   for (CrankScore& crank : scores.cranks)
     if (const auto minimum = baselineCrankMinimum(baseline, crank.current))
       crank.predicted_minimum = *minimum;
@@ -65,9 +63,7 @@ BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& se
 
 PredictedVoltage baselineVoltage(const BaselinePredictor& baseline, const Series& series,
                                  IndexRange range) {
-  const MixedPrediction line =
-      predictBaseline(baseline, series, range, std::vector<char>(series.size(), 0));
-  return voltageOf(line, line.voltage);
+  return predictBaseline(baseline, series, range, std::vector<char>(series.size(), 0)).voltages();
 }
 
 }  // namespace battery_sof

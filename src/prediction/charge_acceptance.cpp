@@ -5,7 +5,7 @@
 
 #include "battery_sof/intake.hpp"
 #include "prediction/pipeline.hpp"
-#include "state/follower.hpp"
+#include "state/state_estimator.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 
@@ -158,24 +158,20 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
 namespace {
 
 /// Mean of what a model with a source expects to flow, sample by sample.
-Interval followedCurrent(const FittedModel& model, const Series& series, MissedCrank missed,
+Interval followedCurrent(const FittedModel& model, const Series& series,
                          const std::vector<double>& driving) {
-  Follower follower(model, true);
-  double before = model.state.time, current_before = model.state.current, sum = 0.0, spread = 0.0;
+  StateEstimator estimator(model);
+  double sum = 0.0, spread = 0.0;
   for (std::size_t n = 0; n < series.size(); ++n) {
     InputSample sample;
-    sample.step =
-        inputStep(before, current_before, series.time[n], series.current[n], gapThreshold(series));
-    sample.step.missed = missed.add(sample.step.duration, series.current[n], true);
-    sample.voltage = driving.empty() ? series.voltage[n] : driving[n];
+    sample.step = estimator.stepTo(series.time[n], series.current[n], gapThreshold(series));
+    sample.voltage = driving[n];
     sample.voltage_controlled = true;
-    const FollowedSample at = follower.follow(sample);
+    const FollowedSample at = estimator.predict(sample);
     sum += at.current * sample.step.duration;
     spread += std::sqrt(at.variance) * sample.step.duration;
-    before = series.time[n];
-    current_before = series.current[n];
   }
-  const double duration = before - model.state.time;
+  const double duration = estimator.state().time - model.state.time;
   const double own = model.fit.scores.current_rmse.value_or(0.0);
   return ninetyPercent(sum / duration, std::hypot(spread / duration, own),
                        model.intervals.charge_calibration.factor);
@@ -184,7 +180,7 @@ Interval followedCurrent(const FittedModel& model, const Series& series, MissedC
 }  // namespace
 
 MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series,
-                                   MissedCrank missed, const std::vector<double>& driving) {
+                                   const std::vector<double>& driving) {
   constexpr double kStep = 0.1;  // [s]
   MeanChargeCurrent mean;
   std::vector<VoltageStep> steps;
@@ -208,7 +204,7 @@ MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& serie
     mean.modelled = mean.current.value;
     return mean;
   }
-  const Interval modelled = followedCurrent(model, series, missed, driving);
+  const Interval modelled = followedCurrent(model, series, driving);
   mean.modelled = modelled.value;
   mean.current = chargeAnswer(model, {mean.mean_voltage, series.voltage.front(), total}, modelled,
                               kMaxCurrent);

@@ -35,17 +35,15 @@ struct MeanChargeCurrent {
  * @brief What a model expects to flow while the voltage is as measured, by the same means as
  * predictChargeAcceptance().
  *
- * A model with a source follows the voltage sample by sample (Follower) and is compared with past
+ * A model with a source follows the voltage sample by sample (StateEstimator) and is compared with past
  * charges (correctChargePrediction()).
  *
  * @param series samples after the model's state, not empty; without a source means over at least
  * 0.1 s are taken for a step.
- * @param missed of the discharge before the charge.
- * @param driving [V], the voltage put right (VoltageRepair), one a sample; empty: as measured.
- * Without a source it is not used.
+ * @param driving [V], the voltage put right (VoltageRepair), one a sample; not used without a
+ * source.
  */
 MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series,
-                                   MissedCrank missed = {},
                                    const std::vector<double>& driving = {});
 
 }  // namespace battery_sof

@@ -78,8 +78,7 @@ std::optional<EventComparison> ChargeWatch::add(const WatchedSample& at) {
   const auto comparison = finishComplete(at);
   judgeLast(before);
   if (at.is_gap || !(before.hasSource() || at.detector.isCharging())) running_.reset();
-  if (!running_ && at.detector.chargeBegins())
-    running_ = Charge{before.modelNow(), before.missed(), {}, 0, 0};
+  if (!running_ && at.detector.chargeBegins()) running_ = Charge{before.modelNow(), {}, 0, 0};
   if (!running_) return comparison;
   append(running_->samples, at.sample);
   if (at.sample.time - running_->model.state.time < compare_after_) return comparison;
@@ -94,10 +93,7 @@ std::optional<EventComparison> ChargeWatch::add(const WatchedSample& at) {
 /// the charge puts it, once that is known.
 void ChargeWatch::judgeLast(const StateTracker& before) {
   if (!running_ || !running_->model.fit.source) return;
-  if (before.lastTime() == running_->model.state.time) {
-    running_->model = before.modelSettled();
-    running_->missed = before.missedSettled();
-  }
+  if (before.lastTime() == running_->model.state.time) running_->model = before.modelSettled();
   if (before.isVoltageControlled()) {
     ++running_->controlled;
     return;
@@ -129,7 +125,7 @@ EventComparison ChargeWatch::compare(const Charge& charge) {
   std::vector<double> driving;
   for (std::size_t n = 0; n < charge.own && charge.model.fit.source; ++n)
     driving.push_back(repairedVoltage(charge.samples, n, charge.model.fit.voltage_lag));
-  const MeanChargeCurrent expected = currentAtVoltage(charge.model, own, charge.missed, driving);
+  const MeanChargeCurrent expected = currentAtVoltage(charge.model, own, driving);
   EventComparison comparison;
   comparison.kind = PastEvent::Kind::kCharge;
   comparison.time = own.time.front();
@@ -145,20 +141,13 @@ EventComparison ChargeWatch::compare(const Charge& charge) {
 std::optional<EventComparison> StopWatch::add(const WatchedSample& at) {
   const StreamSample& sample = at.sample;
   if (!at.detector.isInStop()) running_.reset();
-  if (at.detector.stopBegins()) {
-    const FittedModel model = at.before.modelNow();
-    running_.emplace(Stop{model, Follower(model, true), at.before.missed(), model.state.time,
-                          model.state.current});
-  }
+  if (at.detector.stopBegins()) running_.emplace(at.before.modelNow());
   if (!running_) return std::nullopt;
   Stop& stop = *running_;
   InputSample input;
-  input.step = inputStep(stop.time, stop.current, sample.time, sample.current, at.max_gap);
-  input.step.missed = stop.missed.add(input.step.duration, sample.current, false);
+  input.step = stop.estimator.stepTo(sample.time, sample.current, at.max_gap);
   input.voltage = sample.voltage;
-  const FollowedSample followed = stop.follower.follow(input);
-  stop.time = sample.time;
-  stop.current = sample.current;
+  const FollowedSample followed = stop.estimator.predict(input);
   if (stop.compared == std::size(kAges)) return std::nullopt;
   if (!stop.modelled && sample.time - stop.model.state.time >= kAges[stop.compared]) {
     stop.modelled = followed;

@@ -55,7 +55,6 @@ class ChargeWatch {
   /// A charge under way, or complete and waiting for what shows its voltages.
   struct Charge {
     FittedModel model;    // as it stood at the last sample before
-    MissedCrank missed;   // of the discharge before it
     Series samples;       // from its first one on
     std::size_t own = 0;  // of the samples; 0 while it is not complete
     // of its own samples, those whose voltage is known to be controlled
@@ -86,10 +85,9 @@ class StopWatch {
 
  private:
   struct Stop {
+    explicit Stop(const FittedModel& before) : model(before), estimator(before) {}
     FittedModel model;  // as it stood at the last sample before
-    Follower follower;
-    MissedCrank missed;
-    double time, current;  // of the newest sample [s], [A]
+    StateEstimator estimator;
     std::size_t compared = 0;
     // of a slow voltage channel: what was modelled, and samples until it is shown
     std::optional<FollowedSample> modelled = std::nullopt;

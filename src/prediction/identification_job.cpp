@@ -63,12 +63,8 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   trial.message = trial.model->fit.message;
   if (!isUsable(trial.model->fit)) return trial;
   fitErrors(*trial.model, series, window.range);
-  if (trial.model->fit.source) {
-    trial.followed = followedBehind(*trial.model, series, window.monitor, window.max_gap);
-    trial.model = trial.followed->now();
-  } else {
-    carryState(*trial.model, series, series.size() - 1);
-  }
+  trial.followed = followedBehind(*trial.model, series, window.monitor, window.max_gap);
+  trial.model = trial.followed->now();
   trial.recent_rmse = openLoopRmse(*trial.model, series, window.recent, window.max_gap);
   if (incumbent)
     trial.incumbent_rmse = openLoopRmse(*incumbent, series, window.recent, window.max_gap);

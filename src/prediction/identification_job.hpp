@@ -33,8 +33,7 @@ struct IdentificationTrial {
   std::optional<FittedModel> model;
   std::string message;  ///< one sentence
   /// The same model as it followed the samples behind its window, with the events that passed
-  /// there; only where a charger controls its voltage: else there is nothing that another model's
-  /// events do not say.
+  /// there; none where it is not usable.
   std::optional<ModelMonitor> followed;
   double recent_rmse = 0.0;              ///< [V], of the model over the most recent window
   std::optional<double> incumbent_rmse;  ///< [V], of the incumbent over the same samples

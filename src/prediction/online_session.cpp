@@ -68,8 +68,7 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 OnlineSession::OnlineSession(const SessionOptions& options)
     : options_(checked(options)),
       stream_(options.buffer),
-      contenders_{ModelMonitor(options.events, options.steps), std::nullopt, {}},
-      at_job_(contenders_) {}
+      contenders_{ModelMonitor(options.events, options.steps), std::nullopt, {}} {}
 
 // ----------------------------------------------------------------------------------------------------
 // samples
@@ -88,7 +87,7 @@ SessionEvents OnlineSession::take(const RawSample& sample) {
     if (newest_ && next.time <= newest_->time) restartClock(newest_->time, next);
     advance(next);
   }
-  return job_is_out_ ? SessionEvents() : std::exchange(events_, {});
+  return job_ ? SessionEvents() : std::exchange(events_, {});
 }
 
 void OnlineSession::watchForJumps(const RawSample& sample) {
@@ -103,7 +102,7 @@ void OnlineSession::watchForJumps(const RawSample& sample) {
     if (since > 0.0 && since <= SampleStream::kClockAhead + spent) {
       goBackTo(*std::exchange(before_jump_, nullptr));
       SessionEvents ended = take(*first);
-      if (!job_is_out_) events_ = std::move(ended);
+      if (!job_) events_ = std::move(ended);
       return;
     }
   }
@@ -117,7 +116,8 @@ void OnlineSession::goBackTo(const OnlineSession& before) {
   then.stream_ = stream_;
   then.stream_.goOnFrom(before.stream_);
   then.epoch_ = epoch_ + 1;
-  then.job_is_out_ = job_is_out_;
+  if (!job_) then.job_.reset();
+  if (job_ && !then.job_) then.job_ = JobOut{then.contenders_, then.driving_};
   then.events_ = std::move(events_);
   then.extension_ = std::move(extension_);
   then.next_extension_ = std::move(next_extension_);
@@ -202,14 +202,14 @@ void OnlineSession::followAgain(double after, double max_gap) {
 // identification
 
 std::optional<IdentificationJob> OnlineSession::takeDueJob() {
-  if (job_is_out_) return std::nullopt;
+  if (job_) return std::nullopt;
   beginDueExtension();
   if (driving_ < next_look_ || !isDue()) return std::nullopt;
   return makeJob();
 }
 
 std::optional<IdentificationJob> OnlineSession::takeJob() {
-  if (job_is_out_ || stream_.series().empty()) return std::nullopt;
+  if (job_ || stream_.series().empty()) return std::nullopt;
   beginDueExtension();
   return makeJob();
 }
@@ -244,9 +244,7 @@ std::string OnlineSession::missingForFirst() const {
 }
 
 IdentificationJob OnlineSession::makeJob() {
-  job_is_out_ = true;
-  job_driving_ = driving_;
-  at_job_ = contenders_;
+  job_ = JobOut{contenders_, driving_};
   IdentificationJob job;
   job.epoch = epoch_;
   job.series = stream_.series();
@@ -266,14 +264,17 @@ IdentificationJob OnlineSession::makeJob() {
 }
 
 IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
-  job_is_out_ = false;
+  JobOut job = std::exchange(job_, std::nullopt).value_or(JobOut{contenders_, driving_});
   if (result.epoch == epoch_) takeSource(result.source);
   IdentificationOutcome outcome;
   const std::string refusal = refusalOf(result);
   outcome.accepted = refusal.empty();
   outcome.message = outcome.accepted ? result.message : refusal;
   const bool extends = acceptsExtended(result, outcome.accepted);
-  if (outcome.accepted || extends) install(result, outcome.accepted, extends);
+  if (outcome.accepted || extends) {
+    contenders_ = std::move(job.contenders);
+    install(result, outcome.accepted, extends);
+  }
   if (outcome.accepted) basis_ = AnswerBasis::kThisTrip;
   if (outcome.accepted && !contenders_.base.holdsModel()) {
     outcome.accepted = false;
@@ -286,7 +287,7 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
       (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
       outcome.message;
   next_look_ =
-      job_driving_ + (contenders_.base.learns() ? options_.retry_period : options_.identify_period);
+      job.driving + (contenders_.base.learns() ? options_.retry_period : options_.identify_period);
   return outcome;
 }
 
@@ -334,28 +335,23 @@ bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool bas
 }
 
 void OnlineSession::install(const IdentificationResult& result, bool base, bool extended) {
-  contenders_ = at_job_;
   events_ = {};
-  if (base) install(contenders_.base, result, result.max_gap);
+  if (base) install(contenders_.base, result);
   if (extended) {
     if (!contenders_.extended) {
       contenders_.extended.emplace(options_.events, options_.steps);
       contenders_.extended->setCalibrations(contenders_.base.crankCalibration(),
                                             contenders_.base.chargeCalibration());
     }
-    install(*contenders_.extended, *result.extended, result.max_gap);
+    install(*contenders_.extended, *result.extended);
   }
   followAgain((base ? result : *result.extended).model->state.time, result.max_gap);
 }
 
-void OnlineSession::install(ModelMonitor& monitor, const IdentificationTrial& trial,
-                            double max_gap) {
+void OnlineSession::install(ModelMonitor& monitor, const IdentificationTrial& trial) {
   FittedModel model = *trial.model;
   if (monitor.holdsModel()) carryCranks(model.fit, monitor.now().fit);
-  if (trial.followed)
-    monitor.goOnAs(*trial.followed, model);
-  else
-    monitor.install(model, max_gap);
+  monitor.goOnAs(*trial.followed, model);
 }
 
 // ----------------------------------------------------------------------------------------------------

@@ -178,7 +178,7 @@ class OnlineSession {
 
   /// @return time of the newest sample on the session's clock [s]; none before the first.
   std::optional<double> newestTime() const;
-  bool isJobOut() const { return job_is_out_; }
+  bool isJobOut() const { return job_.has_value(); }
 
   /// @return the model in use with its state at the newest sample; none before the first.
   std::optional<FittedModel> model() const;
@@ -195,6 +195,12 @@ class OnlineSession {
     ModelMonitor base;
     std::optional<ModelMonitor> extended;
     ModelSelector selector;
+  };
+
+  /// What stood when the job that is out was taken.
+  struct JobOut {
+    Contenders contenders;
+    double driving;  // [s]
   };
 
   /// A composition that was offered.
@@ -240,7 +246,7 @@ class OnlineSession {
   std::string refusalOf(const IdentificationTrial& trial, bool may_compare) const;
   bool acceptsExtended(const IdentificationResult& result, bool base_accepted);
   void install(const IdentificationResult& result, bool base, bool extended);
-  static void install(ModelMonitor& monitor, const IdentificationTrial& trial, double max_gap);
+  static void install(ModelMonitor& monitor, const IdentificationTrial& trial);
   void takeSource(const ChargerShare& source);
   const ModelMonitor& inUse() const;
   std::optional<double> ageOf(const ModelMonitor& model) const;
@@ -250,14 +256,13 @@ class OnlineSession {
 
   SessionOptions options_;
   SampleStream stream_;
-  Contenders contenders_, at_job_;
+  Contenders contenders_;
+  std::optional<JobOut> job_;
   SessionEvents events_;  // not handed out yet
   std::optional<StreamSample> newest_;
-  double driving_ = 0.0;      // [s]
-  double next_look_ = 0.0;    // [s] of driving
-  double job_driving_ = 0.0;  // [s], when the job that is out was taken
+  double driving_ = 0.0;    // [s]
+  double next_look_ = 0.0;  // [s] of driving
   int epoch_ = 0;
-  bool job_is_out_ = false;
 
   ChargerShare source_;
   std::optional<FittedModel> restored_;               // waits until the stream knows its rate

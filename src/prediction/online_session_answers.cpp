@@ -222,7 +222,7 @@ SessionStatus OnlineSession::statusOfBlock() const {
   } else if (!reason) {
     status.state = SessionState::kReady;
   } else {
-    status.state = job_is_out_ ? SessionState::kIdentifying : SessionState::kCollecting;
+    status.state = job_ ? SessionState::kIdentifying : SessionState::kCollecting;
     if (status.reason.empty()) status.reason = *reason;
   }
   return status;

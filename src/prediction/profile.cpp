@@ -8,7 +8,6 @@
 #include "battery_sof/intake.hpp"
 #include "model/input_sequence.hpp"
 #include "prediction/pipeline.hpp"
-#include "state/follower.hpp"
 #include "state/state_tracker.hpp"
 #include "util/text.hpp"
 
@@ -179,16 +178,23 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   return answer;
 }
 
-FollowedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range) {
+FittedModel drivenByCurrent(FittedModel model) {
+  model.fit.source.reset();
+  model.fit.voltage_lag = 0;
+  model.fit.residual_regression = {};
+  return model;
+}
+
+FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
   const auto [start, first, was_there] = startFor(model, series, range);
   const InputSequence inputs = inputsOf(start.fit, series, {first, range.last});
   const double own_current = std::pow(start.fit.scores.current_rmse.value_or(0.0), 2);
   const double own_voltage = std::pow(start.fit.scores.rmse, 2);
-  Follower follower(start, true);
+  StateEstimator estimator(start);
   FollowedPrediction predicted;
   for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
-    const FollowedSample at = follower.follow(inputs.samples[n - first]);
+    const FollowedSample at = estimator.predict(inputs.samples[n - first]);
     if (n < range.first) continue;
     const double half =
         kNinetyPercent *
@@ -208,22 +214,6 @@ FollowedPrediction predictMixed(const FittedModel& model, const Series& series, 
   for (auto* voltage : {&predicted.voltage, &predicted.voltage_lower, &predicted.voltage_upper,
                         &predicted.equations_voltage})
     delay(*voltage, start.fit.voltage_lag);
-  return predicted;
-}
-
-PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range) {
-  if (range.empty()) return {};
-  const auto [start, first, was_there] = startFor(model, series, range);
-  const InputSequence inputs = inputSequence(series, {first, range.last});
-  Simulation simulation = uncertainSimulationOf(start);
-  const double own = start.fit.scores.rmse;
-  PredictedVoltage predicted;
-  for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
-    simulation.advance(inputs.samples[n - first].step);
-    if (n < range.first) continue;
-    const double variance = simulation.voltageDerivatives().squaredNorm();
-    append(predicted, ninetyPercent(simulation.voltage(), std::sqrt(variance + own * own)));
-  }
   return predicted;
 }
 

@@ -25,18 +25,6 @@ inline constexpr std::size_t kMaxProfileSamples = 3600000;
 ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
                               const std::vector<double>& current, const WorkWatch& watch = nullptr);
 
-/**
- * @brief Runs a model over the current of a recording and returns what it expects in a range of it.
- *
- * In the recording it was fitted to (same time and current at the end of its window), the model
- * runs on from the state it ended with. Otherwise, or for a range before that, it runs from the
- * first sample, whose state is taken from the first second's voltage (paper, eq. 5, median), so
- * inside a later range only the current is used. Across gaps the battery is taken to rest.
- *
- * @return one voltage a sample of the range [V], with 90 % intervals.
- */
-PredictedVoltage predictSeries(const FittedModel& model, const Series& series, IndexRange range);
-
 /// A prediction in the mixed direction with what a crank's correction starts from.
 struct FollowedPrediction : MixedPrediction {
   /// one a sample of the range; the input is as measured and has no width
@@ -44,12 +32,19 @@ struct FollowedPrediction : MixedPrediction {
   std::vector<double> equations_voltage;  ///< [V], of the equations alone
 };
 
+/// @return the model with the current as its input throughout: without source, lag of the voltage
+/// and residual regression.
+FittedModel drivenByCurrent(FittedModel model);
+
 /**
- * @brief As predictSeries(), but driven by the voltage where the model's source controls it: the
- * current is predicted there.
+ * @brief Runs a model over a recording and returns what it expects in a range of it: the current
+ * where its source controls the voltage, the voltage elsewhere, with 90 % intervals.
  *
- * Of a range nothing is used but its inputs. Without a source the current is the input throughout.
+ * In the recording it was fitted to (same time and current at the end of its window), the model
+ * runs on from the state it ended with. Otherwise, or for a range before that, it runs from the
+ * first sample, whose state is taken from the first second's voltage (paper, eq. 5, median), so
+ * inside a later range nothing is used but its inputs. Across gaps the battery is taken to rest.
  */
-FollowedPrediction predictMixed(const FittedModel& model, const Series& series, IndexRange range);
+FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range);
 
 }  // namespace battery_sof

@@ -8,19 +8,6 @@
 namespace battery_sof {
 namespace {
 
-/// The current is the input throughout, as measured.
-FollowedPrediction currentDriven(const FittedModel& model, const Series& series, IndexRange range) {
-  const PredictedVoltage voltage = predictSeries(model, series, range);
-  FollowedPrediction predicted;
-  predicted.voltage_controlled.assign(range.size(), 0);
-  predicted.voltage = predicted.equations_voltage = voltage.voltage;
-  predicted.voltage_lower = voltage.lower;
-  predicted.voltage_upper = voltage.upper;
-  const Series part = slice(series, range);
-  predicted.current = predicted.current_lower = predicted.current_upper = part.current;
-  return predicted;
-}
-
 /// Whether the voltage is the input where a source controls it; gives the fit a source when it was
 /// fitted without.
 bool drivesBothWays(Fit& fit, const Series& series, PredictionMode mode) {
@@ -36,9 +23,7 @@ PredictionReport scored(const Fit& fit, const Series& series, IndexRange range,
                         const FollowedPrediction& from_current,
                         const FollowedPrediction& predicted) {
   PredictionReport report;
-  report.from_current = scorePrediction(
-      series, range,
-      {from_current.voltage, from_current.voltage_lower, from_current.voltage_upper});
+  report.from_current = scorePrediction(series, range, from_current.voltages());
   report.baseline = scoreBaseline(fit.baseline, series, range, predicted.voltage_controlled);
   const PredictedVoltage line = baselineVoltage(fit.baseline, series, range);
   if (!line.voltage.empty()) report.baseline_from_current = scorePrediction(series, range, line);
@@ -54,9 +39,9 @@ RangePrediction predictRange(FittedModel model, const Series& series, IndexRange
     return ofSeries(predictRange(std::move(model), perBlock(series, series_blocks), range, mode),
                     series_blocks);
   const bool both_ways = drivesBothWays(model.fit, series, mode);
-  const FollowedPrediction from_current = currentDriven(model, series, range);
+  const FollowedPrediction from_current = predictSeries(drivenByCurrent(model), series, range);
   RangePrediction result;
-  result.course = both_ways ? predictMixed(model, series, range) : from_current;
+  result.course = both_ways ? predictSeries(model, series, range) : from_current;
   PredictionReport& report = result.report;
   report = scored(model.fit, series, range, from_current, result.course);
   if (both_ways) {

@@ -60,6 +60,15 @@ Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance) {
   return factor;
 }
 
+FittedModel atFirstState(FittedModel model, double current) {
+  const std::vector<double>& first = model.fit.first_state;
+  model.state.time = model.fit.window.from;
+  model.state.current = current;
+  model.state.u_c2 = first.front();
+  model.state.further.assign(first.begin() + 1, first.end());
+  return model;
+}
+
 Simulation simulationOf(const FittedModel& model) {
   return Simulation(compositionOf(model.fit), pointOf(model));
 }

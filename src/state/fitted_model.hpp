@@ -43,6 +43,8 @@ struct LiveState {
   /// of a discrepancy model, see Simulation::regressorMemory()
   std::vector<double> regressor_memory = {};
   ResidualState residual_state = {};  ///< at that time
+  /// of the discharge under way; a file does not have it
+  MissedCrank missed_crank = {};
 };
 
 /// The part of a recording that was fitted.
@@ -173,6 +175,10 @@ ModelPoint pointOf(const FittedModel& model);
  * Simulation::kMaxTangents columns.
  */
 Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance);
+
+/// @return the model with its state at its window's first sample (Fit::first_state, which it must
+/// have). @param current [A], of that sample.
+FittedModel atFirstState(FittedModel model, double current = 0.0);
 
 /// @return a simulation that begins at the model's state, for values alone.
 Simulation simulationOf(const FittedModel& model);

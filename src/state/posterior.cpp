@@ -135,6 +135,7 @@ FittedModel parked(FittedModel model, double duration, std::optional<double> tem
   }
   const double colored = model.fit.noise ? model.fit.noise->ar_std : 0.0;
   model.state.residual_state = {0.0, 0.0, 0.0, 0.0, colored * colored};
+  model.state.missed_crank = {};
   describe(model.fit);
   return model;
 }

@@ -6,7 +6,7 @@
 
 #include "model/input_sequence.hpp"
 #include "recording/events.hpp"
-#include "state/follower.hpp"
+#include "state/state_estimator.hpp"
 
 namespace battery_sof {
 namespace {
@@ -103,11 +103,7 @@ namespace {
 std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const Series& series,
                                                  IndexRange range) {
   if (model.fit.first_state.empty() || range.empty()) return {};
-  ModelPoint start = pointOf(model);
-  start.state = Eigen::Map<const Eigen::VectorXd>(
-      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
-  start.time = start.reference_time = series.time[range.first];
-  Simulation simulation(compositionOf(model.fit), start);
+  Simulation simulation = simulationOf(atFirstState(model));
   std::vector<std::optional<double>> missed;
   for (const InputSample& sample : inputsOf(model.fit, series, range).samples) {
     const double error = simulation.follow(sample);

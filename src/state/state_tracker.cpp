@@ -39,10 +39,9 @@ StateTracker::StateTracker(const FittedModel& model, double max_gap, bool follow
     : model_(model),
       max_gap_(max_gap),
       follows_errors_(follows_errors),
-      settled_{Follower(model, true), {}, model.state, ResidualFilter(model)},
+      settled_(model),
       needs_trace_(!model.fit.effects.empty()) {
   if (model.fit.source) watch_.emplace(*model.fit.source);
-  settled_.errors.expectStop();
   if (needs_trace_) trace_.append(model.state.time, model.state.current, max_gap_);
 }
 
@@ -79,21 +78,21 @@ bool StateTracker::follow(double time, double current, double voltage) {
 void StateTracker::settleOldest() {
   const std::size_t oldest = settled_count_;
   const InputSample sample = sampleAfter(settled_, oldest);
-  const ResidualFilter errors = settled_.errors;
-  last_ = step(settled_, sample);
-  if (learns_) learnFromSettled(sample, errors);
+  last_ = settled_.predict(sample);
+  const std::optional<double> left = learns_ ? learnFromSettled(sample) : std::nullopt;
+  settled_.update(sample, left.value_or(sample.voltage - last_.voltage));
   last_voltage_ = sample.voltage;
   error_ = sample.voltage_controlled ? kOhmsOfCurrentError * (sample.step.current - last_.current)
                                      : sample.voltage - last_.voltage;
   has_settled_ = true;
-  if (needs_trace_) trace_.forgetBefore(settled_.state.time - kTraceKept);
+  if (needs_trace_) trace_.forgetBefore(settled_.state().time - kTraceKept);
   forgetFirst(recent_, oldest);
   controlled_.erase(controlled_.begin(), controlled_.begin() + static_cast<std::ptrdiff_t>(oldest));
   settled_count_ = 1;
 }
 
 Innovation StateTracker::innovationOf(const InputSample& sample) const {
-  const Simulation& simulation = settled_.follower.simulation();
+  const Simulation& simulation = settled_.simulation();
   const Fit& fit = model_.fit;
   const Eigen::MatrixXd begun = covarianceFactor(fit.covariance);
   Innovation innovation;
@@ -124,21 +123,21 @@ Innovation StateTracker::innovationOf(const InputSample& sample) const {
   return innovation;
 }
 
-void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFilter& errors) {
+std::optional<double> StateTracker::learnFromSettled(const InputSample& sample) {
   Fit& fit = model_.fit;
   ExcitedRange& seen = fit.excited;
   seen.min_current = std::min(seen.min_current, sample.step.current);
   seen.max_current = std::max(seen.max_current, sample.step.current);
   seen.min_voltage = std::min(seen.min_voltage, sample.voltage);
   seen.max_voltage = std::max(seen.max_voltage, sample.voltage);
-  const double time = settled_.state.time;
-  if (time - learnt_until_ < kLearnInterval) return;
+  const double time = settled_.state().time;
+  if (time - learnt_until_ < kLearnInterval) return std::nullopt;
   const double current = sample.step.current;
   const bool is_held = current <= 0.0 && current > kOwnCurrent && sample.voltage > kMostRested;
-  if (fit.window.samples == 0 && is_held) return;
+  if (fit.window.samples == 0 && is_held) return std::nullopt;
   const Innovation innovation = innovationOf(sample);
   const double surprise = surpriseOf(innovation);
-  if (!std::isfinite(surprise)) return;
+  if (!std::isfinite(surprise)) return std::nullopt;
   if (!has_settled_ || sample.step.current < EventLimits{}.crank_current) {
     if (!sample.voltage_controlled && (!has_settled_ || time - cranked_ > kCrankMemory))
       surprise_.add(surprise);
@@ -148,44 +147,27 @@ void StateTracker::learnFromSettled(const InputSample& sample, const ResidualFil
   const double left = battery_sof::takeIn(now, innovation);
   learnt_until_ = time;
   model_ = std::move(now);
-  settled_.follower = Follower(model_, true);
-  settled_.state = model_.state;
-  if (sample.voltage_controlled) return;
-  settled_.errors = errors;
-  settled_.errors.follow(sample, left);
+  const ResidualFilter errors = settled_.errors();
+  settled_ = StateEstimator(model_);
+  settled_.errors() = errors;
+  return left;
 }
 
 void StateTracker::lookAhead() {
   ahead_.emplace(settled_);
   for (std::size_t n = settled_count_; n < recent_.size(); ++n)
-    step(*ahead_, sampleAfter(*ahead_, n));
+    ahead_->follow(sampleAfter(*ahead_, n));
 }
 
 /// The n-th of the recent samples as the input of a state that stands at the one before.
-InputSample StateTracker::sampleAfter(const SimulationPoint& point, std::size_t n) const {
+InputSample StateTracker::sampleAfter(const StateEstimator& estimator, std::size_t n) const {
   InputSample sample;
-  sample.step = inputStep(point.state.time, point.state.current, recent_.time[n],
-                          recent_.current[n], max_gap_);
+  sample.step = estimator.stepTo(recent_.time[n], recent_.current[n], max_gap_);
   if (needs_trace_) sample.step.trace = &trace_;
   sample.voltage =
       watch_ ? repairedVoltage(recent_, n, model_.fit.voltage_lag) : recent_.voltage[n];
   sample.voltage_controlled = controlled_[n];
   return sample;
-}
-
-FollowedSample StateTracker::step(SimulationPoint& point, const InputSample& given) const {
-  InputSample sample = given;
-  if (watch_)
-    sample.step.missed =
-        point.missed.add(sample.step.duration, sample.step.current, sample.voltage_controlled);
-  const FollowedSample followed = point.follower.follow(sample);
-  const Eigen::VectorXd state = point.follower.simulation().state();
-  point.state.time = sample.step.time;
-  point.state.current = sample.step.current;
-  point.state.u_c2 = state[0];
-  point.state.further.assign(state.data() + 1, state.data() + state.size());
-  point.errors.follow(sample, sample.voltage - followed.voltage);
-  return followed;
 }
 
 void StateTracker::setKnown(const FittedModel& model) {
@@ -200,11 +182,10 @@ void StateTracker::setCalibrations(const IntervalCalibration& crank,
   model_.intervals.charge_calibration = charge;
 }
 
-FittedModel StateTracker::modelAt(const SimulationPoint& point) const {
+FittedModel StateTracker::modelAt(const StateEstimator& estimator) const {
   FittedModel now = model_;
-  now.state.residual_state =
-      follows_errors_ ? point.errors.residualState() : ResidualState{0.0, 0.0, 0.0, 0.0, 0.0};
-  takeState(now, point.follower, point.state.current);
+  estimator.saveTo(now);
+  if (!follows_errors_) now.state.residual_state = {};
   return now;
 }
 
@@ -212,6 +193,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
   const BatteryModel composition = compositionOf(model.fit);
   model.state.time = time;
   model.state.current = current;
+  model.state.missed_crank = {};
   Simulation here = uncertainSimulationOf(model);
   InputStep now;
   now.time = time;

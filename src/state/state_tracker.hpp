@@ -2,9 +2,8 @@
 
 #include <cmath>
 
-#include "state/follower.hpp"
 #include "state/posterior.hpp"
-#include "state/residual_filter.hpp"
+#include "state/state_estimator.hpp"
 
 namespace battery_sof {
 
@@ -39,7 +38,7 @@ class StateTracker {
   /// From here on every settled sample is taken into parameters and state, until a window is fitted.
   void learn() {
     learns_ = true;
-    settled_.errors = ResidualFilter(model_, false);
+    settled_.errors() = ResidualFilter(model_, false);
   }
   bool learns() const { return learns_; }
   /// [standard deviations], see Surprise.
@@ -52,64 +51,53 @@ class StateTracker {
 
   // The last settled sample; meaningless before the first.
   bool hasSettled() const { return has_settled_; }
-  const FollowedSample& last() const { return last_; }     ///< as the model followed it
-  double lastTime() const { return settled_.state.time; }  ///< [s]
-  double lastVoltage() const { return last_voltage_; }     ///< [V], measured, put right
+  const FollowedSample& last() const { return last_; }       ///< as the model followed it
+  double lastTime() const { return settled_.state().time; }  ///< [s]
+  double lastVoltage() const { return last_voltage_; }       ///< [V], measured, put right
   /// @return measured less expected [V]; where the voltage is the input, the current's error
   /// through 10 mOhm. 0 before the first.
   double error() const { return error_; }
 
   /// @return the model with state and covariance moved to the newest sample.
   FittedModel modelNow() const { return modelAt(here()); }
-  /// @return the same moved to the last settled sample, and what was missed of a discharge there.
+  /// @return the same moved to the last settled sample.
   FittedModel modelSettled() const { return modelAt(settled_); }
-  const MissedCrank& missedSettled() const { return settled_.missed; }
 
-  /// At the newest sample; without discrepancy and memories, which modelNow() has.
-  const LiveState& state() const { return here().state; }
+  /// At the newest sample; without discrepancy and residual, which modelNow() has.
+  const LiveState& state() const { return here().state(); }
   /// Whether a voltage may be the input of the model.
   bool hasSource() const { return watch_.has_value(); }
   double minCurrent() const { return model_.fit.source->min_current; }  ///< [A], of that source
   /// Whether the newest sample's voltage is controlled and is the input of the model.
   bool isVoltageControlled() const { return voltage_controlled_; }
 
-  /// What a slow sampling saw of the discharge under way.
-  const MissedCrank& missed() const { return here().missed; }
   /// An event passed: what it teaches goes along with the model.
   void updateFrom(const PastEvent& event) {
     EventHistory& past = model_.intervals.event_history;
     past.add(event);
-    settled_.errors.setNextStop(past.nextStop(model_.fit.scores.rmse));
+    settled_.errors().setNextStop(past.nextStop(model_.fit.scores.rmse));
   }
   const EventHistory& eventHistory() const { return model_.intervals.event_history; }
 
   /// The running simulation, for a query to go on from.
-  const Simulation& simulation() const { return here().follower.simulation(); }
+  const Simulation& simulation() const { return here().simulation(); }
 
  private:
-  /// What moves on with every sample.
-  struct SimulationPoint {
-    Follower follower;
-    MissedCrank missed;
-    LiveState state;
-    ResidualFilter errors;
-  };
-
-  const SimulationPoint& here() const { return ahead_ ? *ahead_ : settled_; }
-  FittedModel modelAt(const SimulationPoint& point) const;
-  FollowedSample step(SimulationPoint& point, const InputSample& sample) const;
-  InputSample sampleAfter(const SimulationPoint& point, std::size_t n) const;
+  const StateEstimator& here() const { return ahead_ ? *ahead_ : settled_; }
+  FittedModel modelAt(const StateEstimator& estimator) const;
+  InputSample sampleAfter(const StateEstimator& estimator, std::size_t n) const;
   void settleOldest();
-  /// Takes the settled sample into parameters and state. @param errors as they were before it.
-  void learnFromSettled(const InputSample& sample, const ResidualFilter& errors);
+  /// Takes the settled sample into parameters and state. @return what the model still misses of it
+  /// [V], [A]; none where nothing was taken in.
+  std::optional<double> learnFromSettled(const InputSample& sample);
   Innovation innovationOf(const InputSample& sample) const;
   void lookAhead();
 
   FittedModel model_;
   double max_gap_;
   bool follows_errors_;
-  SimulationPoint settled_;
-  std::optional<SimulationPoint> ahead_;  // at the newest sample, where that is not settled
+  StateEstimator settled_;
+  std::optional<StateEstimator> ahead_;  // at the newest sample, where that is not settled
   std::optional<ControlModeDetector> watch_;
   bool voltage_controlled_ = false, learns_ = false;
   Surprise surprise_;

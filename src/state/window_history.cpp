@@ -5,7 +5,7 @@
 
 #include "baseline/charge_phases.hpp"
 #include "recording/events.hpp"
-#include "state/follower.hpp"
+#include "state/state_estimator.hpp"
 
 namespace battery_sof {
 namespace {
@@ -20,21 +20,17 @@ struct Followed {
 };
 
 Followed followWindow(const FittedModel& model, const InputSequence& inputs) {
-  ModelPoint start = pointOf(model);
-  start.state = Eigen::Map<const Eigen::VectorXd>(
-      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
-  start.time = start.reference_time = inputs.first_time;
-  Follower follower(Simulation(compositionOf(model.fit), start));
+  StateEstimator estimator(atFirstState(model, inputs.samples.front().step.current), false);
   Followed out;
   for (const InputSample& sample : inputs.samples) {
-    const FollowedSample at = follower.follow(sample);
+    const FollowedSample at = estimator.predict(sample);
     out.samples.columns.push_back(at.columns);
     out.samples.error.push_back(at.physics_error);
     out.samples.voltage_controlled.push_back(at.voltage_controlled);
     out.voltage.push_back(at.voltage);
     out.current.push_back(at.current);
   }
-  out.memory = follower.memory();
+  out.memory = estimator.state().memory;
   return out;
 }
 

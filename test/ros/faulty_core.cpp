@@ -32,9 +32,9 @@ SessionEvents OnlineSession::push(const RawSample& sample) {
   return in_core(this, sample);
 }
 
-FollowedSample Follower::follow(const InputSample& sample) {
-  static auto* const in_core = inCore<FollowedSample(Follower*, const InputSample&)>(
-      "_ZN11battery_sof8Follower6followERKNS_11InputSampleE");
+FollowedSample StateEstimator::predict(InputSample sample) {
+  static auto* const in_core = inCore<FollowedSample(StateEstimator*, InputSample)>(
+      "_ZN11battery_sof14StateEstimator7predictENS_11InputSampleE");
   FollowedSample followed = in_core(this, sample);
   if (sample.step.current == kLosesNumbers)
     followed.voltage = std::numeric_limits<double>::quiet_NaN();

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "recording/control_mode.hpp"
-#include "state/follower.hpp"
+#include "state/state_estimator.hpp"
 #include "support/known_model.hpp"
 #include "support/synthetic_recording.hpp"
 
@@ -20,7 +20,7 @@ struct VoltageFaults {
 inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std::uint64_t seed,
                            const VoltageFaults& faults = {}) {
   Random random(seed);
-  Follower follower(battery);
+  StateEstimator follower(battery, false);
   MissedCrank missed;
   Series series;
   std::vector<double> shown;
@@ -48,11 +48,11 @@ inline Series sourcedDrive(std::size_t samples, const FittedModel& battery, std:
     // the current that goes with the voltage
     for (int k = 0; k < 3 && sample.voltage_controlled; ++k) {
       const double missed_before = sample.step.missed;
-      Follower trial = follower;
-      sample.step = inputStep(before, current, before + 1.0, trial.follow(sample).current, 10.0);
+      StateEstimator trial = follower;
+      sample.step = inputStep(before, current, before + 1.0, trial.predict(sample).current, 10.0);
       sample.step.missed = missed_before;
     }
-    const FollowedSample at = follower.follow(sample);
+    const FollowedSample at = follower.predict(sample);
     current = at.current;
     series.time.push_back(before + 1.0);
     series.current.push_back(at.current + 0.1 * random.normal());

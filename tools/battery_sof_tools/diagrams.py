@@ -83,7 +83,7 @@ def circuit():
 COLUMN, TOP = 210, 60
 # folder: column, row, what it does
 FOLDERS = {"bag": (0, 0, "bags to series"), "recording": (1, 0, "intake, checks, events,\noperating mode"), "model": (1, 2, "base circuit, effects,\nsimulation"),
-           "baseline": (2, 0, "predictors without physics"), "state": (2, 1, "a fitted model's state:\nfollower, posterior, events"), "regression": (2, 2, "regressors, evidence,\ndiscrepancy model"),
+           "baseline": (2, 0, "predictors without physics"), "state": (2, 1, "a fitted model's state:\nestimator, posterior, events"), "regression": (2, 2, "regressors, evidence,\ndiscrepancy model"),
            "estimation": (3, 1, "window, cost, fit,\ncovariance"), "prediction": (4, 0.5, "queries, online session,\nmodel selection"), "diagnosis": (4, 2, "locate, select, judge,\ncompare"),
            "report": (5, 1, "text, JSON, MODEL.yaml,\npages"), "ros": (6, 0, "battery_sof_node"), "cli": (6, 1, "sof"), "api": (6, 2, "C++ interface, Python")}
 ARROWS = (("bag", "recording"), ("recording", "baseline"), ("recording", "state"), ("model", "state"), ("model", "regression"), ("baseline", "prediction"), ("state", "estimation"), ("regression", "estimation"),

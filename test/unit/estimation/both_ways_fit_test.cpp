@@ -5,8 +5,8 @@
 
 #include "estimation/composition_fit.hpp"
 #include "estimation/identification.hpp"
-#include "state/follower.hpp"
 #include "state/residual_filter.hpp"
+#include "state/state_estimator.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {
@@ -310,7 +310,7 @@ TEST(EventHistory, KeepsTheNewestInOrderOfTime) {
 
 // ---------------------------------------------------------------------------------- going along
 
-TEST(CarryState, GoesThroughWhatASourceImposedAsTheFollowerDoes) {
+TEST(CarryState, GoesThroughWhatASourceImposedAsTheEstimatorDoes) {
   const StartStopDrive inputs = freshTwin(0.1, 0.01);
   IdentifyOptions options;
   options.source = knownSource(inputs);
@@ -321,12 +321,12 @@ TEST(CarryState, GoesThroughWhatASourceImposedAsTheFollowerDoes) {
   const FittedModel before = model;
   const std::size_t last = inputs.series.size() - 1;
   const InputSequence rest = inputsOf(before.fit, inputs.series, {half - 1, last + 1});
-  Follower follower(before, true);
-  for (std::size_t n = 1; n < rest.samples.size(); ++n) follower.follow(rest.samples[n]);
+  StateEstimator estimator(before);
+  for (std::size_t n = 1; n < rest.samples.size(); ++n) estimator.predict(rest.samples[n]);
   carryState(model, inputs.series, last);
   EXPECT_EQ(model.state.time, inputs.series.time[last]);
-  EXPECT_EQ(model.state.u_c2, follower.simulation().state()[0]);
-  EXPECT_EQ(model.state.memory.numbers(), follower.memory().numbers());
+  EXPECT_EQ(model.state.u_c2, estimator.simulation().state()[0]);
+  EXPECT_EQ(model.state.memory.numbers(), estimator.state().memory.numbers());
   EXPECT_NE(model.state.memory.numbers(), before.state.memory.numbers());
   EXPECT_TRUE(model.fit.covariance.allFinite());
   EXPECT_THROW(carryState(model, inputs.series, 0), std::invalid_argument);
@@ -353,47 +353,38 @@ TEST(CarryState, InTwoStretchesIsTheSameAsInOne) {
                 0.02 * (1.0 + std::abs(once.state.further[j])));
 }
 
-TEST(Follower, BegunAtASavedStateGoesOnAsIfItHadNotStopped) {
+TEST(StateEstimator, BegunAtASavedStateGoesOnAsIfItHadNotStopped) {
   // Cut at the last sample of a load: the source's ramp begins at the load's voltage.
   const StartStopDrive inputs = freshTwin(0.0, 0.0);
   FittedModel model = fitted(inputs, {"fresh_sulphate"});
   model.fit.residual_regression = {};
   const InputSequence samples =
       inputSequence(inputs.series, {0, inputs.series.size()}, {}, inputs.controlled);
-  ModelPoint at = pointOf(model);
-  at.state = Eigen::Map<const Eigen::VectorXd>(
-      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
-  at.time = at.reference_time = 0.0;
-  Follower whole_way(Simulation(compositionOf(model.fit), at));
+  StateEstimator whole_way(atFirstState(model), false);
   std::size_t cuts = 0;
   for (std::size_t n = 0; n + 1 < samples.samples.size(); ++n) {
-    whole_way.follow(samples.samples[n]);
+    whole_way.predict(samples.samples[n]);
     if (inputs.controlled[n] || !inputs.controlled[n + 1]) continue;
     FittedModel saved = model;
-    saved.state.time = inputs.series.time[n];
-    takeState(saved, whole_way, inputs.series.current[n]);
-    Follower begun(saved), goes_on = whole_way;
-    EXPECT_NEAR(begun.follow(samples.samples[n + 1]).current,
-                goes_on.follow(samples.samples[n + 1]).current, 1e-4);
+    whole_way.saveTo(saved);
+    StateEstimator begun(saved, false), goes_on = whole_way;
+    EXPECT_NEAR(begun.predict(samples.samples[n + 1]).current,
+                goes_on.predict(samples.samples[n + 1]).current, 1e-4);
     ++cuts;
   }
   EXPECT_GT(cuts, 5u);
 }
 
-TEST(Follower, PredictsTheQuantityThatIsNotImposed) {
+TEST(StateEstimator, PredictsTheQuantityThatIsNotImposed) {
   const StartStopDrive inputs = freshTwin(0.0, 0.0);
   const FittedModel model = fitted(inputs, {"fresh_sulphate"});
   FittedModel start = model;
   start.fit.residual_regression = {};
   const InputSequence samples =
       inputSequence(inputs.series, {0, inputs.series.size()}, {}, inputs.controlled);
-  ModelPoint at = pointOf(start);
-  at.state = Eigen::Map<const Eigen::VectorXd>(
-      model.fit.first_state.data(), static_cast<Eigen::Index>(model.fit.first_state.size()));
-  at.time = at.reference_time = 0.0;
-  Follower follower(Simulation(compositionOf(start.fit), at));
+  StateEstimator estimator(atFirstState(start), false);
   for (std::size_t n = 0; n < samples.samples.size(); ++n) {
-    const FollowedSample followed = follower.follow(samples.samples[n]);
+    const FollowedSample followed = estimator.predict(samples.samples[n]);
     EXPECT_EQ(followed.voltage_controlled, static_cast<bool>(inputs.controlled[n]));
     if (followed.voltage_controlled) {
       EXPECT_EQ(followed.voltage, inputs.series.voltage[n]);
@@ -407,7 +398,7 @@ TEST(Follower, PredictsTheQuantityThatIsNotImposed) {
   }
 }
 
-TEST(Follower, AddsWhatWasLearntInsideTheWindowsCurrents) {
+TEST(StateEstimator, AddsWhatWasLearntInsideTheWindowsCurrents) {
   const StartStopDrive inputs = freshTwin(0.1, 0.01);
   FittedModel model = fitted(inputs, {"fresh_sulphate"});
   // A constant of 1000 A is estimated: the prediction stays inside the window's range.
@@ -418,14 +409,14 @@ TEST(Follower, AddsWhatWasLearntInsideTheWindowsCurrents) {
   model.fit.residual_regression.current.constant = 1000.0;
   model.fit.residual_regression.min_current = -2.0;
   model.fit.residual_regression.max_current = 33.0;
-  Follower follower(model, true);
+  StateEstimator estimator(model);
   InputSample sample;
   sample.step.time = model.state.time + 1.0;
   sample.step.duration = 1.0;
   sample.step.current = 5.0;
   sample.voltage = 14.0;
   sample.voltage_controlled = true;
-  const FollowedSample followed = follower.follow(sample);
+  const FollowedSample followed = estimator.predict(sample);
   EXPECT_DOUBLE_EQ(followed.current, 33.0);
   EXPECT_GT(followed.variance, 0.0);
   EXPECT_NEAR(followed.current - followed.regression_correction + followed.physics_error, 5.0,

@@ -44,7 +44,7 @@ StartStopDrive* BothWays::inputs_ = nullptr;
 FittedModel* BothWays::model_ = nullptr;
 
 TEST_F(BothWays, PredictsTheNextQuarterOfAnHourOfItsOwnBattery) {
-  const FollowedPrediction predicted = predictMixed(*model_, inputs_->series, rest());
+  const FollowedPrediction predicted = predictSeries(*model_, inputs_->series, rest());
   const BothWaysScores scores = scoreBothWays(*model_, inputs_->series, rest(), predicted);
   ASSERT_TRUE(scores.mixed.share_percent);
   EXPECT_GT(*scores.mixed.share_percent, 85.0);
@@ -57,7 +57,7 @@ TEST_F(BothWays, PredictsTheNextQuarterOfAnHourOfItsOwnBattery) {
 }
 
 TEST_F(BothWays, WhatDrivesIsAsMeasuredAndHasNoWidth) {
-  const FollowedPrediction predicted = predictMixed(*model_, inputs_->series, rest());
+  const FollowedPrediction predicted = predictSeries(*model_, inputs_->series, rest());
   ASSERT_EQ(predicted.voltage_controlled.size(), rest().size());
   ASSERT_EQ(predicted.current.size(), rest().size());
   std::size_t sources = 0;
@@ -79,14 +79,14 @@ TEST_F(BothWays, WhatDrivesIsAsMeasuredAndHasNoWidth) {
 
 TEST_F(BothWays, UsesOnlyWhatDrivesOfTheRangeAndNothingThatComesLater) {
   const IndexRange part{half(), half() + 300};
-  const FollowedPrediction before = predictMixed(*model_, inputs_->series, part);
+  const FollowedPrediction before = predictSeries(*model_, inputs_->series, part);
   Series later = inputs_->series;
   for (std::size_t n = part.last + 1; n < later.size(); ++n) {
     later.voltage[n] -= 1.0;
     later.current[n] *= -2.0;
   }
-  EXPECT_EQ(predictMixed(*model_, later, part).current, before.current);
-  EXPECT_EQ(predictMixed(*model_, later, part).voltage, before.voltage);
+  EXPECT_EQ(predictSeries(*model_, later, part).current, before.current);
+  EXPECT_EQ(predictSeries(*model_, later, part).voltage, before.voltage);
   // The answers in the range itself: the current of a source moves a little, the voltage under
   // load, too.
   Series answers = inputs_->series;
@@ -94,7 +94,7 @@ TEST_F(BothWays, UsesOnlyWhatDrivesOfTheRangeAndNothingThatComesLater) {
     if (before.voltage_controlled[n - part.first] && answers.current[n] > 1.0 &&
         answers.current[n - 1] > 1.0 && answers.current[n + 1] > 1.0)
       answers.current[n] += 0.4;
-  const FollowedPrediction with = predictMixed(*model_, answers, part);
+  const FollowedPrediction with = predictSeries(*model_, answers, part);
   ASSERT_EQ(with.voltage_controlled, before.voltage_controlled);
   for (std::size_t k = 0; k < part.size(); ++k)
     if (before.voltage_controlled[k]) {
@@ -103,30 +103,28 @@ TEST_F(BothWays, UsesOnlyWhatDrivesOfTheRangeAndNothingThatComesLater) {
 }
 
 TEST_F(BothWays, WithoutASourceIsThePredictionFromTheCurrent) {
-  FittedModel model = *model_;
-  model.fit.source.reset();
-  model.fit.residual_regression = {};
-  const FollowedPrediction mixed = predictMixed(model, inputs_->series, rest());
-  const PredictedVoltage plain = predictSeries(model, inputs_->series, rest());
-  EXPECT_TRUE(std::none_of(mixed.voltage_controlled.begin(), mixed.voltage_controlled.end(),
+  const FittedModel model = drivenByCurrent(*model_);
+  const FollowedPrediction predicted = predictSeries(model, inputs_->series, rest());
+  EXPECT_TRUE(std::none_of(predicted.voltage_controlled.begin(), predicted.voltage_controlled.end(),
                            [](char c) { return c; }));
-  for (std::size_t k = 0; k < rest().size(); ++k)
-    ASSERT_NEAR(mixed.voltage[k], plain.voltage[k], 1e-9);
-}
-
-TEST_F(BothWays, OfNothingIsNothing) {
-  EXPECT_TRUE(predictMixed(*model_, inputs_->series, {5, 5}).voltage.empty());
+  Simulation simulation = simulationOf(model);
+  const InputSequence inputs = inputSequence(inputs_->series, {half() - 1, rest().last});
+  for (std::size_t k = 0; k < rest().size(); ++k) {
+    simulation.advance(inputs.samples[k + 1].step);
+    ASSERT_NEAR(predicted.voltage[k], simulation.voltage(), 1e-9);
+    ASSERT_EQ(predicted.current[k], inputs_->series.current[half() + k]);
+  }
 }
 
 TEST_F(BothWays, AVoltageThatIsBehindIsPredictedAsItIsShown) {
   FittedModel model = *model_;
   model.fit.residual_regression = {};
-  const FollowedPrediction prompt = predictMixed(model, inputs_->series, rest());
+  const FollowedPrediction prompt = predictSeries(model, inputs_->series, rest());
   // The same drive as a channel shows it that is a sample late.
   Series late = inputs_->series;
   for (std::size_t n = late.size(); n-- > 1;) late.voltage[n] = late.voltage[n - 1];
   model.fit.voltage_lag = 1;
-  const FollowedPrediction shown = predictMixed(model, late, rest());
+  const FollowedPrediction shown = predictSeries(model, late, rest());
   ASSERT_EQ(shown.voltage.size(), prompt.voltage.size());
   int alike = 0;
   for (std::size_t k = 1; k < rest().size(); ++k)
@@ -154,7 +152,7 @@ TEST_F(BothWays, AnExactPredictionHasAFullShareAndExactEvents) {
 }
 
 TEST_F(BothWays, PastCranksCorrectThePredictedOnes) {
-  FollowedPrediction low = predictMixed(*model_, inputs_->series, rest());
+  FollowedPrediction low = predictSeries(*model_, inputs_->series, rest());
   FittedModel baseline_model = *model_;
   baseline_model.fit.baseline.voltage_from_current.reset();
   FittedModel ignorant = baseline_model;
@@ -174,7 +172,7 @@ TEST_F(BothWays, TheNaivePredictorsAreScoredOnTheSameSamples) {
   const BothWaysScores baseline =
       scoreBaseline(model_->fit.baseline, inputs_->series, rest(), mask);
   const BothWaysScores model = scoreBothWays(*model_, inputs_->series, rest(),
-                                             predictMixed(*model_, inputs_->series, rest()));
+                                             predictSeries(*model_, inputs_->series, rest()));
   ASSERT_TRUE(baseline.mixed.share_percent);
   EXPECT_LT(*baseline.mixed.share_percent, *model.mixed.share_percent);
   EXPECT_EQ(baseline.cranks.size(), model.cranks.size());
@@ -209,7 +207,7 @@ TEST_F(BothWays, TheLiveTrackerIsWhereCarryingTheStateOfflinePutsIt) {
   ASSERT_EQ(live.size(), rest().size() - 1);
   carryState(offline, inputs_->series, inputs_->series.size() - 1);
   const FittedModel now = tracker.modelNow();
-  const FollowedPrediction predicted = predictMixed(*model_, inputs_->series, rest());
+  const FollowedPrediction predicted = predictSeries(*model_, inputs_->series, rest());
   std::size_t alike = 0;
   for (std::size_t k = 0; k < live.size(); ++k)
     alike += static_cast<bool>(live[k]) == static_cast<bool>(predicted.voltage_controlled[k]);

@@ -38,12 +38,12 @@ const Learnt& estimated() {
 }
 
 double rmseOf(const FittedModel& model) {
-  const PredictedVoltage predicted = predictSeries(model, estimated().series, estimated().later);
+  const std::vector<double> predicted =
+      predictSeries(model, estimated().series, estimated().later).voltage;
   double sum = 0.0;
-  for (std::size_t n = 0; n < predicted.voltage.size(); ++n)
-    sum +=
-        std::pow(estimated().series.voltage[estimated().later.first + n] - predicted.voltage[n], 2);
-  return std::sqrt(sum / static_cast<double>(predicted.voltage.size()));
+  for (std::size_t n = 0; n < predicted.size(); ++n)
+    sum += std::pow(estimated().series.voltage[estimated().later.first + n] - predicted[n], 2);
+  return std::sqrt(sum / static_cast<double>(predicted.size()));
 }
 
 std::string errorOf(const std::string& text) {

@@ -97,7 +97,7 @@ TEST(PredictSeries, FollowsTheDriveThatFollowsTheWindow) {
   const FittedModel fitted = identify(series, {0, 24000});
   const IndexRange later = {24000, series.size()};
   const PredictionScores scores =
-      scorePrediction(series, later, predictSeries(fitted, series, later));
+      scorePrediction(series, later, predictSeries(fitted, series, later).voltages());
   EXPECT_GT(*scores.q_dyn_percent, 98.0);
   EXPECT_LT(scores.rmse, 0.003);
   EXPECT_NEAR(scores.coverage_90, 0.90, 0.02);

@@ -65,7 +65,7 @@ TEST_P(SlowChannel, SettledSamplesAreThoseOfAPredictionOfTheWholeRecording) {
   carryState(fitted, series, 400);
   StateTracker tracker(fitted, gapThreshold(series));
   tracker.lookBack(series);
-  const FollowedPrediction offline = predictMixed(fitted, series, {401, series.size()});
+  const FollowedPrediction offline = predictSeries(fitted, series, {401, series.size()});
   std::size_t settled = 0, voltage_driven = 0;
   for (std::size_t n = 401; n < series.size(); ++n) {
     if (!tracker.follow(series.time[n], series.current[n], series.voltage[n])) continue;
@@ -104,7 +104,7 @@ TEST(ChargeWatch, AtASourceComparesTheChargesThatAWindowWouldTeach) {
   ModelMonitor monitor({});
   monitor.install(standingAt(series, 0, 1), 10.0);
   const FollowedPrediction offline =
-      predictMixed(standingAt(series, 0, 1), series, {1, series.size()});
+      predictSeries(standingAt(series, 0, 1), series, {1, series.size()});
   std::vector<double> compared;
   int taken_over = 0;
   for (std::size_t n = 1; n < series.size(); ++n)

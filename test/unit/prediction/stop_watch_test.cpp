@@ -95,11 +95,10 @@ TEST(StopWatch, AStopItselfPutsTheLevelRight) {
     if (load_for < 8.0 || n + 1 == series.size() || !isStopLoad(series.current[n + 1], -15.0))
       return;
     FittedModel now = monitor.now();
-    Follower follower(now, true);
+    StateEstimator estimator(now);
     InputSample next;
-    next.step = inputStep(now.state.time, now.state.current, series.time[n + 1],
-                          series.current[n + 1], 10.0);
-    const double modelled = follower.follow(next).voltage;
+    next.step = estimator.stepTo(series.time[n + 1], series.current[n + 1], 10.0);
+    const double modelled = estimator.predict(next).voltage;
     const double missed = series.voltage[n + 1] - modelled - ResidualFilter(now).forecast(1.0).mean;
     ++looks;
     if (std::abs(missed) < 0.06) ++inside;

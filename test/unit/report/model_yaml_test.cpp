@@ -287,8 +287,8 @@ TEST_F(ModelYamlBothWays, ReadsBackSourceNaivePredictorsPastEventsAndWhatWasLear
 TEST_F(ModelYamlBothWays, PredictsAsTheModelItCameFrom) {
   const FittedModel back = parseModelYaml(*text_, "model.yaml");
   const IndexRange rest{900, inputs_->series.size()};
-  const FollowedPrediction before = predictMixed(*model_, inputs_->series, rest);
-  const FollowedPrediction after = predictMixed(back, inputs_->series, rest);
+  const FollowedPrediction before = predictSeries(*model_, inputs_->series, rest);
+  const FollowedPrediction after = predictSeries(back, inputs_->series, rest);
   EXPECT_EQ(after.voltage_controlled, before.voltage_controlled);
   for (std::size_t k = 0; k < rest.size(); ++k) {
     ASSERT_NEAR(after.current[k], before.current[k], 1e-9);

@@ -1,4 +1,4 @@
-#include "state/follower.hpp"
+#include "state/state_estimator.hpp"
 
 #include <algorithm>
 
@@ -6,18 +6,24 @@
 
 namespace battery_sof {
 
-Follower::Follower(const FittedModel& model, bool uncertain)
+StateEstimator::StateEstimator(const FittedModel& model, bool uncertain)
     : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)),
-      memory_(model.state.memory),
-      residual_regression_(model.fit.residual_regression) {
+      residual_regression_(model.fit.residual_regression),
+      state_(model.state),
+      errors_(model),
+      has_source_(model.fit.source) {
   // A source's ramp begins at the voltage that the state represents.
   InputStep here;
-  here.time = model.state.time;
-  here.held = here.current = model.state.current;
+  here.time = state_.time;
+  here.held = here.current = state_.current;
   simulation_.advance(here);
+  errors_.expectStop();
 }
 
-FollowedSample Follower::follow(const InputSample& sample) {
+FollowedSample StateEstimator::predict(InputSample sample) {
+  if (has_source_)
+    sample.step.missed = state_.missed_crank.add(sample.step.duration, sample.step.current,
+                                                 sample.voltage_controlled);
   FollowedSample out;
   out.voltage_controlled = sample.voltage_controlled;
   out.physics_error = simulation_.follow(sample);
@@ -31,8 +37,8 @@ FollowedSample Follower::follow(const InputSample& sample) {
     out.current = sample.step.current;
     if (has_tangents) out.variance = simulation_.voltageDerivatives().squaredNorm();
   }
-  out.columns =
-      memory_.advance({sample.step.duration, sample.voltage_controlled, out.voltage, out.current});
+  out.columns = state_.memory.advance(
+      {sample.step.duration, sample.voltage_controlled, out.voltage, out.current});
   const RidgeFit& fit =
       sample.voltage_controlled ? residual_regression_.current : residual_regression_.voltage;
   out.regression_correction = fit.at(out.columns);
@@ -42,7 +48,25 @@ FollowedSample Follower::follow(const InputSample& sample) {
                    residual_regression_.max_current) -
         out.current;
   (sample.voltage_controlled ? out.current : out.voltage) += out.regression_correction;
+  const Eigen::VectorXd state = simulation_.state();
+  state_.time = sample.step.time;
+  state_.current = sample.step.current;
+  state_.u_c2 = state[0];
+  state_.further.assign(state.data() + 1, state.data() + state.size());
   return out;
+}
+
+FollowedSample StateEstimator::follow(const InputSample& sample) {
+  FollowedSample followed = predict(sample);
+  update(sample, sample.voltage - followed.voltage);
+  return followed;
+}
+
+void StateEstimator::saveTo(FittedModel& model) const {
+  takeState(model, simulation_, state_.current);
+  model.state.memory = state_.memory;
+  model.state.missed_crank = state_.missed_crank;
+  model.state.residual_state = errors_.residualState();
 }
 
 InputSequence inputsOf(const Fit& fit, const Series& series, IndexRange range) {
@@ -58,11 +82,6 @@ InputSequence inputsOf(const Fit& fit, const Series& series, IndexRange range) {
   repair.lag = fit.voltage_lag;
   for (std::size_t k = 0; k < series.size(); ++k) repair.dropped.push_back(isDropOut(series, k));
   return inputSequence(repaired(series, repair), range, {}, controlled);
-}
-
-void takeState(FittedModel& model, const Follower& follower, double current) {
-  takeState(model, follower.simulation(), current);
-  model.state.memory = follower.memory();
 }
 
 }  // namespace battery_sof
