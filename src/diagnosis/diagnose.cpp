@@ -83,7 +83,7 @@ void take(Diagnosis& found, Named named, Compared compared) {
 Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   requireValid(options);
   const Parts parts = partsOf(recording.series, options.holdout_share);
-  const std::string lack = lackOf(slice(recording.series, parts.train));
+  const std::string lack = lackOf(slice(recording.series, parts.train), options.holdout_share);
   if (!lack.empty()) return insufficient(recording.series, lack);
   const Prepared prepared = prepare(recording, parts, options);
   tell(options, "locating where model and measurement deviate");
@@ -119,7 +119,7 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
 MechanismEvidence mechanismEvidence(const Recording& recording, const DiagnoseOptions& options) {
   requireValid(options);
   const Parts parts = partsOf(recording.series, options.holdout_share);
-  if (!lackOf(slice(recording.series, parts.train)).empty()) return {};
+  if (!lackOf(slice(recording.series, parts.train), options.holdout_share).empty()) return {};
   return weighMechanisms(prepare(recording, parts, options), options);
 }
 

@@ -5,16 +5,17 @@
 
 #include "recording/checks.hpp"
 #include "recording/fit_mask.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-// of the training part: ten for every unknown of base model and noise
-constexpr std::size_t kMinSamples = 120;
-constexpr double kMinDuration = 120.0;  // [s], two time constants of the double layer at rest
-constexpr double kMinCharge = 20.0;     // [As] that must flow in either direction
-constexpr double kSlow = 0.15;          // [s]; sampled more slowly, edges cannot be set aside
-constexpr double kLostShare = 0.005;    // of the samples; a second in three minutes
+// of the training part: five for every unknown of base model and noise
+constexpr std::size_t kMinSamples = 60;
+constexpr double kMinDuration = 45.0;  // [s] of the training part (docs/diagnosis.md)
+constexpr double kMinCharge = 20.0;    // [As] that must flow in either direction
+constexpr double kSlow = 0.15;         // [s]; sampled more slowly, edges cannot be set aside
+constexpr double kLostShare = 0.005;   // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
 constexpr double kCoarseVoltage =
     // [V], 10 mV but for printed digits; most effects leave less than 20 mV
@@ -78,14 +79,16 @@ void alignWholeSamples(Screening& screening, double lag) {
 
 }  // namespace
 
-std::string lackOf(const Series& train) {
-  if (train.size() < kMinSamples)
-    return "the training part has " + std::to_string(train.size()) + " samples, at least " +
-           std::to_string(kMinSamples) + " are needed";
-  const double duration = train.time.back() - train.time.front();
-  if (duration < kMinDuration)
-    return "the training part lasts " + std::to_string(static_cast<int>(duration)) +
-           " s, at least " + std::to_string(static_cast<int>(kMinDuration)) + " s are needed";
+std::string lackOf(const Series& train, double holdout_share) {
+  // A sample lasts until the next.
+  const double duration =
+      train.size() < 2 ? 0.0 : train.time.back() - train.time.front() + medianInterval(train);
+  const double whole = 1.0 - holdout_share;
+  if (train.size() < kMinSamples || std::round(duration) < kMinDuration)
+    return format(
+        "the training part has %zu samples in %.0f s; a recording of at least %.0f samples and "
+        "%.0f s is needed",
+        train.size(), duration, std::ceil(kMinSamples / whole), std::ceil(kMinDuration / whole));
   double charge = 0.0, discharge = 0.0;
   const double gap = gapThreshold(train);
   for (std::size_t k = 1; k < train.size(); ++k) {

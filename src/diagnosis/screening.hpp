@@ -22,8 +22,10 @@ struct Screening {
   bool slow = false;                   ///< sampled too slowly to set edges aside
 };
 
-/// @return why a training part cannot be diagnosed; empty when it can.
-std::string lackOf(const Series& train);
+/// @param holdout_share of the recording, which is not in its training part.
+/// @return why a training part cannot be diagnosed and how long a recording must be; empty when it
+/// can.
+std::string lackOf(const Series& train, double holdout_share);
 
 /// @param train the recording's training part.
 Screening screenInstruments(const Recording& recording, const Series& train);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "stage_fit.hpp"
@@ -13,10 +14,13 @@ struct EstimatedDiscrepancy {
   std::optional<WhitenedFit> with_discrepancy;  ///< where it is used: the model with it
   bool isUsed() const { return finding && finding->is_used; }
   /// Whether it takes enough of the error on left-out blocks to be reported; a little less error is
-  /// worth a place in the model alone.
+  /// worth a place in the model alone. A block that the others hardly determine is missed by more
+  /// than what is missing: the circuit fitted to all of them must be missed by more, too.
   bool holds() const {
-    return isUsed() &&
-           finding->left_out.discrepancy < (1.0 - kCatalogueTolerance) * finding->left_out.base;
+    if (!isUsed()) return false;
+    const LeftOutErrors& errors = finding->left_out;
+    return errors.discrepancy <
+           std::min((1.0 - kCatalogueTolerance) * errors.base, errors.in_sample);
   }
 };
 

@@ -248,7 +248,7 @@ DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix&
 
 LeftOutErrors leftOutErrors(const Linearization& response, const DesignMatrix& table, int blocks,
                             const RegressorFilter& wanted) {
-  double base = 0.0, discrepancy = 0.0, counted = 0.0;
+  double base = 0.0, discrepancy = 0.0, in_sample = 0.0, counted = 0.0;
   for (int block = 0; block < blocks; ++block) {
     const Eigen::Index begin = response.training * block / blocks,
                        end = response.training * (block + 1) / blocks;
@@ -261,11 +261,13 @@ LeftOutErrors leftOutErrors(const Linearization& response, const DesignMatrix& t
       if (!(response.weight[row] > 0.0)) continue;
       base += std::pow(response.error[row] - fit.base[row], 2);
       discrepancy += std::pow(response.error[row] - fit.predicted[row], 2);
+      in_sample += std::pow(response.error[row], 2);
       counted += 1.0;
     }
   }
   counted = std::max(counted, 1.0);
-  return {std::sqrt(base / counted), std::sqrt(discrepancy / counted)};
+  return {std::sqrt(base / counted), std::sqrt(discrepancy / counted),
+          std::sqrt(in_sample / counted)};
 }
 
 bool isTimeless(const Regressor& regressor) {

@@ -134,6 +134,7 @@ DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix&
 struct LeftOutErrors {
   double base = 0.0;         ///< of the composition with its circuit's directions fitted
   double discrepancy = 0.0;  ///< with a discrepancy
+  double in_sample = 0.0;    ///< of the composition as it was fitted, no block left out
 };
 
 /// @param blocks consecutive ones, at least 2.

@@ -11,6 +11,7 @@
 #include "model/mechanism.hpp"
 #include "report/results.hpp"
 #include "support/base_drive.hpp"
+#include "support/synthetic_recording.hpp"
 #include "util/constants.hpp"
 
 namespace battery_sof {
@@ -221,12 +222,58 @@ TEST(Diagnose, ACellOfAnotherChemistryGetsNoNameOfLeadAcid) {
   EXPECT_TRUE(hasNoEquation(cell.verdict)) << cell.summary;
 }
 
-TEST(Diagnose, AMinuteIsTooShort) {
-  const Diagnosis diagnosis = diagnose(recordingOfDrive(60.0));
+/// A drive of the base model at 10 Hz [s]. @param arc resistance of a polarisation of 5 s in
+/// addition [Ohm].
+Recording shortDrive(std::uint64_t seed, double duration, double arc) {
+  constexpr double kInterval = 0.1, kTime = 5.0;  // [s]
+  Series series = answered(drivenBattery(), dataSetOneCurrent(duration, kInterval, seed), kInterval,
+                           0.002, seed);
+  double current = 0.0;  // [A], of the last 5 s
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    const double mean = 0.5 * (series.current[k - 1] + series.current[k]);
+    current += (mean - current) * (1.0 - std::exp(-kInterval / kTime));
+    series.voltage[k] += arc * current;
+  }
+  return toRecording(std::move(series));
+}
+
+class ShortDrive : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(ShortDrive, OfAMinuteAndAQuarterWithASecondArcHasAMechanismAndTheSetTheRightOne) {
+  const Diagnosis diagnosis = diagnose(shortDrive(GetParam(), 75.0, 0.003));
+  EXPECT_TRUE(diagnosis.mechanism) << diagnosis.summary;
+  const auto& likely = diagnosis.mechanisms;
+  EXPECT_TRUE(std::any_of(likely.begin(), likely.end(), [](const auto& one) {
+    return one.mechanism == Mechanism::kStructure;
+  })) << diagnosis.summary;
+}
+
+TEST_P(ShortDrive, OfTheBaseModelLacksNothing) {
+  for (const double duration : {60.0, 75.0, 120.0}) {
+    const Diagnosis diagnosis = diagnose(shortDrive(GetParam(), duration, 0.0));
+    EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << duration << " s: " << diagnosis.summary;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, ShortDrive, testing::Range<std::uint64_t>(1, 9));
+
+TEST(Diagnose, LessThanAMinuteIsTooShortAndSaysHowLongIsNeeded) {
+  const Diagnosis diagnosis = diagnose(shortDrive(3, 59.0, 0.003));
   EXPECT_EQ(Verdict::kInsufficientData, diagnosis.verdict);
-  EXPECT_NE(std::string::npos, diagnosis.summary.find("120")) << diagnosis.summary;
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("at least 80 samples and 60 s"))
+      << diagnosis.summary;
   EXPECT_FALSE(diagnosis.next_experiment.empty());
   EXPECT_FALSE(diagnosis.source.totals.empty());
+}
+
+TEST(Diagnose, OneSampleASecondTakesEightySeconds) {
+  const Recording minute = toRecording(everyNth(baseDrive(3, 79.0), 100)),
+                  longer = toRecording(everyNth(baseDrive(3, 80.0), 100));
+  const Diagnosis diagnosis = diagnose(minute);
+  EXPECT_EQ(Verdict::kInsufficientData, diagnosis.verdict);
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("at least 80 samples and 60 s"))
+      << diagnosis.summary;
+  EXPECT_EQ(Verdict::kNoMismatch, diagnose(longer).verdict);
 }
 
 TEST(Diagnose, ABatteryAtRestIsInsufficientData) {

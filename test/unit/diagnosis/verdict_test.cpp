@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "diagnosis/stage_discrepancy.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -182,6 +184,20 @@ TEST(Summary, OfAnExtendedModelThatIsWithheldSaysWhatItCameTo) {
                      "400.0 mV"))
         << summaryOf(diagnosis);
   }
+}
+
+/// A block that the others do not determine is missed by more than anything that is missing.
+TEST(EstimatedDiscrepancy, HoldsWhereItMissesLeftOutBlocksByLessThanTheCircuitFittedToThem) {
+  EstimatedDiscrepancy discrepancy;
+  EXPECT_FALSE(discrepancy.holds());
+  discrepancy.finding.emplace();
+  discrepancy.finding->is_used = true;
+  discrepancy.finding->left_out = {0.300, 0.140, 0.150};
+  EXPECT_TRUE(discrepancy.holds());
+  discrepancy.finding->left_out = {0.300, 0.140, 0.004};
+  EXPECT_FALSE(discrepancy.holds());
+  discrepancy.finding->left_out = {0.150, 0.140, 0.150};
+  EXPECT_FALSE(discrepancy.holds()) << "less than a tenth";
 }
 
 TEST(NextExperiment, TellsTheIndistinguishableApart) {

@@ -206,6 +206,7 @@ TEST(LeftOutErrors, OfAMemoryOfChargingThatNoColumnHasFallByMoreThanHalf) {
   const LeftOutErrors errors = leftOutErrors(estimated.response, estimated.table, 4, isTimeless);
   EXPECT_GT(errors.base, 0.01);
   EXPECT_LT(errors.discrepancy, 0.5 * errors.base);
+  EXPECT_NEAR(rms(estimated.response.error), errors.in_sample, 1e-9);
 }
 
 TEST(FitDiscrepancy, PutsAMemoryOfChargingIntoTheFamilyOfAcceptance) {

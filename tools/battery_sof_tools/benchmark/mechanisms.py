@@ -34,6 +34,7 @@ RIDGE, OWN = 3.0, 0.7  # of weights of unit inputs; how freely a mechanism's wei
 SET = 0.9
 SHORTEST_S, USUALLY_LONGEST_S, LONGEST_S = 80.0, 1200.0, 3600.0
 SHORT_PAIR_S = 600.0
+WEIGHED_FROM_S = 160.0  # the table of the repository was fitted to recordings of this length and more
 JUDGED = ["", "cases", "right", "0.7 and more", "0.9 and more", "set of 0.9 has it", "mean size"]
 TABLE = os.path.join(ROOT, "src", "diagnosis", "mechanism_weights.inc")
 
@@ -66,7 +67,8 @@ def gather(a, cases):
     """Evidence of every case, kept: a run that was cut off goes on."""
     kept, extractor = os.path.join(a.out, EVIDENCE), program(a.build, "mechanism_evidence")
     known = {row["name"] for row in lines_of(kept)}
-    for row in finished(a.jobs, evidence_of, [(extractor, a.out, case) for case in cases if case["name"] not in known], "weighed"):
+    todo = [case for case in cases if case["name"] not in known and case["duration"] >= WEIGHED_FROM_S]
+    for row in finished(a.jobs, evidence_of, [(extractor, a.out, case) for case in todo], "weighed"):
         append(kept, row)
 
 
