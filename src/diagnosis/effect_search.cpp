@@ -11,8 +11,9 @@ constexpr int kInstants = 9;       // instants tried over a recording
 constexpr int kFirstIterations = 4, kTasteIterations = 2;
 // effects that are tried in a step, and the first of every mechanism
 constexpr std::size_t kClosest = 5;
-constexpr std::size_t kFittedWell = 2;  // of them, that are fitted to the end
-constexpr double kClose = 0.8;          // of the best one's gain: fitted to the end, too
+// of them, that are fitted to the end where their first steps gain anything
+constexpr std::size_t kFittedWell = 2;
+constexpr double kClose = 0.8;  // of the best one's gain: fitted to the end, too
 // of a grid point's strengths, from where a search begins that went astray
 constexpr double kWeak = 0.01;
 // of the grid's gain, that a search has to reach to be on its way
@@ -160,8 +161,9 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   const double best_gain = fitted.empty() ? 0.0 : fitted.front().evidence - state.evidence;
   for (std::size_t k = 0; k < fitted.size(); ++k)
-    if (k < kFittedWell || fitted[k].evidence - state.evidence > kClose * best_gain)
-      if (std::isfinite(fitted[k].evidence)) fits_.optimize(fitted[k]);
+    if (fitted[k].evidence > state.evidence &&
+        (k < kFittedWell || fitted[k].evidence - state.evidence > kClose * best_gain))
+      fits_.optimize(fitted[k]);
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   for (const ExplanationState& one : fitted)
     weighed_.push_back({one.members.back(), one.evidence - state.evidence});
