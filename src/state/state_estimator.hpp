@@ -49,7 +49,6 @@ class StateEstimator {
   /// Without discrepancy and residual, which saveTo() has.
   const LiveState& state() const { return state_; }
   ResidualFilter& errors() { return errors_; }
-  /// For a query to go on from.
   const Simulation& simulation() const { return simulation_; }
 
  private:

@@ -79,9 +79,6 @@ class StateTracker {
   }
   const EventHistory& eventHistory() const { return model_.intervals.event_history; }
 
-  /// The running simulation, for a query to go on from.
-  const Simulation& simulation() const { return here().simulation(); }
-
  private:
   const StateEstimator& here() const { return ahead_ ? *ahead_ : settled_; }
   FittedModel modelAt(const StateEstimator& estimator) const;
