@@ -9,7 +9,6 @@
 #include "effect_search.hpp"
 #include "explanation_fits.hpp"
 #include "model/effect.hpp"
-#include "util/student.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -124,25 +123,27 @@ class StepwiseSelection {
     return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
   }
 
-  /// Whether regressors predict blocks that the fits have not seen better than an effect, beyond
-  /// what the blocks scatter: 95 % of Student's t.
-  bool predictBetter(const ExplanationState& regressors, const ExplanationState& member) const {
-    const Eigen::ArrayXd more = fits_.leftOutSquares(member) - fits_.leftOutSquares(regressors);
-    const double freedom = static_cast<double>(more.size()) - 1.0;
-    const double error =
-        std::sqrt((more - more.mean()).square().sum() / freedom / static_cast<double>(more.size()));
-    return more.mean() > studentQuantile(0.975, freedom) * error;
+  /// Whether an effect misses blocks that the fits have not seen as little as regressors, but for
+  /// what a battery's own law differs from the catalogue's.
+  bool predictsAsWell(const ExplanationState& member, const ExplanationState& regressors) const {
+    return fits_.leftOutError(member) <
+           (1.0 + kCatalogueTolerance) * fits_.leftOutError(regressors);
   }
 
   /// Whether effects represent their mechanism's regressors: as evident, or these add nothing above
-  /// the relevance threshold, or do not predict better.
+  /// the relevance threshold, or no more than a battery's own law differs from the catalogue's, or
+  /// do not predict better.
+  /// @param without the mechanism.
   bool doesAsWell(const ExplanationState& member, const ExplanationState& regressors,
-                  Mechanism mechanism) const {
+                  Mechanism mechanism, const ExplanationState& without) const {
     if (member.evidence > regressors.evidence - rules_.tie) return true;
     const ExplanationState both = fits_.withRegressors(member, mechanism);
     if (both.evidence - member.evidence < rules_.min_gain) return true;
-    return ExplanationFits::beyond(both, member) < fits_.relevanceLimit(both) ||
-           !predictBetter(regressors, member);
+    const double mechanism_brings =
+        std::hypot(ExplanationFits::beyond(both, without), explainedBy(mechanism, without));
+    return ExplanationFits::beyond(both, member) <
+               std::max(fits_.relevanceLimit(both), kCatalogueTolerance * mechanism_brings) ||
+           predictsAsWell(member, regressors);
   }
 
   /// What represents a mechanism in addition to a state: the best of its effects where that does as
@@ -152,7 +153,7 @@ class StepwiseSelection {
     ExplanationState estimated = fits_.withRegressors(without, mechanism);
     for (const ExplanationState& member : members)
       if (mechanismOf(member.members.back()) == mechanism)
-        return doesAsWell(member, estimated, mechanism) ? member : estimated;
+        return doesAsWell(member, estimated, mechanism, without) ? member : estimated;
     return estimated;
   }
 
@@ -167,7 +168,7 @@ class StepwiseSelection {
           !isRelevant(members.front(), best))
         break;
       best = members.front();
-      if (doesAsWell(best, regressors, mechanism)) return best;
+      if (doesAsWell(best, regressors, mechanism, without)) return best;
     }
     return regressors;
   }
@@ -258,7 +259,7 @@ class StepwiseSelection {
         continue;
       }
       const std::vector<ExplanationState> members = search_.withMembers(without, mechanism);
-      if (!members.empty() && doesAsWell(members.front(), state, mechanism))
+      if (!members.empty() && doesAsWell(members.front(), state, mechanism, without))
         state = members.front();
     }
     for (const std::string& id : state.members)
@@ -348,7 +349,7 @@ class StepwiseSelection {
     if (id.empty() && !better_)
       for (const ExplanationState& member : members)
         if (mechanismOf(member.members.back()) == mechanism &&
-            doesAsWell(member, state, mechanism)) {
+            doesAsWell(member, state, mechanism, without)) {
           better_ = member;
           break;
         }

@@ -196,11 +196,11 @@ void ExplanationFits::evaluateEvidence(ExplanationState& state) const {
   state.evidence += effective_sample_fraction_ * noise_.logScale();
 }
 
-Eigen::ArrayXd ExplanationFits::leftOutSquares(const ExplanationState& state) const {
+double ExplanationFits::leftOutError(const ExplanationState& state) const {
   const ExplanationSums sums = sumsOf(state, false);
   const Eigen::Index rows = sums.targets.size(), known = sums.problem.known();
   const std::vector<Eigen::Index>& used = sums.columns.used;
-  Eigen::ArrayXd squares(kLeftOutBlocks);
+  double squares = 0.0;
   for (Eigen::Index block = 0; block < kLeftOutBlocks; ++block) {
     const Eigen::Index first = rows * block / kLeftOutBlocks,
                        count = rows * (block + 1) / kLeftOutBlocks - first;
@@ -213,9 +213,9 @@ Eigen::ArrayXd ExplanationFits::leftOutSquares(const ExplanationState& state) co
     rest.problem.targets -= columns.transpose() * targets;
     rest.problem.square -= targets.squaredNorm();
     rest.problem.rows -= static_cast<double>(count);
-    squares[block] = (targets - columns * fitOf(rest).z).squaredNorm();
+    squares += (targets - columns * fitOf(rest).z).squaredNorm();
   }
-  return squares;
+  return std::sqrt(squares / static_cast<double>(rows));
 }
 
 void ExplanationFits::spend(const ExplanationState& state, int linearizations) const {

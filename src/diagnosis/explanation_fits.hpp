@@ -85,9 +85,9 @@ class ExplanationFits {
   /// Fits a state closely and takes the effective sample fraction there: one score for one set,
   /// whichever way led to it.
   void refine(ExplanationState& state);
-  /// Squared errors of blocks of the counted rows, each predicted by a linear fit of a state to the
-  /// others, from where it stands [V^2].
-  Eigen::ArrayXd leftOutSquares(const ExplanationState& state) const;
+  /// RMS of the counted rows in blocks, each predicted by a linear fit of a state to the others,
+  /// from where it stands [V].
+  double leftOutError(const ExplanationState& state) const;
   /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
   ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
   ExplanationState withoutMember(const ExplanationState& state, const std::string& id);

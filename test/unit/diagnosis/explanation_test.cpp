@@ -58,12 +58,11 @@ TEST(LeftOutBlocks, AreMissedByTheNoiseAndByMoreWithRegressorsThatDescribeNothin
   const std::unique_ptr<ExplanationFits> fits = fitsTo(series);
   ExplanationState state = fits->baseState();
   fits->evaluateEvidence(state);
-  const double noise = 1e-6 * static_cast<double>(fits->counted().size());
-  const double missed = fits->leftOutSquares(state).sum();
-  EXPECT_GT(missed, state.fit.noise * state.fit.noise * noise / 1e-6);
-  EXPECT_NEAR(noise, missed, 0.15 * noise);
+  const double missed = fits->leftOutError(state);
+  EXPECT_GT(missed, state.fit.noise);
+  EXPECT_NEAR(0.001, missed, 7e-5);
   for (const Mechanism mechanism : {Mechanism::kStructure, Mechanism::kAcid})
-    EXPECT_GE(fits->leftOutSquares(fits->withRegressors(state, mechanism)).sum(), missed * 0.999);
+    EXPECT_GE(fits->leftOutError(fits->withRegressors(state, mechanism)), 0.9995 * missed);
 }
 
 TEST(Explain, ALawNearAnEquationIsThatEquationThoughRegressorsFitTheSeenRowsCloser) {
