@@ -266,8 +266,27 @@ class StepwiseSelection {
     }
   }
 
+  /// What shows in one event alone has nothing that it could be held against: in a short recording
+  /// a term needs its evidence without any one quarter, too.
+  void removeWhatShowsOnce(ExplanationState& state) {
+    for (const std::string& id : std::vector<std::string>(state.members)) {
+      ExplanationState without = fits_.withoutMember(state, id);
+      if (fits_.leastGain(state, without) < rules_.min_gain) state = std::move(without);
+    }
+    for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
+      ExplanationState without = state;
+      without.estimated.erase(mechanism);
+      fits_.optimize(without);
+      if (fits_.leastGain(state, without) < rules_.min_gain) state = std::move(without);
+    }
+  }
+
   void finish(ExplanationState& state, ExplanationState& start) {
     fits_.refine(state);
+    if (given_.empty() && fits_.isShort()) {
+      removeWhatShowsOnce(state);
+      fits_.refine(state);
+    }
     fits_.evaluateEvidence(start);
     found_.evidence = state.evidence;
     found_.base_evidence = start.evidence;

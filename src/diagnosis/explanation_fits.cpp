@@ -21,6 +21,7 @@ constexpr double kHeavyDischarge = -100.0, kChargeCurrent = 5.0, kTypicalCharge 
 // steps of a voltage channel's random walk over the training part
 constexpr int kRandomWalk = 24;
 constexpr double kMaxRandomWalk = 0.0012;  // [V] a root minute, of a voltage channel
+constexpr double kShort = 120.0;           // [s] of a training part; seldom more than one crank
 constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 
 }  // namespace
@@ -408,6 +409,35 @@ LinearFit ExplanationFits::fitOf(const ExplanationSums& sums) const {
   for (const int group : sums.problem.group) active[static_cast<std::size_t>(group)] = 1;
   return fitSomeGroups(sums.problem, effective_sample_fraction_, active);
 }
+
+double ExplanationFits::evidenceWithout(const ExplanationState& state, IndexRange rows) const {
+  ExplanationSums sums = sumsOf(state, false);
+  LinearProblem& problem = sums.problem;
+  const auto count = static_cast<Eigen::Index>(problem.targets.size());
+  Eigen::MatrixXd columns = sums.columns.times(Eigen::MatrixXd::Identity(count, count));
+  const auto first = static_cast<Eigen::Index>(rows.first),
+             size = static_cast<Eigen::Index>(rows.size());
+  columns.middleRows(first, size).setZero();
+  sums.targets.segment(first, size).setZero();
+  problem.products = columns.transpose() * columns;
+  problem.targets = columns.transpose() * sums.targets;
+  problem.square = sums.targets.squaredNorm();
+  problem.rows -= static_cast<double>(size);
+  return fitOf(sums).evidence;
+}
+
+double ExplanationFits::leastGain(const ExplanationState& more,
+                                  const ExplanationState& less) const {
+  double least = std::numeric_limits<double>::infinity();
+  const std::size_t rows = counted_.size();
+  for (std::size_t eighth = 0; eighth + 2 <= 8; ++eighth) {
+    const IndexRange out{rows * eighth / 8, rows * (eighth + 2) / 8};
+    least = std::min(least, evidenceWithout(more, out) - evidenceWithout(less, out));
+  }
+  return least;
+}
+
+bool ExplanationFits::isShort() const { return table_.context.span < kShort; }
 
 double ExplanationFits::beyond(const ExplanationState& more, const ExplanationState& less) {
   return std::sqrt(std::max(0.0, std::pow(less.fit.noise, 2) - std::pow(more.fit.noise, 2)));

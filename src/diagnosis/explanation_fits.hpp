@@ -108,6 +108,10 @@ class ExplanationFits {
   /// A part of the counted rows as a share of the charging current [1].
   double chargeShareOf(const Eigen::VectorXd& part) const;
   LinearFit fitOf(const ExplanationSums& sums) const;
+  /// Whether the training part is so short that an event may come in it once.
+  bool isShort() const;
+  /// ln evidence that a state has over another without any one quarter of the rows: the least.
+  double leastGain(const ExplanationState& more, const ExplanationState& less) const;
   /// What the fit of a state explains beyond that of another [V].
   static double beyond(const ExplanationState& more, const ExplanationState& less);
 
@@ -140,6 +144,8 @@ class ExplanationFits {
   const std::optional<ExplanationState>& placedBase();
   void takeWhitening(const TimingJitterNoise& noise);
   void spend(const ExplanationState& state, int linearizations) const;
+  /// ln evidence of a state by all counted rows but some.
+  double evidenceWithout(const ExplanationState& state, IndexRange rows) const;
   const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
   /// A point of a composition that holds all of another's parameters and states, as a point of the
   /// other.
