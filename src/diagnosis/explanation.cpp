@@ -267,17 +267,17 @@ class StepwiseSelection {
   }
 
   /// What shows in one event alone has nothing that it could be held against: in a short recording
-  /// a term needs its evidence without any one quarter, too.
+  /// the rest must speak for a term without any one quarter, too.
   void removeWhatShowsOnce(ExplanationState& state) {
     for (const std::string& id : std::vector<std::string>(state.members)) {
       ExplanationState without = fits_.withoutMember(state, id);
-      if (fits_.leastGain(state, without) < rules_.min_gain) state = std::move(without);
+      if (!(fits_.leastGain(state, without) > 0.0)) state = std::move(without);
     }
     for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
       ExplanationState without = state;
       without.estimated.erase(mechanism);
       fits_.optimize(without);
-      if (fits_.leastGain(state, without) < rules_.min_gain) state = std::move(without);
+      if (!(fits_.leastGain(state, without) > 0.0)) state = std::move(without);
     }
   }
 
