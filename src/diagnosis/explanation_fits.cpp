@@ -413,7 +413,7 @@ LinearFit ExplanationFits::fitOf(const ExplanationSums& sums) const {
 double ExplanationFits::evidenceWithout(const ExplanationState& state, IndexRange rows) const {
   ExplanationSums sums = sumsOf(state, false);
   LinearProblem& problem = sums.problem;
-  const auto count = static_cast<Eigen::Index>(problem.targets.size());
+  const Eigen::Index count = problem.targets.size();
   Eigen::MatrixXd columns = sums.columns.times(Eigen::MatrixXd::Identity(count, count));
   const auto first = static_cast<Eigen::Index>(rows.first),
              size = static_cast<Eigen::Index>(rows.size());
