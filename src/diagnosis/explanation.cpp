@@ -123,16 +123,18 @@ class StepwiseSelection {
     return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
   }
 
-  /// Whether an effect misses blocks that the fits have not seen as little as regressors, but for
-  /// what a battery's own law differs from the catalogue's.
+  /// Where a source controls the voltage, regressors are columns of a linearised battery and no
+  /// model that answers: whether an effect misses blocks that a fit has not seen as little as they
+  /// do, but for what a battery's own law differs from the catalogue's.
   bool predictsAsWell(const ExplanationState& member, const ExplanationState& regressors) const {
-    return fits_.leftOutError(member) <
-           (1.0 + kCatalogueTolerance) * fits_.leftOutError(regressors);
+    return fits_.isVoltageControlled() &&
+           fits_.leftOutError(member) <
+               (1.0 + kCatalogueTolerance) * fits_.leftOutError(regressors);
   }
 
   /// Whether effects represent their mechanism's regressors: as evident, or these add nothing above
   /// the relevance threshold, or no more than a battery's own law differs from the catalogue's, or
-  /// do not predict better.
+  /// predict no better behind a source.
   /// @param without the mechanism.
   bool doesAsWell(const ExplanationState& member, const ExplanationState& regressors,
                   Mechanism mechanism, const ExplanationState& without) const {
@@ -275,8 +277,27 @@ class StepwiseSelection {
     }
   }
 
+  /// What shows in one event alone has nothing that it could be held against: in a short recording
+  /// the rest must speak for a term without any one quarter, too.
+  void removeWhatShowsOnce(ExplanationState& state) {
+    for (const std::string& id : std::vector<std::string>(state.members)) {
+      ExplanationState without = fits_.withoutMember(state, id);
+      if (!(fits_.leastGain(state, without) > 0.0)) state = std::move(without);
+    }
+    for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
+      ExplanationState without = state;
+      without.estimated.erase(mechanism);
+      fits_.optimize(without);
+      if (!(fits_.leastGain(state, without) > 0.0)) state = std::move(without);
+    }
+  }
+
   void finish(ExplanationState& state, ExplanationState& start) {
     fits_.refine(state);
+    if (given_.empty() && fits_.isShort()) {
+      removeWhatShowsOnce(state);
+      fits_.refine(state);
+    }
     fits_.evaluateEvidence(start);
     found_.evidence = state.evidence;
     found_.base_evidence = start.evidence;

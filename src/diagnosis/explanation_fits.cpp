@@ -21,8 +21,14 @@ constexpr double kHeavyDischarge = -100.0, kChargeCurrent = 5.0, kTypicalCharge 
 // steps of a voltage channel's random walk over the training part
 constexpr int kRandomWalk = 24;
 constexpr double kMaxRandomWalk = 0.0012;  // [V] a root minute, of a voltage channel
-constexpr Eigen::Index kLeftOutBlocks = 8;
+constexpr std::size_t kLeftOutBlocks = 8;
+constexpr double kShort = 120.0;           // [s] of a training part; seldom more than one crank
 constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
+
+auto rowsOf(IndexRange range) {
+  return Eigen::seqN(static_cast<Eigen::Index>(range.first),
+                     static_cast<Eigen::Index>(range.size()));
+}
 
 }  // namespace
 
@@ -35,6 +41,12 @@ Eigen::MatrixXd ExplanationColumns::times(const Eigen::MatrixXd& z) const {
     for (std::size_t j = 0; j < used.size(); ++j)
       sum.noalias() += free->col(used[j]) * of_free.row(static_cast<Eigen::Index>(j));
   return sum;
+}
+
+Eigen::MatrixXd ExplanationColumns::ofRows(IndexRange rows) const {
+  Eigen::MatrixXd some(rows.size(), own.cols() + static_cast<Eigen::Index>(used.size()));
+  some << own(rowsOf(rows), Eigen::all), (*free)(rowsOf(rows), used);
+  return some;
 }
 
 Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
@@ -194,28 +206,6 @@ void ExplanationFits::evaluateEvidence(ExplanationState& state) const {
   state.fit = fitOf(sumsOf(state, false));
   state.evidence = state.fit.evidence;
   state.evidence += effective_sample_fraction_ * noise_.logScale();
-}
-
-double ExplanationFits::leftOutError(const ExplanationState& state) const {
-  const ExplanationSums sums = sumsOf(state, false);
-  const Eigen::Index rows = sums.targets.size(), known = sums.problem.known();
-  const std::vector<Eigen::Index>& used = sums.columns.used;
-  double squares = 0.0;
-  for (Eigen::Index block = 0; block < kLeftOutBlocks; ++block) {
-    const Eigen::Index first = rows * block / kLeftOutBlocks,
-                       count = rows * (block + 1) / kLeftOutBlocks - first;
-    Eigen::MatrixXd columns(count, known + static_cast<Eigen::Index>(used.size()));
-    columns << sums.columns.own.middleRows(first, count),
-        (*sums.columns.free)(Eigen::seqN(first, count), used);
-    const auto targets = sums.targets.segment(first, count);
-    ExplanationSums rest = {sums.problem, {}, {}};
-    rest.problem.products -= columns.transpose() * columns;
-    rest.problem.targets -= columns.transpose() * targets;
-    rest.problem.square -= targets.squaredNorm();
-    rest.problem.rows -= static_cast<double>(count);
-    squares += (targets - columns * fitOf(rest).z).squaredNorm();
-  }
-  return std::sqrt(squares / static_cast<double>(rows));
 }
 
 void ExplanationFits::spend(const ExplanationState& state, int linearizations) const {
@@ -431,6 +421,45 @@ LinearFit ExplanationFits::fitOf(const ExplanationSums& sums) const {
   for (const int group : sums.problem.group) active[static_cast<std::size_t>(group)] = 1;
   return fitSomeGroups(sums.problem, effective_sample_fraction_, active);
 }
+
+LinearFit ExplanationFits::fitWithout(const ExplanationSums& sums, IndexRange rows) const {
+  const Eigen::MatrixXd columns = sums.columns.ofRows(rows);
+  const Eigen::VectorXd targets = sums.targets(rowsOf(rows));
+  ExplanationSums rest{sums.problem, {}, {}};
+  rest.problem.products -= columns.transpose() * columns;
+  rest.problem.targets -= columns.transpose() * targets;
+  rest.problem.square -= targets.squaredNorm();
+  rest.problem.rows -= static_cast<double>(rows.size());
+  return fitOf(rest);
+}
+
+double ExplanationFits::leastGain(const ExplanationState& more,
+                                  const ExplanationState& less) const {
+  double least = std::numeric_limits<double>::infinity();
+  const ExplanationSums with = sumsOf(more, false), without = sumsOf(less, false);
+  for (std::size_t block = 0; block + 2 <= kLeftOutBlocks; ++block) {
+    const IndexRange out = blocks(block, block + 2);
+    least = std::min(least, fitWithout(with, out).evidence - fitWithout(without, out).evidence);
+  }
+  return least;
+}
+
+double ExplanationFits::leftOutError(const ExplanationState& state) const {
+  const ExplanationSums sums = sumsOf(state, false);
+  double square = 0.0;
+  for (std::size_t block = 0; block < kLeftOutBlocks; ++block) {
+    const IndexRange out = blocks(block, block + 1);
+    square += (sums.targets(rowsOf(out)) - sums.columns.ofRows(out) * fitWithout(sums, out).z)
+                  .squaredNorm();
+  }
+  return std::sqrt(square / static_cast<double>(counted_.size()));
+}
+
+IndexRange ExplanationFits::blocks(std::size_t first, std::size_t last) const {
+  return {counted_.size() * first / kLeftOutBlocks, counted_.size() * last / kLeftOutBlocks};
+}
+
+bool ExplanationFits::isShort() const { return table_.context.span < kShort; }
 
 double ExplanationFits::beyond(const ExplanationState& more, const ExplanationState& less) {
   return std::sqrt(std::max(0.0, std::pow(less.fit.noise, 2) - std::pow(more.fit.noise, 2)));

@@ -21,6 +21,7 @@ struct ExplanationColumns {
 
   /// @return the columns times z, one row a column that is used.
   Eigen::MatrixXd times(const Eigen::MatrixXd& z) const;
+  Eigen::MatrixXd ofRows(IndexRange rows) const;
   /// @return the inner products of the columns with v.
   Eigen::VectorXd along(const Eigen::VectorXd& v) const;
   /// @return those of the free columns with its own.
@@ -111,6 +112,10 @@ class ExplanationFits {
   /// A part of the counted rows as a share of the charging current [1].
   double chargeShareOf(const Eigen::VectorXd& part) const;
   LinearFit fitOf(const ExplanationSums& sums) const;
+  /// Whether the training part is so short that an event may come in it once.
+  bool isShort() const;
+  /// ln evidence that a state has over another without any one quarter of the rows: the least.
+  double leastGain(const ExplanationState& more, const ExplanationState& less) const;
   /// What the fit of a state explains beyond that of another [V].
   static double beyond(const ExplanationState& more, const ExplanationState& less);
 
@@ -118,6 +123,11 @@ class ExplanationFits {
   const Linearization& response() const { return response_; }
   /// rows that are estimated from and have a measurement
   const std::vector<Eigen::Index>& counted() const { return counted_; }
+  /// Whether a source controls the voltage of any row.
+  bool isVoltageControlled() const {
+    const std::vector<char>& controlled = response_.voltage_controlled;
+    return std::find(controlled.begin(), controlled.end(), 1) != controlled.end();
+  }
   double effectiveSampleFraction() const { return effective_sample_fraction_; }
   const TimingJitterNoise& timingJitterNoise() const { return noise_; }
   bool isSpent() const { return spent_ > kBudget; }
@@ -143,6 +153,10 @@ class ExplanationFits {
   const std::optional<ExplanationState>& placedBase();
   void takeWhitening(const TimingJitterNoise& noise);
   void spend(const ExplanationState& state, int linearizations) const;
+  /// A linear fit to all counted rows but some.
+  LinearFit fitWithout(const ExplanationSums& sums, IndexRange rows) const;
+  /// Counted rows of some of the blocks that are left out.
+  IndexRange blocks(std::size_t first, std::size_t last) const;
   const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
   /// A point of a composition that holds all of another's parameters and states, as a point of the
   /// other.
