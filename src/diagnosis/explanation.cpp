@@ -211,6 +211,18 @@ class StepwiseSelection {
            rules_.min_gain;
   }
 
+  /// Which of two is to be taken into a state: by evidence, but an effect in front of regressors
+  /// that predict no better.
+  bool isBetter(const ExplanationState& one, const ExplanationState& other,
+                const ExplanationState& state) const {
+    const bool is_effect = one.members.size() > state.members.size(),
+               other_is_effect = other.members.size() > state.members.size();
+    if (is_effect && other.estimated.size() > state.estimated.size() && predictsAsWell(one, other))
+      return true;
+    if (other_is_effect && !is_effect && predictsAsWell(other, one)) return false;
+    return search_.rankOf(one) > search_.rankOf(other);
+  }
+
   static std::set<std::string> partsOf(const ExplanationState& state) {
     std::set<std::string> parts(state.members.begin(), state.members.end());
     for (const Mechanism mechanism : state.estimated) parts.insert(mechanismId(mechanism));
@@ -230,8 +242,8 @@ class StepwiseSelection {
       if (of_mechanism.evidence - state.evidence < needed(state, mechanism) ||
           isHeldByStructure(of_mechanism, state, mechanism))
         continue;
-      if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) ||
-          !isRelevant(of_mechanism, state) || isRestOfNamed(of_mechanism, state, mechanism))
+      if (!isBetter(of_mechanism, best, state) || !isRelevant(of_mechanism, state) ||
+          isRestOfNamed(of_mechanism, state, mechanism))
         continue;
       best = of_mechanism;
       chosen = mechanism;
