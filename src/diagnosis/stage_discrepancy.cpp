@@ -82,9 +82,8 @@ DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Prepared
 EstimatedDiscrepancy estimateDiscrepancy(const Prepared& prepared, const Explained& explained,
                                          const FinalFit& last, const DiagnoseOptions& options) {
   const Explanation& explanation = explained.explanation;
-  const WhitenedFit& without = explained.driving ? prepared.base : last.fit;
   DiscrepancyFit fit;
-  DiscrepancyFinding finding = fitWithDiscrepancy(without, prepared, options, fit);
+  DiscrepancyFinding finding = fitWithDiscrepancy(last.fit, prepared, options, fit);
   EstimatedDiscrepancy discrepancy;
   discrepancy.unexplained = {explanation.unexplained_rms, explanation.unexplained_crank,
                              explanation.unexplained_charge_share, options.relevance};
@@ -100,7 +99,7 @@ EstimatedDiscrepancy estimateDiscrepancy(const Prepared& prepared, const Explain
   describeDiscrepancy(finding);
   if (finding.is_used)
     discrepancy.with_discrepancy =
-        composedWith(without, std::make_shared<const DiscrepancyModel>(finding.discrepancy));
+        composedWith(last.fit, std::make_shared<const DiscrepancyModel>(finding.discrepancy));
   const std::vector<double>& current = prepared.screened.series.current;
   const auto [least, most] = std::minmax_element(
       current.begin(), current.begin() + static_cast<std::ptrdiff_t>(prepared.parts.train.last));

@@ -16,9 +16,10 @@ FinalFit fitExplained(const Prepared& prepared, const Explained& explained) {
   });
   last.quiet = is_slow ? TimingJitterNoise::weighed(prepared.quiet, explanation.edge_jitter)
                        : prepared.quiet;
-  last.fit = ids.empty() ? prepared.base
-                         : fitWhitened(explanation.model, last.inputs(prepared),
-                                       {explanation.point}, std::nullopt, prepared.search);
+  last.fit = ids.empty() || explained.driving
+                 ? prepared.base
+                 : fitWhitened(explanation.model, last.inputs(prepared), {explanation.point},
+                               std::nullopt, prepared.search);
   return last;
 }
 

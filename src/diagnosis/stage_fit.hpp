@@ -10,7 +10,9 @@ struct FinalFit {
   /// Prepared::quiet, its samples weighed by the noise at edges (TimingJitterNoise)
   InputSequence quiet;
   bool at_edges = false;  ///< an effect shows at edges: fitted to Prepared::inputs
-  WhitenedFit fit;        ///< the base circuit's where there is no effect
+  /// the base circuit's where there is no effect, and where a source controls the voltage: effects
+  /// are fitted in that direction then (nameEffects())
+  WhitenedFit fit;
   const InputSequence& inputs(const Prepared& prepared) const {
     return at_edges ? prepared.inputs : quiet;
   }
