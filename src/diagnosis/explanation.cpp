@@ -123,15 +123,6 @@ class StepwiseSelection {
     return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
   }
 
-  /// Where a source controls the voltage, regressors are columns of a linearised battery and no
-  /// model that answers: whether an effect misses blocks that a fit has not seen as little as they
-  /// do, but for what a battery's own law differs from the catalogue's.
-  bool predictsAsWell(const ExplanationState& member, const ExplanationState& regressors) const {
-    return fits_.isVoltageControlled() &&
-           fits_.leftOutError(member) <
-               (1.0 + kCatalogueTolerance) * fits_.leftOutError(regressors);
-  }
-
   /// Whether effects represent their mechanism's regressors: as evident, or these add nothing above
   /// the relevance threshold, or no more than a battery's own law differs from the catalogue's, or
   /// predict no better behind a source.
@@ -145,7 +136,7 @@ class StepwiseSelection {
         std::hypot(ExplanationFits::beyond(both, without), explainedBy(mechanism, without));
     return ExplanationFits::beyond(both, member) <
                std::max(fits_.relevanceLimit(both), kCatalogueTolerance * mechanism_brings) ||
-           predictsAsWell(member, regressors);
+           fits_.predictsAsWell(member, regressors);
   }
 
   /// What represents a mechanism in addition to a state: the best of its effects where that does as
@@ -217,9 +208,10 @@ class StepwiseSelection {
                 const ExplanationState& state) const {
     const bool is_effect = one.members.size() > state.members.size(),
                other_is_effect = other.members.size() > state.members.size();
-    if (is_effect && other.estimated.size() > state.estimated.size() && predictsAsWell(one, other))
+    if (is_effect && other.estimated.size() > state.estimated.size() &&
+        fits_.predictsAsWell(one, other))
       return true;
-    if (other_is_effect && !is_effect && predictsAsWell(other, one)) return false;
+    if (other_is_effect && !is_effect && fits_.predictsAsWell(other, one)) return false;
     return search_.rankOf(one) > search_.rankOf(other);
   }
 

@@ -89,6 +89,13 @@ class ExplanationFits {
   /// RMS of the counted rows in blocks, each predicted by a linear fit of a state to the others,
   /// from where it stands [V].
   double leftOutError(const ExplanationState& state) const;
+  /// Where a source controls the voltage, regressors are columns of a linearised battery and no
+  /// model that answers: whether an effect misses blocks that a fit has not seen as little as they
+  /// do, but for what a battery's own law differs from the catalogue's. False without a source.
+  bool predictsAsWell(const ExplanationState& effect, const ExplanationState& regressors) const {
+    return isVoltageControlled() &&
+           leftOutError(effect) < (1.0 + kCatalogueTolerance) * leftOutError(regressors);
+  }
   /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
   ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
   ExplanationState withoutMember(const ExplanationState& state, const std::string& id);

@@ -1,0 +1,71 @@
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "diagnosis/effect_search.hpp"
+#include "estimation/identification.hpp"
+#include "support/sourced_drive.hpp"
+
+/// Explanations of drives whose source controls the voltage.
+namespace battery_sof {
+namespace {
+
+using namespace test;
+
+constexpr std::size_t kSamples = 1500;
+
+std::unique_ptr<ExplanationFits> fitsTo(const Series& series,
+                                        const std::vector<char>& voltage_controlled) {
+  const InputSequence inputs = inputSequence(series, {0, series.size()}, {}, voltage_controlled);
+  const CompositionPoint base{typicalPoint(BatteryModel()), BatteryModel().restState()};
+  const Linearization response = linearizationOf(
+      BatteryModel(), {base.parameters, base.state, inputs.first_time, inputs.first_time}, inputs,
+      inputs.samples.size());
+  return std::make_unique<ExplanationFits>(
+      inputs, designMatrix(inputs, response, drivenBattery().beta), base, ExplanationRules());
+}
+
+std::unique_ptr<ExplanationFits> fitsTo(const std::vector<std::string>& law) {
+  const Series series = sourcedDrive(kSamples, knownModel(law), 11);
+  return fitsTo(series, chargerControl(series).value().voltage_controlled);
+}
+
+/// Whether fresh_sulphate predicts as well as a mechanism's regressors.
+bool predictsAsWell(ExplanationFits& fits, Mechanism mechanism = Mechanism::kAcceptance) {
+  const ExplanationRules rules;
+  EffectSearch search(fits, {"fresh_sulphate"}, rules);
+  ExplanationState circuit = fits.baseState();
+  fits.evaluateEvidence(circuit);
+  search.takeGrid();
+  return fits.predictsAsWell(search.with(circuit, "fresh_sulphate").value(),
+                             fits.withRegressors(circuit, mechanism));
+}
+
+TEST(BehindASource, AnEquationPredictsAsWellAsRegressorsWhereItIsTheLawAndNotWhereTheyHoldIt) {
+  EXPECT_TRUE(predictsAsWell(*fitsTo({"fresh_sulphate"})));
+  EXPECT_FALSE(predictsAsWell(*fitsTo({"second_electrode"}), Mechanism::kStructure));
+}
+
+TEST(BehindASource, TheRuleIsForVoltagesThatAreControlled) {
+  const Series series = sourcedDrive(kSamples, knownModel({"fresh_sulphate"}), 11);
+  EXPECT_FALSE(predictsAsWell(*fitsTo(series, {})));
+}
+
+TEST(BehindASource, AnEquationStandsWithAnotherEffectThatIsNotWeighed) {
+  for (const char* other : {"charge_transfer", "gassing"}) {
+    const Explanation found =
+        explain(*fitsTo({"fresh_sulphate", other}), {"fresh_sulphate"}, {}, {});
+    ASSERT_EQ(1u, found.terms.size()) << other;
+    EXPECT_EQ("fresh_sulphate", found.terms.front().member) << other;
+  }
+}
+
+TEST(BehindASource, AnotherLawOfTheMechanismGetsItsRegressors) {
+  const Explanation found = explain(*fitsTo({"charge_acceptance"}), {"fresh_sulphate"}, {}, {});
+  ASSERT_FALSE(found.terms.empty());
+  EXPECT_EQ(Mechanism::kAcceptance, found.terms.front().mechanism);
+  EXPECT_EQ("", found.terms.front().member);
+}
+
+}  // namespace
+}  // namespace battery_sof
