@@ -125,7 +125,7 @@ class StepwiseSelection {
 
   /// Whether effects represent their mechanism's regressors: as evident, or these add nothing above
   /// the relevance threshold, or no more than a battery's own law differs from the catalogue's, or
-  /// predict no better behind a source.
+  /// predict no better while a charger regulates the voltage.
   /// @param without the mechanism.
   bool doesAsWell(const ExplanationState& member, const ExplanationState& regressors,
                   Mechanism mechanism, const ExplanationState& without) const {
@@ -257,9 +257,7 @@ class StepwiseSelection {
   void weighAgain(ExplanationState& state) {
     if (state.members.size() + state.estimated.size() < 2) return;
     for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
-      ExplanationState without = state;
-      without.estimated.erase(mechanism);
-      fits_.optimize(without);
+      ExplanationState without = fits_.withoutRegressors(state, mechanism);
       if (state.evidence - without.evidence < rules_.min_gain || !isRelevant(state, without)) {
         state = std::move(without);
         continue;
@@ -289,9 +287,7 @@ class StepwiseSelection {
       if (!(fits_.leastGain(state, without) > 0.0)) state = std::move(without);
     }
     for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
-      ExplanationState without = state;
-      without.estimated.erase(mechanism);
-      fits_.optimize(without);
+      ExplanationState without = fits_.withoutRegressors(state, mechanism);
       if (!(fits_.leastGain(state, without) > 0.0)) state = std::move(without);
     }
   }
@@ -322,9 +318,7 @@ class StepwiseSelection {
       for (const std::string& id : state.members)
         takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
       for (const Mechanism mechanism : state.estimated) {
-        ExplanationState without = state;
-        without.estimated.erase(mechanism);
-        fits_.optimize(without);
+        ExplanationState without = fits_.withoutRegressors(state, mechanism);
         takePlace(state, without, mechanism, "");
       }
       if (!better_ || !given_.empty() || round + 1 == kSwaps) break;

@@ -346,6 +346,14 @@ ExplanationState ExplanationFits::withoutMember(const ExplanationState& state,
   return next;
 }
 
+ExplanationState ExplanationFits::withoutRegressors(const ExplanationState& state,
+                                                    Mechanism mechanism) {
+  ExplanationState next = state;
+  next.estimated.erase(mechanism);
+  optimize(next);
+  return next;
+}
+
 bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
   const auto& there = state.model.effects();
   return contains(there, id);

@@ -99,6 +99,7 @@ class ExplanationFits {
   /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
   ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
   ExplanationState withoutMember(const ExplanationState& state, const std::string& id);
+  ExplanationState withoutRegressors(const ExplanationState& state, Mechanism mechanism);
   static bool isUsed(const std::string& id, const ExplanationState& state);
   /// A column of the counted rows as innovations of TimingJitterNoise.
   Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }

@@ -68,7 +68,7 @@ def split_command(path, number):
 def diagnosed(out, _):
     """Figures of every recording as diagnose_measured writes them, and who is ahead."""
     found = read_json(os.path.join(out, "measured.json"))
-    figures = {NAMES[name]: {"told": one["told"], **{f"{key}_mv": 1e3 * one[key] for key in ("base", "extended", "ridge", "line")},
+    figures = {NAMES[name]: {"reported": one["told"], **{f"{key}_mv": 1e3 * one[key] for key in ("base", "extended", "ridge", "line")},
                              "base_share_percent": one["shares"][0], "extended_share_percent": one["shares"][1], "seconds": one["seconds"]} for name, one in found.items()}
     return dict(figures, recordings=len(found), ratio=geometric_mean([one["extended"] / one["base"] for one in found.values()]), summary=summary(found),
                 ridge_ahead=sum(one["ridge"] < one["extended"] for one in found.values()), line_ahead=sum(one["line"] < one["extended"] for one in found.values()))

@@ -65,7 +65,7 @@ def diagnosis(results):
     rows = []
     for name, label in DIAGNOSED.items():
         one = results["diagnosis"][name]
-        rows.append((label, re.sub(r" \(.*?\)", "", "; ".join(one["told"].split("; ")[:2])), ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge"))))
+        rows.append((label, re.sub(r" \(.*?\)", "", "; ".join(one["reported"].split("; ")[:2])), ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge"))))
     return table(("recording", "verdict; mechanism", "RMS error [mV]: circuit, extended, ridge"), rows)
 
 

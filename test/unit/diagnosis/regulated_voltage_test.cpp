@@ -41,17 +41,17 @@ bool predictsAsWell(ExplanationFits& fits, Mechanism mechanism = Mechanism::kAcc
                              fits.withRegressors(circuit, mechanism));
 }
 
-TEST(BehindASource, AnEquationPredictsAsWellAsRegressorsWhereItIsTheLawAndNotWhereTheyHoldIt) {
+TEST(RegulatedVoltage, AnEquationPredictsAsWellAsRegressorsWhereItIsTheLawAndNotWhereTheyHoldIt) {
   EXPECT_TRUE(predictsAsWell(*fitsTo({"fresh_sulphate"})));
   EXPECT_FALSE(predictsAsWell(*fitsTo({"second_electrode"}), Mechanism::kStructure));
 }
 
-TEST(BehindASource, TheRuleIsForVoltagesThatAreControlled) {
+TEST(RegulatedVoltage, TheRuleIsForVoltagesThatAreControlled) {
   const Series series = sourcedDrive(kSamples, knownModel({"fresh_sulphate"}), 11);
   EXPECT_FALSE(predictsAsWell(*fitsTo(series, {})));
 }
 
-TEST(BehindASource, AnEquationStandsWithAnotherEffectThatIsNotWeighed) {
+TEST(RegulatedVoltage, AnEquationStandsWithAnotherEffectThatIsNotWeighed) {
   for (const char* other : {"charge_transfer", "gassing"}) {
     const Explanation found =
         explain(*fitsTo({"fresh_sulphate", other}), {"fresh_sulphate"}, {}, {});
@@ -60,7 +60,7 @@ TEST(BehindASource, AnEquationStandsWithAnotherEffectThatIsNotWeighed) {
   }
 }
 
-TEST(BehindASource, AnotherLawOfTheMechanismGetsItsRegressors) {
+TEST(RegulatedVoltage, AnotherLawOfTheMechanismGetsItsRegressors) {
   const Explanation found = explain(*fitsTo({"charge_acceptance"}), {"fresh_sulphate"}, {}, {});
   ASSERT_FALSE(found.terms.empty());
   EXPECT_EQ(Mechanism::kAcceptance, found.terms.front().mechanism);
