@@ -18,6 +18,7 @@ class EffectSearch {
   EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids,
                const ExplanationRules& rules);
 
+  const std::vector<std::string>& ids() const { return ids_; }
   /// Takes what every effect adds to the base circuit; before anything else.
   void takeGrid();
   /// A state with one effect more, fitted from where it promises most; none where it cannot be

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "diagnosis/hypotheses.hpp"
@@ -43,8 +42,14 @@ class StepwiseSelection {
     tell("trying the catalogue's effects");
     search_.takeGrid();
     tell("weighing mechanisms");
-    found_.mechanisms = rules_.mechanisms ? *rules_.mechanisms : evidenceFrom(start);
     ExplanationState now = start;
+    const double charging = given_.empty() && fits_.isVoltageControlled() ? takeCharging(now) : 0.0;
+    found_.mechanisms = evidenceFrom(now);
+    MechanismSupport& acceptance =
+        found_.mechanisms[static_cast<std::size_t>(Mechanism::kAcceptance)];
+    for (const auto part :
+         {&MechanismSupport::alone, &MechanismSupport::lost, &MechanismSupport::effect})
+      acceptance.*part += charging;
     for (const std::string& id : given_) take(now, id);
     while (given_.empty() &&
            static_cast<int>(now.members.size() + now.estimated.size()) < rules_.max_terms &&
@@ -113,6 +118,25 @@ class StepwiseSelection {
     state = std::move(*with);
     fits_.takeEffectiveSampleFraction(state);
     fits_.evaluateEvidence(state);
+  }
+
+  /// While a charger regulates the voltage the physics of charging that predictions use there comes
+  /// first, where it is worth it: without it no regulated current follows from a state.
+  /// @return gain of ln evidence.
+  double takeCharging(ExplanationState& state) {
+    double gain = 0.0;
+    for (const EffectInfo& effect : effectCatalogue()) {
+      if (!effect.on_request || !contains(search_.ids(), effect.id)) continue;
+      std::optional<ExplanationState> with = search_.with(state, effect.id);
+      if (!with || with->evidence - state.evidence < rules_.min_gain || !isRelevant(*with, state))
+        continue;
+      gain += with->evidence - state.evidence;
+      with->explained[mechanismOf(effect.id)] = ExplanationFits::beyond(*with, state);
+      state = std::move(*with);
+      fits_.takeEffectiveSampleFraction(state);
+      fits_.evaluateEvidence(state);
+    }
+    return gain;
   }
 
   /// What the effects of a mechanism that a state has explain [V].
@@ -337,6 +361,8 @@ class StepwiseSelection {
   }
 
   void weighRival(const ExplanationState& rival, const ExplanationState& state) {
+    if (rival.estimated.size() > state.estimated.size() && fits_.predictsAsWell(state, rival))
+      return;
     if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_)
                                                                         : search_.rankOf(state)) +
                                     kSettled)
@@ -346,10 +372,10 @@ class StepwiseSelection {
   /// What a part is worth, what it adds, and what could stand in its place.
   void takePlace(const ExplanationState& state, const ExplanationState& without,
                  Mechanism mechanism, const std::string& id) {
-    SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 1.0};
+    SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 0.0};
     one.rms =
         ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
-    std::map<Mechanism, double> rivals = {{mechanism, one.gain}};
+    weighRival(without, state);
     const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);
     for (const ExplanationState& member : members) {
       if (!std::isfinite(member.evidence)) continue;
@@ -359,7 +385,6 @@ class StepwiseSelection {
           !needs(member.members.back(), id))
         one.indistinguishable.push_back(member.members.back());
       if (of == mechanism) weighRival(member, state);
-      if (!rivals.count(of) || gain > rivals[of]) rivals[of] = gain;
     }
     if (!id.empty())
       for (const std::string& alike : effectInfo(id).same_as)
@@ -374,14 +399,8 @@ class StepwiseSelection {
         }
     for (const Mechanism other : kAllMechanisms) {
       if (without.estimated.count(other) || other == mechanism) continue;
-      const ExplanationState standing = standingFor(other, without, members);
-      weighRival(standing, state);
-      const double gain = standing.evidence - without.evidence;
-      if (!rivals.count(other) || gain > rivals[other]) rivals[other] = gain;
+      weighRival(standingFor(other, without, members), state);
     }
-    double sum = 0.0;
-    for (const auto& rival : rivals) sum += std::exp(rival.second - rivals[mechanism]);
-    one.probability = 1.0 / sum;
     found_.terms.push_back(one);
   }
 

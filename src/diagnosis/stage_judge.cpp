@@ -12,9 +12,6 @@
 namespace battery_sof {
 namespace {
 
-// [1], of the mechanisms that effects were reported of, batteries of unknown law: docs/diagnosis.md
-constexpr double kReportedRight = 0.7;
-
 /// RMS of what a fit leaves of its samples apart from white noise and rounding [V]; samples weigh
 /// by their count, which edges of a slow sampling make less.
 double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltage_lsb_std) {
@@ -104,24 +101,29 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
   return candidates;
 }
 
-/// Likely mechanisms, the verdict's among them. Where only regressors hold that, its probability is
-/// the classification's; of what is no lead-acid battery nothing is classified.
-void takeMechanisms(Judged& judged, const MechanismEvidence& evidence, bool is_lead_acid) {
-  if (!judged.mechanism) return;
-  if (!is_lead_acid) {
-    judged.mechanisms = {{*judged.mechanism, judged.probability}};
-    return;
+/// Likely mechanisms by the evidence and by what was accepted or does as well, the first of them the finding's, and
+/// the probability of every term's. What is no lead-acid battery has none of lead and acid.
+void takeMechanisms(Judged& judged, std::optional<Mechanism> of_discrepancy, bool is_lead_acid) {
+  std::vector<Mechanism> accepted;
+  for (const SelectedTerm& one : judged.terms) {
+    accepted.push_back(one.mechanism);
+    for (const std::string& id : one.indistinguishable) accepted.push_back(mechanismOf(id));
   }
-  if (judged.verdict != Verdict::kMechanism) {
-    std::vector<MechanismProbability> accepted;
-    for (const SelectedTerm& one : judged.terms)
-      accepted.push_back({one.mechanism, one.probability});
-    judged.mechanisms = acceptedFirst(accepted, evidence);
-    return;
-  }
-  judged.mechanisms = likelyMechanisms(evidence, judged.mechanism);
-  for (const MechanismProbability& one : judged.mechanisms)
-    if (one.mechanism == *judged.mechanism) judged.probability = one.probability;
+  if (accepted.empty() && of_discrepancy) accepted.push_back(*of_discrepancy);
+  if (accepted.empty() || (!is_lead_acid && isOfLeadAcid(accepted.front()))) return;
+  for (const Mechanism one : accepted)
+    judged.evidence[static_cast<std::size_t>(one)].accepted = 1.0;
+  judged.mechanisms = likelyMechanisms(judged.evidence, is_lead_acid);
+  judged.mechanism = judged.mechanisms.front().mechanism;
+  judged.probability = judged.mechanisms.front().probability;
+  for (const MechanismProbability& one : mechanismProbabilities(judged.evidence, is_lead_acid))
+    for (SelectedTerm& term : judged.terms)
+      if (term.mechanism == one.mechanism) term.probability = one.probability;
+  if (judged.verdict == Verdict::kUnexplained) judged.verdict = Verdict::kMechanism;
+  // an equation that fits, of a mechanism that another is likelier than
+  if (!hasNoEquation(judged.verdict) && !judged.terms.empty() &&
+      judged.terms.front().mechanism != *judged.mechanism)
+    judged.verdict = Verdict::kAmbiguous;
 }
 
 std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionLimit>& all,
@@ -152,23 +154,11 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
   judged.verdict =
       judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
   judged.terms = explanation.terms;
-  // The evidence weighs mechanisms against each other and does not know that a battery's law may be
-  // none of them.
-  for (SelectedTerm& one : judged.terms) one.probability *= kReportedRight;
-  if (!judged.terms.empty()) {
-    judged.mechanism = judged.terms.front().mechanism;
-    judged.probability = judged.terms.front().probability;
-  } else if (judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
-             !discrepancy.finding->mechanisms.empty()) {
-    judged.mechanism = discrepancy.finding->mechanisms.front().mechanism;
-  }
-  if (judged.mechanism && !explained.is_lead_acid && isOfLeadAcid(*judged.mechanism)) {
-    judged.mechanism.reset();
-    judged.probability = 0.0;
-  }
-  if (judged.verdict == Verdict::kUnexplained && judged.mechanism)
-    judged.verdict = Verdict::kMechanism;
-  takeMechanisms(judged, explanation.mechanisms, explained.is_lead_acid);
+  judged.evidence = explanation.mechanisms;
+  std::optional<Mechanism> of_discrepancy;
+  if (rest.has_discrepancy && !discrepancy.finding->mechanisms.empty())
+    of_discrepancy = discrepancy.finding->mechanisms.front().mechanism;
+  takeMechanisms(judged, of_discrepancy, explained.is_lead_acid);
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
   if (options.lists_detection_limits)
     judged.detection_limits =
