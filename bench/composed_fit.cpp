@@ -1,5 +1,5 @@
 // Fits base + three effects to 30 minutes at 100 Hz with our search and with Ceres, in turns, and
-// writes times, optima and the compressed drive as JSON.
+// writes times and optima as JSON.
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <cstdlib>
@@ -132,45 +132,6 @@ nlohmann::json endsAsJson(const Task& task, const std::vector<Contender>& conten
   return ends;
 }
 
-nlohmann::json driveAsJson(const CompositionProblem& problem, const InputSequence& inputs) {
-  nlohmann::json samples;
-  for (std::size_t k = 0; k < inputs.samples.size(); ++k) {
-    const InputSample& sample = inputs.samples[k];
-    samples["held"].push_back(sample.step.held);
-    samples["duration"].push_back(sample.step.duration);
-    samples["current"].push_back(sample.step.current);
-    samples["voltage"].push_back(sample.voltage);
-    samples["weight"].push_back(problem.weightOf(k));
-  }
-  return samples;
-}
-
-/// The compressed problem as SciPy needs it, with our optimum of it.
-nlohmann::json compressedAsJson(const Task& task) {
-  const InputSequence inputs = compressedInputs(task.series, all(task.series));
-  const CompositionProblem problem(task.model, inputs, {}, task.start);
-  const CompositionFit fit = fitComposition(problem, {task.start});
-  const Eigen::VectorXd mean =
-      problem.coordinatesOf({task.model.typicalParameters(), task.model.restState()});
-  const Eigen::VectorXd unit =
-      problem.seedsAt(Eigen::VectorXd::Zero(problem.size())).colwise().sum();
-  nlohmann::json logarithmic;
-  for (Eigen::Index k = 0; k < problem.size(); ++k) {
-    const Eigen::Index row = problem.rowOf(k);
-    logarithmic.push_back(row < task.model.parameterCount() &&
-                          task.model.parameters()[static_cast<std::size_t>(row)].logarithmic);
-  }
-  return {{"drive", driveAsJson(problem, inputs)},
-          {"start", columnOf(problem.coordinatesOf(task.start))},
-          {"lower", columnOf(problem.lower())},
-          {"upper", columnOf(problem.upper())},
-          {"unit", columnOf(unit)},
-          {"logarithmic", logarithmic},
-          {"prior_mean", columnOf(mean)},
-          {"prior_weight", columnOf(problem.priorWeight() * problem.priorPrecision())},
-          {"cost", fit.at.cost}};
-}
-
 void compare(int rounds, const std::string& out) {
   const Task task;
   const std::vector<Contender> contenders = contendersFor(task);
@@ -184,10 +145,8 @@ void compare(int rounds, const std::string& out) {
   for (const StateInfo& info : task.model.states())
     names.push_back(info.name + " [" + info.unit + "]");
   std::ofstream file(out);
-  file << nlohmann::json{{"contenders", ends},
-                         {"names", names},
-                         {"samples", task.full.samples.size()},
-                         {"compressed", compressedAsJson(task)}};
+  file << nlohmann::json{
+      {"contenders", ends}, {"names", names}, {"samples", task.full.samples.size()}};
   file.close();
   if (!file) throw std::runtime_error(out + ": cannot be written");
 }
