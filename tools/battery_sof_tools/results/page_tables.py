@@ -75,17 +75,8 @@ def diagnosis_summary(results):
 
 # ---------------------------------------------------------------------------------------------- drives with known truth
 
-def coverage(results):
-    return study.coverage_table(results["study"]).splitlines()
-
-
 def coverage_short(results):
-    rows = []
-    for group in ("real", "simulated"):
-        for kind, unit in study.UNITS.items():
-            one = results["study"][kind][group]
-            rows.append((f"{kind}s, {group}", one["events"], f"{one['inside_percent']:.1f} %", f"{one['error']:.3g} {unit}", f"{one['width']:.3g} {unit}"))
-    return table(("events", "number", "inside 90 %", "mean error", "median width"), rows)
+    return table(study.HEAD, study.coverage_rows(results["study"], ("real", "simulated")))
 
 
 def percent(k, n, digits=0):
@@ -145,27 +136,6 @@ def stops(results):
 
 def weakening(results):
     return stop_rows(results["weakening"], {"9_v": RULES})
-
-
-def proof_quick(results):
-    one = results["proof_quick"]
-
-    def rate(*keys):
-        return "; ".join("{k} of {n}".format(**one[key]) for key in keys)
-
-    errors = "; ".join("{value:.2f} ({n} cases)".format(**one[key]) for key in ("charge_current_error_a", "crank_mae_v"))
-    return table(("level", "figure", "quick set"), [
-        ("N1", "false alarm", rate("false_alarm")),
-        ("N2", "name of tier P or I, no true id in its class", rate("false_name")),
-        ("C1", "first name true; truth in a class of at most three", rate("first_C1", "class_C1")),
-        ("C2", "truth in a class of at most three; some name wrong; nothing said", rate("class_C2", "wrong_C2", "c2_missed")),
-        ("C3", "wrong name in the first five minutes; truth in the class on the whole", rate("c3_short_wrong", "class_C3")),
-        ("C4", "truth in the class; both named", rate("class_C4", "c4_both")),
-        ("C5", "warned before and named after", rate("c5_both")),
-        ("D1", "fault named as physics", rate("decoy_physics")),
-        ("U1", "called unknown", rate("unknown")),
-        ("X1", "truth in some class; some name wrong", rate("x1_class", "x1_wrong")),
-        ("C1, X1", "held-out charge current error, extended / base, median; cranks' minima", errors)])
 
 
 def trips(results):
