@@ -20,7 +20,7 @@ import numpy as np
 
 from .files import ROOT, write_json
 from .progress import followed
-from .sof import call, program
+from .sof import program, rows_of, run
 from .tables import table
 
 SETS = ("data_set_1", "data_set_2", "data_set_2_fig4", "data_set_3")
@@ -52,15 +52,15 @@ class Recordings:
     def simulate(self):
         jobs = [(name, seed) for name in SETS for seed in self.seeds]
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
-            done = pool.map(lambda job: call([self.sof, "simulate", self.scenario(job[0]), self.path(*job),
+            done = pool.map(lambda job: run([self.sof, "simulate", self.scenario(job[0]), self.path(*job),
                                               "--seed", str(job[1])]), jobs)
             list(followed(done, "simulated", len(jobs)))
 
     def predicted(self, name, seed, window, ahead):
         """A model of a window [s] over a later stretch: scores, and time [s], current [A], error [V]."""
         recording, model, samples = self.path(name, seed), *(self.path(name, seed) + end for end in (".yaml", ".ahead"))
-        call([self.sof, "identify", recording, "--from", str(window[0]), "--to", str(window[1]), "--out", model])
-        scores = call([self.sof, "predict", model, recording, "--from", str(ahead[0]), "--to", str(ahead[1]),
+        run([self.sof, "identify", recording, "--from", str(window[0]), "--to", str(window[1]), "--out", model])
+        scores = run([self.sof, "predict", model, recording, "--from", str(ahead[0]), "--to", str(ahead[1]),
                        "--csv", samples, "--json", "-"])
         t, i, u, expected = np.loadtxt(samples, delimiter=",", skiprows=1, usecols=range(4)).T
         return json.loads(scores), t, i, u - expected
@@ -68,7 +68,7 @@ class Recordings:
     def impedance_error(self):
         """Largest difference of the reference's small-signal impedance to the analytic one of Fig. 4, up to 100 Hz [%]."""
         path = os.path.join(self.folder, "impedance.csv")
-        call([self.sof, "simulate", self.scenario("data_set_1"), os.path.join(self.folder, "unused.csv"),
+        run([self.sof, "simulate", self.scenario("data_set_1"), os.path.join(self.folder, "unused.csv"),
               "--duration", "1", "--impedance", path])
         with open(path, newline="") as file:
             rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
@@ -82,8 +82,8 @@ def experiment(build, recordings):
     binary = program(build, "window_experiment")
     paths = [recordings.path("data_set_1", seed) for seed in recordings.seeds]
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        texts = followed(pool.map(lambda path: call([binary, path]), paths), "hour of windows", len(paths))
-        return [row for text in texts for row in csv.DictReader(text.splitlines())]
+        done = followed(pool.map(lambda path: rows_of([binary, path]), paths), "hour of windows", len(paths))
+        return [row for rows in done for row in rows]
 
 
 def column(rows, setting, name):

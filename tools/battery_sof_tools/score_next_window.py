@@ -1,6 +1,6 @@
 """Scores what a model of a window says of the next one, driven by what is controlled, beside what needs no physics.
 
-    score_next_window REC [REC ...] [--effects IDS] [--picture OUT.png] [--json OUT.json] [--sof SOF] COLUMNS
+    score_next_window REC [REC ...] [--effects IDS] [--json OUT.json] [--sof SOF] COLUMNS
     score_next_window REC --split 0.75 COLUMNS
 
 Windows of --window seconds begin at the first sample and every --window from there; one counts when it and its successor each hold at least 80 %
@@ -34,7 +34,6 @@ def arguments():
     parser.add_argument("--priors", help="PRIORS.yaml for sof identify")
     parser.add_argument("--window", type=float, default=900.0, help="[s] fitted, and predicted")
     parser.add_argument("--split", type=float, help="share of the recording's time that is fitted; the rest is predicted")
-    parser.add_argument("--picture", help="PNG to write")
     parser.add_argument("--json", help="file to write every window's scores to")
     recordings.add_column_arguments(parser)
     args = parser.parse_args()
@@ -138,30 +137,6 @@ def summary(label, found):
     print("  {} windows where the straight lines explain more; fit {:.0f} ms (median)".format(worse, np.median([f["fit_ms"] for f in found])))
 
 
-def picture(found, path):
-    import matplotlib
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    figure, axes = plt.subplots(1, 2, figsize=(11, 4.5))
-    names = sorted({f["recording"] for f in found})
-    for name, marker in zip(names, "os^vDP"):
-        mine = [f for f in found if f["recording"] == name]
-        value = lambda who: np.clip([f[who]["share_percent"] for f in mine], -50, 100)
-        axes[0].plot(value("baseline"), value("model"), marker, label=name, alpha=0.8)
-    axes[0].plot([-50, 100], [-50, 100], color="0.6", linewidth=0.8)
-    axes[0].set(xlabel="straight lines and past events [%]", ylabel="model [%]", title="Share of the next window explained, one point a window", xlim=(-53, 103), ylim=(-53, 103))
-    axes[0].legend()
-    for who, colour in (("baseline", "0.5"), ("model", "tab:blue")):
-        value = np.sort(np.clip(shares(found, who, "share_percent"), -50, 100))
-        axes[1].plot(value, (np.arange(len(value)) + 0.5) / len(value), "o-", markersize=3, color=colour, label="{}: median {:.1f} %".format(who, np.median(value)))
-    axes[1].set(xlabel="share of the next window explained [%]", ylabel="share of windows below", title="Sorted ({} windows; below -50 drawn at -50)".format(len(found)))
-    axes[1].legend()
-    for axis in axes:
-        axis.grid(alpha=0.3)
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
-
-
 def main():
     args = arguments()
     columns = recordings.column_options(*recordings.columns_of(args))
@@ -190,6 +165,4 @@ def main():
     if args.json:
         with open(args.json, "w") as file:
             json.dump(found, file, indent=1)
-    if args.picture:
-        picture(found, args.picture)
     return 0

@@ -1,5 +1,6 @@
 """The command `sof`: where it lies, what it answers, and the catalogue of effects as it prints it."""
 
+import csv
 import glob
 import json
 import os
@@ -55,6 +56,19 @@ def call(command, cwd=None, patience_s=None):
     if told.returncode not in ANSWERED:
         raise Failure(f"{name}: exit code {told.returncode}: {told.stderr.strip()[:300]}")
     return told.stdout
+
+
+def run(command):
+    """What a program printed; Failure with its words for any other exit code than 0."""
+    told = subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]))
+    if told.returncode:
+        raise Failure(f"{os.path.basename(command[0])}: exit code {told.returncode}: {told.stderr.strip()[:300]}")
+    return told.stdout
+
+
+def rows_of(command):
+    """Rows of a program that prints CSV, by column."""
+    return list(csv.DictReader(run(command).splitlines()))
 
 
 def diagnose(sof, recording, *options, patience_s=None):

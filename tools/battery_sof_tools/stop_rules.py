@@ -15,9 +15,7 @@ earlier is not known; the recorded one, later, is no higher on a battery that is
 
 import argparse
 import collections
-import csv
 import os
-import subprocess
 import sys
 import tempfile
 
@@ -27,7 +25,7 @@ import yaml
 from . import recordings
 from .files import ROOT
 from .progress import followed
-from .sof import call, program
+from .sof import call, program, rows_of
 from .tables import table
 
 Stop = collections.namedtuple("Stop", "begin end lowest rows")  # [s], [s], [V], (time [s], voltage [V]) while the engine was off
@@ -92,8 +90,7 @@ def decide(experiment, path, columns, stops, options):
     with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
         file.write("begin_s,end_s\n" + "".join(f"{s.begin!r},{s.end!r}\n" for s in stops))
         file.flush()
-        told = call([experiment, path, file.name, *columns, *options])
-    rows = list(csv.DictReader(told.splitlines()))
+        rows = rows_of([experiment, path, file.name, *columns, *options])
     return [(int(r["stop"]), float(r["time_s"]), r["may_stop"] == "1") for r in rows], rows
 
 

@@ -10,7 +10,6 @@ out. Without DATA the real recordings are left out.
 
 import argparse
 import concurrent.futures
-import csv
 import os
 import statistics
 import tempfile
@@ -21,7 +20,7 @@ from scipy.stats import spearmanr
 from .files import ROOT, write_json
 from .progress import followed
 from .recordings import CAR, column_options
-from .sof import call, program
+from .sof import program, rows_of, run
 from .tables import table
 
 SETS, SEEDS = (1, 2, 3), range(1, 9)
@@ -43,7 +42,7 @@ def simulate(sof, folder):
         scenario = os.path.join(ROOT, "config", "scenarios", f"data_set_{number}.yaml")
         for seed in followed(SEEDS, f"data set {number}"):
             paths.append(os.path.join(folder, f"data_set_{number}_seed_{seed}.csv"))
-            call([sof, "simulate", scenario, paths[-1], "--seed", str(seed)])
+            run([sof, "simulate", scenario, paths[-1], "--seed", str(seed)])
     return paths
 
 
@@ -52,9 +51,9 @@ def gather(experiments, recordings):
     jobs = [(which, [binary, *one]) for which, binary in enumerate(experiments) for one in recordings]
     found = [[] for _ in experiments]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        texts = followed(pool.map(lambda job: call(job[1]), jobs), "recording", len(jobs))
-        for (which, _), text in zip(jobs, texts):
-            found[which] += csv.DictReader(text.splitlines())
+        done = followed(pool.map(lambda job: rows_of(job[1]), jobs), "recording", len(jobs))
+        for (which, _), rows in zip(jobs, done):
+            found[which] += rows
     return found
 
 

@@ -9,18 +9,15 @@ the trips are the reference simulator's, at 100 Hz: parked an hour to 30 days, w
 """
 
 import argparse
-import csv
-import io
 import json
 import os
-import subprocess
 import tempfile
 
 import numpy as np
 
 from . import recordings
 from .files import write_json
-from .sof import call, program
+from .sof import program, rows_of, run
 from .tables import table
 
 AGES = ((0.0, 60.0, "0-1"), (60.0, 300.0, "1-5"), (300.0, 900.0, "5-15"), (900.0, np.inf, "later"))
@@ -52,7 +49,7 @@ def simulated_trip(sof, path, battery, seed, soc, temperature):
                 "acquisition": {"voltage_white_v": 0.002, "current_white_a": 0.05}, "profile": {"kind": "city_drive", "net_charge_ah": 0.5}, **battery}
     with open(path + ".yaml", "w") as file:
         json.dump(scenario, file)
-    answer = json.loads(call([sof, "simulate", path + ".yaml", path, "--json", "-"]))
+    answer = json.loads(run([sof, "simulate", path + ".yaml", path, "--json", "-"]))
     time, current, voltage = recordings.read(path)
     with open(path, "w") as file:
         file.write("time_s,current_a,voltage_v,temperature_c\n")
@@ -96,10 +93,7 @@ def trips_of(pair, data):
 
 def played(binary, paths, parked):
     """Rows of trips_experiment, a list a trip."""
-    out = subprocess.run([binary, *paths, "--parked", str(parked)], capture_output=True, text=True)
-    if out.returncode:
-        raise SystemExit(out.stderr)
-    rows = list(csv.DictReader(io.StringIO(out.stdout)))
+    rows = rows_of([binary, *paths, "--parked", str(parked)])
     return [[row for row in rows if row["trip"] == os.path.basename(path)] for path in paths]
 
 

@@ -6,9 +6,8 @@ The benchmarks' words for a kind of case are part of their seeds and of plans th
 import collections
 import json
 import os
-import subprocess
 
-from ..sof import Failure, libraries_beside, program, required
+from ..sof import program, required, run
 
 PROGRAM = "draw_scenario"
 KIND_OF = {"null": "base_control", "structural_null": "structural_control", "porous_null": "porous_control",
@@ -22,14 +21,6 @@ def as_planned(label):
     if label["kind"] not in words:
         return label
     return {**label, "kind": words[label["kind"]], "mechanism": label.get("mechanism"), "form": label.get("id")}
-
-
-def run(command):
-    """What a program printed; Failure with its words."""
-    told = subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]))
-    if told.returncode:
-        raise Failure(f"{os.path.basename(command[0])}: {told.stderr.strip()[:300]}")
-    return told.stdout
 
 
 def options(case, keys):

@@ -13,16 +13,15 @@ import json
 import os
 import random
 import re
-import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
 from ..files import ROOT, append, finished, lines_of, read_json, write_text
-from ..sof import Failure, catalogue, program
+from ..sof import Failure, catalogue, program, run
 from ..tables import table
-from .generator import Generator, run
+from .generator import Generator
 from .out_of_model import LABELS, RECORDINGS, draw_missing, path, seed_of
 
 EVIDENCE = "evidence.jsonl"

@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import recordings
 from ..benchmark.measured import summary, whole_recordings
-from ..files import ROOT, read_json
+from ..files import read_json
 from ..page_pictures import PICTURES
 from ..rates import geometric_mean
 from ..score_next_window import pooled, shares
