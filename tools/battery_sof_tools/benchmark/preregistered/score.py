@@ -216,16 +216,21 @@ def as_json(report):
     return json.dumps({"seal": report["seal"], "figures": figures_of, "mechanisms": mechanism_entries(report["mechanisms"])}, indent=2)
 
 
+def confusion_lines(counts):
+    """Lines of confusion(), in the order of the levels."""
+    place = {level: k for k, level in enumerate(levels.TITLES)}
+    for row in sorted({row for row, _ in counts}, key=lambda row: (place.get(row.split()[0], len(place)), row)):
+        heard = sorted(((count, column) for (truth, column), count in counts.items() if truth == row), reverse=True)
+        yield f"  {row:44s} " + ", ".join(f"{column} {count}" for count, column in heard)
+
+
 def as_text(report):
-    said, counts = report["seal"], report["confusion"]
+    said = report["seal"]
     lines = [f"{said['cases']} cases sealed from {said['frozen_commit']}, labels SHA-256 {said['labels_sha256']}", ""]
     lines += [f"{one.level:8s} {one.text:68s} {written(one):42s} {one.target}".rstrip() for one in report["figures"]]
     lines += [""] + mechanism_lines(report["mechanisms"])
     lines += ["", "who was taken for whom (truth: first name, or verdict in brackets)"]
-    order = list(levels.TITLES)
-    for row in sorted({row for row, _ in counts}, key=lambda row: (order.index(row.split()[0]), row)):
-        heard = sorted(((count, column) for (truth, column), count in counts.items() if truth == row), reverse=True)
-        lines.append(f"  {row:44s} " + ", ".join(f"{column} {count}" for count, column in heard))
+    lines += confusion_lines(report["confusion"])
     lines += ["", f"what went wrong ({len(report['wrong'])} cases)"] + ["  " + one for one in report["wrong"]]
     if report["failed"]:
         lines += ["", "not judged"] + ["  " + one for one in report["failed"]]
