@@ -16,7 +16,8 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 import numpy as np
 
-from battery_sof_tools import concealment, docs_site, files, pages_of_sof, progress, rates, reading_ease, recordings, stop_rules, tables, tidy
+import reading_ease  # beside this file
+from battery_sof_tools import concealment, docs_site, files, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
 from battery_sof_tools.benchmark import answers, laws, real
 from battery_sof_tools.benchmark.generator import Generator
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program

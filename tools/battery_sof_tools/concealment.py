@@ -57,27 +57,21 @@ def shifted(t, u, delay):
     return out
 
 
-def added_voltage(name, t, i, strength, tau, instant):
-    """What an addition to the voltage adds [V]."""
-    if name == "contact_resistance":
-        return strength * i * (t > instant)
-    if name == "voltage_drift":
-        return strength * (t - t[0]) / 3600.0
-    if name == "acid_transport":
-        return strength * low_pass(t, i, tau)
-    if name == "ocv_soc":
-        return strength * charge(t, i)
-    if name == "high_rate_depletion":
-        return DEPLETION_VOLTAGE * np.log(1.0 - np.minimum(strength * low_pass(t, np.maximum(-i, 0.0), tau), DEEPEST))
-    raise ValueError("no addition of that name: " + name)
-
-
 def changed(name, t, i, u, strength, tau, instant):
     """Current and voltage with the addition."""
-    if strength == 0.0:
-        return i, u
     if name == "current_offset":
         return i + strength, u
     if name == "time_skew":
         return i, shifted(t, u, strength)
-    return i, u + added_voltage(name, t, i, strength, tau, instant)
+    if name == "contact_resistance":
+        return i, u + strength * i * (t > instant)
+    if name == "voltage_drift":
+        return i, u + strength * (t - t[0]) / 3600.0
+    if name == "acid_transport":
+        return i, u + strength * low_pass(t, i, tau)
+    if name == "ocv_soc":
+        return i, u + strength * charge(t, i)
+    if name == "high_rate_depletion":
+        used_up = np.minimum(strength * low_pass(t, np.maximum(-i, 0.0), tau), DEEPEST)
+        return i, u + DEPLETION_VOLTAGE * np.log(1.0 - used_up)
+    raise ValueError("no addition of that name: " + name)

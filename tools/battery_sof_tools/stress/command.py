@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 
-from ..sof import required
+from ..sof import required, run
 from . import disk, kill, overload, soak
 
 
@@ -21,26 +21,23 @@ class Programs:
         """A simulated drive as a bag or CSV, thinned to a rate."""
         with tempfile.TemporaryDirectory() as folder:
             whole = os.path.join(folder, "drive.csv")
-            self.call(os.path.join(self.folder, "simulate_city_drive"), whole, "--seed", str(seed), "--duration", str(duration))
+            self.call("simulate_city_drive", whole, "--seed", str(seed), "--duration", str(duration))
             thinned = os.path.join(folder, "thinned.csv")
             every = round(100.0 / rate)
             with open(whole) as rows, open(thinned, "w") as out:
                 out.writelines(line for n, line in enumerate(rows) if n == 0 or (n - 1) % every == 0)
-            self.call(self.sof, "convert", thinned, recording)
+            self.call("sof", "convert", thinned, recording)
 
     def identify(self, recording, model):
-        self.call(self.sof, "identify", recording, "--out", model)
+        self.call("sof", "identify", recording, "--out", model)
 
     def reads(self, model):
         """Whether a model file is whole."""
         asked = [self.sof, "crank", model, "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200", "--t-cranking", "1"]
         return subprocess.run(asked, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode in (0, 1)
 
-    @staticmethod
-    def call(*command):
-        told = subprocess.run(command, capture_output=True, text=True)
-        if told.returncode:
-            raise SystemExit(f"{os.path.basename(command[0])}: exit code {told.returncode}: {told.stderr.strip()}")
+    def call(self, name, *arguments):
+        run([os.path.join(self.folder, name), *arguments])
 
 
 def parsed(arguments):
