@@ -48,7 +48,7 @@ class Rates(unittest.TestCase):
         for k, n in ((0, 10), (3, 10), (9, 10), (10, 10), (45, 50)):
             for p in rates.wilson(k, n):
                 if 0.0 < p < 1.0:
-                    self.assertAlmostEqual(abs(k / n - p) / np.sqrt(p * (1.0 - p) / n), rates.Z_95, places=9)
+                    self.assertAlmostEqual(abs(k / n - p) / np.sqrt(p * (1.0 - p) / n), 1.959963984540054, places=9)
         self.assertEqual((rates.wilson(0, 10)[0], rates.wilson(10, 10)[1]), (0.0, 1.0))
 
     def test_a_rate_without_cases_is_no_case(self):

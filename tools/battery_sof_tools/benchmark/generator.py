@@ -4,6 +4,7 @@ The benchmarks' words for a kind of case are part of their seeds and of plans th
 """
 
 import collections
+import hashlib
 import json
 import os
 
@@ -21,6 +22,11 @@ def as_planned(label):
     if label["kind"] not in words:
         return label
     return {**label, "kind": words[label["kind"]], "mechanism": label.get("mechanism"), "form": label.get("id")}
+
+
+def seed_of(*parts):
+    """63 bits of its own for every case."""
+    return int.from_bytes(hashlib.sha256("/".join(map(str, parts)).encode()).digest()[:8], "big") >> 1
 
 
 def options(case, keys):

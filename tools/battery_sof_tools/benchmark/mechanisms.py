@@ -22,8 +22,8 @@ import numpy as np
 from ..files import ROOT, lines_of, read_json, write_text
 from ..sof import catalogue, program, run
 from ..tables import table
-from .generator import Generator
-from .out_of_model import LABELS, RECORDINGS, draw_missing, path, seed_of
+from .generator import Generator, seed_of
+from .out_of_model import LABELS, RECORDINGS, draw_missing, path
 from .runner import complete
 
 EVIDENCE = "evidence.jsonl"

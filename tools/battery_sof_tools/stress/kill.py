@@ -7,8 +7,9 @@ import threading
 import time
 
 from ..progress import followed
+from ..recordings import read_plain
 from ..tables import table
-from .ros import NODE, Processes, Samples, perform, rows_of
+from .ros import NODE, Processes, Samples, perform
 
 MOST_SAMPLES = 200  # until the saved model must have answered
 
@@ -18,7 +19,7 @@ class Drive:
 
     def __init__(self, path):
         import rospy
-        self.rows = rows_of(path)
+        self.rows = read_plain(path).T.tolist()
         self.samples = Samples(rospy)
         self.at, self.origin = 0, 1000.0
 

@@ -6,7 +6,8 @@ import subprocess
 import threading
 import time
 
-from .ros import NODE, ResponseTimes, Samples, node_of_this_process, perform, rows_of
+from ..recordings import read_plain
+from .ros import NODE, ResponseTimes, Samples, node_of_this_process, perform
 
 LIMITS = (6.0, 16.0)  # [V] in which a crank's answer lies
 
@@ -21,7 +22,7 @@ def publish(load, ready):
     """After what is learnt the drive is linear between its rows."""
     samples = Samples(node_of_this_process("publisher"))
     samples.until_connected()
-    rows, begin = [row for row in rows_of(load.drive) if row[0] >= load.first], load.first + load.learnt
+    rows, begin = [row for row in read_plain(load.drive).T.tolist() if row[0] >= load.first], load.first + load.learnt
     at = sum(row[0] <= begin for row in rows) - 1
     for row in rows[:at + 1]:
         samples.send(*row)

@@ -73,13 +73,6 @@ def node_of_this_process(name):
     return rospy
 
 
-def rows_of(path):
-    """(time [s], current [A], voltage [V]) of every row of a recording that `sof` wrote."""
-    with open(path) as file:
-        next(file)
-        return [tuple(map(float, line.split(",")[:3])) for line in file]
-
-
 class Samples:
     """The node's topic, with somebody who listens. @param rospy of a node."""
 

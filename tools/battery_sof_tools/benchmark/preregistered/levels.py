@@ -1,8 +1,9 @@
 """What the benchmark consists of: levels of concealment, their cases, and how strong each case's addition is made."""
 
 import collections
-import hashlib
 import random
+
+from ..generator import seed_of
 
 PHYSICS_1_TO_7 = ("gassing", "charge_acceptance", "sulphate_history", "acid_transport", "ocv_soc", "ocv_hysteresis",
                   "high_rate_depletion")
@@ -36,15 +37,9 @@ TITLES = {"N1": "null", "N2": "structural null", "C1": "clear", "C2": "small", "
           "D1": "instrument decoy", "U1": "out of the catalogue", "X1": "physics on another structure"}
 
 
-def derived(secret, *what):
-    """A 63-bit number from the sealed seed."""
-    text = "/".join([secret] + [str(part) for part in what])
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> 1
-
-
 def plan(secret, share, most_porous=None, duration_s=None, only=None):
     """Cases without their strengths, under opaque names in an order of the seed. Every stratum keeps at least one case."""
-    dice, cases, porous = random.Random(derived(secret, "order")), [], 0
+    dice, cases, porous = random.Random(seed_of(secret, "order")), [], 0
     for stratum in (one for one in STRATA if not only or one.level in only):
         ids = list(stratum.ids)
         dice.shuffle(ids)
@@ -55,7 +50,7 @@ def plan(secret, share, most_porous=None, duration_s=None, only=None):
             porous += count
         for k, name in enumerate(rows[:count]):
             cases.append({"level": stratum.level, "family": stratum.mechanism, "id": name, "rule": stratum.rule,
-                          "seed": derived(secret, stratum.mechanism, stratum.level, name, k), "scale": [1.0]})
+                          "seed": seed_of(secret, stratum.mechanism, stratum.level, name, k), "scale": [1.0]})
             if duration_s and stratum.mechanism != "absent":
                 cases[-1]["duration_s"] = duration_s
     dice.shuffle(cases)
