@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import errno
+import glob
 import hashlib
 import json
 import os
@@ -11,6 +12,11 @@ import stat
 from .progress import followed
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))  # of the package
+
+
+def pages_of_docs():
+    """Paths of every page below docs/, from ROOT on."""
+    return sorted(glob.glob(os.path.join("docs", "**", "*.md"), root_dir=ROOT, recursive=True))
 
 
 def require_regular(path):

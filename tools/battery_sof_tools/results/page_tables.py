@@ -26,28 +26,34 @@ def cranks_of(windows, who):
 
 # ---------------------------------------------------------------------------------------------- the next window
 
+def predictions(results, name):
+    """Windows of this package and of the paper's circuit, and all three predictions: (windows, whose)."""
+    ours, paper = results["next_window"][name], results["next_window_paper"][name]
+    return ours, paper, ((ours, "model"), (paper, "model"), (ours, "baseline"))
+
+
 def next_window(results):
     """Explained variation, median error of charges of 60 s, mean error of cranks."""
     rows = []
     for name, label in WINDOWS.items():
-        ours, paper = results["next_window"][name], results["next_window_paper"][name]
-        cells = [f"{one[key]['share_percent']:.0f} %, {one[key]['charges_60s_a']:.1f} A, {cranks_of(one, key) if ours['cranks']['count'] >= 3 else '-'}"
-                 for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline"))]
-        rows.append((f"{label}, {ours['windows']} ({paper['windows']})", *cells))
+        ours, paper, each = predictions(results, name)
+        rows.append((f"{label}, {ours['windows']} ({paper['windows']})",
+                     *(f"{one[who]['share_percent']:.0f} %, {one[who]['charges_60s_a']:.1f} A, "
+                       f"{cranks_of(one, who) if ours['cranks']['count'] >= 3 else '-'}" for one, who in each)))
     return table(("recording, windows (paper's)", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
 def next_window_short(results):
     """Explained variation, and the mean error of cranks where there are three or more."""
-    labels = {"drive_1": "start-stop car, first drive", "drive_2": "the same car, second drive", "other_car_1": "same model, another car", "small_car": "a small start-stop car"}
+    labels = ("start-stop car, first drive", "the same car, second drive", "same model, another car",
+              "a small start-stop car")
     rows = []
-    for name, label in labels.items():
-        ours, paper = results["next_window"][name], results["next_window_paper"][name]
-        cells = []
-        for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline")):
-            share = f"{one[key]['share_percent']:.0f} %"
-            cells.append((f"**{share}**" if one is ours and key == "model" else share) + ("" if (ours["cranks"] or {}).get("count", 0) < 3 else f", {cranks_of(one, key)}"))
-        rows.append((label, *cells))
+    for name, label in zip(WINDOWS, labels):
+        ours, _, each = predictions(results, name)
+        has_cranks = (ours["cranks"] or {}).get("count", 0) >= 3
+        share, *others = [f"{one[who]['share_percent']:.0f} %" for one, who in each]
+        cranks = [f", {cranks_of(one, who)}" if has_cranks else "" for one, who in each]
+        rows.append((label, *map("".join, zip((f"**{share}**", *others), cranks))))
     return table(("recording", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
