@@ -16,7 +16,6 @@ earlier is not known; the recorded one, later, is no higher on a battery that is
 import argparse
 import collections
 import os
-import sys
 import tempfile
 
 import numpy as np
@@ -91,7 +90,7 @@ def decide(experiment, path, columns, stops, options):
         file.write("begin_s,end_s\n" + "".join(f"{s.begin!r},{s.end!r}\n" for s in stops))
         file.flush()
         rows = rows_of([experiment, path, file.name, *columns, *options])
-    return [(int(r["stop"]), float(r["time_s"]), r["may_stop"] == "1") for r in rows], rows
+    return [(int(r["stop"]), float(r["time_s"]), r["may_stop"] == "1") for r in rows]
 
 
 def weakening(sof, seed, path, parts=10, length=600.0):
@@ -140,7 +139,6 @@ def arguments():
     parser.add_argument("--longest", type=float, default=60.0, help="[s], of the rule by time")
     parser.add_argument("--crank-current", type=float, default=-150.0, help="[A]")
     recordings.add_column_arguments(parser)
-    parser.add_argument("--reasons", action="store_true", help="also why the manager let the engine run, and how often")
     return parser.parse_args()
 
 
@@ -148,10 +146,7 @@ def judge(args, path, names, label):
     columns = recordings.column_options(names, args.discharge_positive)
     stops = stops_of(*recordings.read(path, names, args.discharge_positive), args.crank_current)
     options = ["--u-required", str(args.u_required), "--margin", str(args.margin), f"--i-cranking={args.i_cranking}", "--t-cranking", str(args.t_cranking)]
-    decisions, rows = decide(program(args.build, "stop_rules_experiment"), path, columns, stops, options)
-    if args.reasons:
-        for reason, count in collections.Counter(r["reason"][:60] for r in rows if r["may_stop"] == "0").most_common(8):
-            print(f"  {count:5d}  {reason}", file=sys.stderr)
+    decisions = decide(program(args.build, "stop_rules_experiment"), path, columns, stops, options)
     return judged(label, stops, decisions, args)
 
 

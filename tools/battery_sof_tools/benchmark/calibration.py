@@ -12,7 +12,7 @@ import os
 import tempfile
 
 from ..files import lines_of
-from ..sof import catalogue, program
+from ..sof import RECORDING, catalogue, program
 from ..tables import table
 from .answers import asked
 from .generator import Generator
@@ -38,9 +38,9 @@ def cases_of(listed, wanted, first_seed, only):
                 yield {"name": f"{kind}_{name}_{seed}", "family": kind, "id": name, "seed": seed}
 
 
-def answer_of(generator, sof, keep, case):
+def answer_of(generator, sof, case):
     with tempfile.TemporaryDirectory() as folder:
-        recording = os.path.join(keep or folder, case["name"] + ".csv")
+        recording = os.path.join(folder, RECORDING)
         expected = generator.draw(case, recording)["expected"]
         return dict(case, level=case["family"], expected=expected, answer=asked(sof, recording))
 
@@ -63,15 +63,13 @@ def main():
     parser.add_argument("--ids", default="", help="comma-separated; the only ones drawn of kinds that have ids")
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--keep", help="folder to leave the recordings in")
-    parser.add_argument("--report-only", action="store_true")
     a = parser.parse_args()
     generator, sof = Generator(a.build), program(a.build, "sof")
     out = a.out or os.path.join(a.build, "calibration")
     path = os.path.join(out, ANSWERS)
-    if not a.report_only:
-        kept_for(out, sof)
-        wanted = {kind: int(count) for kind, count in (part.split("=") for part in a.set)}
-        cases = cases_of(generator.catalogue(), wanted, a.first_seed, {name for name in a.ids.split(",") if name})
-        complete(path, functools.partial(answer_of, generator, sof, a.keep), cases, a.jobs, "case")
+    kept_for(out, sof)
+    wanted = {kind: int(count) for kind, count in (part.split("=") for part in a.set)}
+    only = {name for name in a.ids.split(",") if name}
+    cases = cases_of(generator.catalogue(), wanted, a.first_seed, only)
+    complete(path, functools.partial(answer_of, generator, sof), cases, a.jobs, "case")
     print("\n".join(report(lines_of(path), catalogue(sof))))

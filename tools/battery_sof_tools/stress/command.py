@@ -10,6 +10,9 @@ from ..sof import required, run
 from . import disk, kill, overload, soak
 
 
+KINDS = {"soak": soak, "kill": kill, "disk": disk, "overload": overload}
+
+
 class Programs:
     """What is built, and what it is asked to make."""
 
@@ -43,7 +46,7 @@ class Programs:
 def parsed(arguments):
     parser = argparse.ArgumentParser(description="Stress of the node; prints a table.")
     kinds = parser.add_subparsers(dest="kind", required=True)
-    for name in ("soak", "kill", "disk", "overload"):
+    for name in KINDS:
         kinds.add_parser(name).add_argument("build", nargs="?", default="build")
     soaked, killed, loaded = (kinds.choices[name] for name in ("soak", "kill", "overload"))
     soaked.add_argument("--hours", type=float, default=24.0, help="of driving")
@@ -59,16 +62,8 @@ def parsed(arguments):
 
 
 def main():
-    a = parsed(sys.argv[1:])
-    programs = Programs(a.build)
+    options = vars(parsed(sys.argv[1:]))
+    kind, programs = KINDS[options.pop("kind")], Programs(options.pop("build"))
     with tempfile.TemporaryDirectory(prefix="battery sof ") as folder:
-        if a.kind == "soak":
-            lines = soak.report(soak.soak(programs, folder, a.hours, a.speed, a.rate))
-        elif a.kind == "kill":
-            lines = kill.report(kill.kills(programs, folder, a.count, a.seed))
-        elif a.kind == "overload":
-            lines = overload.report(overload.overload(programs, folder, a.clients, a.questions, a.rate, a.seconds))
-        else:
-            lines = disk.report(disk.disks(programs, folder))
-    print("\n".join(lines))
+        print("\n".join(kind.report(kind.measured(programs, folder, **options))))
     return 0

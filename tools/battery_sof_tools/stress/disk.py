@@ -121,7 +121,7 @@ def node_on_disks(programs, folder, disk, recording):
     return rows
 
 
-def disks(programs, folder):
+def measured(programs, folder):
     recording = os.path.join(folder, "drive.csv")
     programs.drive(recording, 600.0, 100.0, 1)
     with Disk(os.path.join(folder, "disk")) as disk:

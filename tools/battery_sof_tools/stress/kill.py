@@ -73,7 +73,7 @@ def one_life(processes, programs, state, drive, chance):
     return taken, [name for name in os.listdir(home) if name != os.path.basename(state)]
 
 
-def kills(programs, folder, count, seed):
+def measured(programs, folder, count, seed):
     """Rows of (samples until the saved model answered, drafts, whether the state file reads back, whether it was written again)."""
     import rospy
     recording, chance = os.path.join(folder, "drive.csv"), random.Random(seed)

@@ -26,16 +26,16 @@ def wake(end, told):
     told.put(1e3 * latest)
 
 
-def overload(programs, folder, clients, questions, rate, duration):
+def measured(programs, folder, clients, questions, rate, seconds):
     """(what was seen, longest delay of a program that only wakes [ms])."""
     recording = os.path.join(folder, "drive.csv")
-    programs.drive(recording, LEARNT + duration + 60.0, 100.0, 1)
+    programs.drive(recording, LEARNT + seconds + 60.0, 100.0, 1)
     spawn = multiprocessing.get_context("spawn")
     end, woken = spawn.Event(), spawn.Queue()
     with Processes(folder) as processes:
         processes.start(programs.node)
         spawn.Process(target=wake, args=(end, woken), daemon=True).start()
-        seen = under_load(node_of_this_process("overload"), Load(recording, 0.0, LEARNT, rate, clients, 1, questions, duration),
+        seen = under_load(node_of_this_process("overload"), Load(recording, 0.0, LEARNT, rate, clients, 1, questions, seconds),
                           ("identify", "diagnose"))
         end.set()
     return seen, woken.get(timeout=120.0)

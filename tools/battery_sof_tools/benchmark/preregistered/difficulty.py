@@ -73,10 +73,10 @@ class Noise:
         return seen - self.weight[:, None] * (states[0::2] + states[1::2])
 
 
-def measured(path, to_s=None):
+def measured(path):
+    """Interval [s], current [A] and voltage [V]."""
     time, current, voltage = read_plain(path)
-    count = len(time) if to_s is None else int(np.searchsorted(time, to_s))
-    return time[1] - time[0], current[:count], voltage[:count]
+    return time[1] - time[0], current, voltage
 
 
 def noise_of(label, current, interval, kept=None):
