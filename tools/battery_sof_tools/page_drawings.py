@@ -1,7 +1,7 @@
 """Plots of the pages: a crank over the length of the stop, and a real crank and a real charge.
 
     page_drawings --build B                a crank over the length of the stop, of the example drive
-    page_drawings --build B --data D       also a crank and a charge of a real car, measured and predicted
+    page_drawings --build B --data D       also a crank and a charge of a real car, and predictions
 
 The diagrams beside them (docs/pictures/*.svg) are written by hand.
 """
@@ -40,24 +40,26 @@ def answer(command, folder):
 
 
 def crank_over_stop(sof, folder, path):
-    """Lowest voltage of a crank after stops of every length, with its 90 % interval, of the example drive."""
+    """Lowest voltage of a crank after stops of every length, of the example drive."""
     call([sof, "demo", "drive.csv"], folder)
     call([sof, "identify", "drive.csv", "--out", "model.yaml"], folder)
-    found = answer([sof, "map", "model.yaml", "--i-load", "-20", "--t-stop", ",".join(map(str, STOPS)),
-                    "--i-cranking", "-200", "--u-required", str(LIMIT)], folder)
+    query = ("--i-load", "-20", "--t-stop", ",".join(map(str, STOPS)), "--i-cranking", "-200")
+    found = answer([sof, "map", "model.yaml", *query, "--u-required", str(LIMIT)], folder)
     lower, upper = found["u_min_lower"], found["u_min_upper"]
     within = [stop for stop, code in zip(STOPS, found["u_min_code"]) if code == 0]
     figure, axes = plt.subplots(figsize=(7.6, 3.6), layout="constrained")
-    axes.fill_between(STOPS, lower, upper, color=BAND, alpha=0.6, linewidth=0, label="90 % interval")
+    axes.fill_between(STOPS, lower, upper, color=BAND, alpha=0.6, linewidth=0,
+                      label="90 % interval")
     axes.plot(STOPS, found["u_min"], color=BLUE, linewidth=2, label="lowest voltage of the crank")
     axes.axhline(LIMIT, color=RED, linestyle="--", linewidth=1.4, label=f"limit, {LIMIT:g} V")
     if len(within) < len(STOPS):
         axes.axvspan(within[-1], STOPS[-1], color="#d8dee4", alpha=0.6, linewidth=0)
-        axes.text((within[-1] + STOPS[-1]) / 2, max(upper), "answer not valid:\nmore than 2 % of the charge",
-                  ha="center", va="top", fontsize=9, color=INK)
+        axes.text((within[-1] + STOPS[-1]) / 2, max(upper),
+                  "answer not valid:\nmore than 2 % of the charge", ha="center", va="top",
+                  fontsize=9, color=INK)
     last = [stop for stop, low in zip(STOPS, lower) if low >= LIMIT][-1]
-    axes.annotate("90 % interval\nmeets the limit", (last, LIMIT), (last + 8, LIMIT + 0.2), fontsize=9,
-                  color=RED, arrowprops={"arrowstyle": "->", "color": RED}, va="center")
+    axes.annotate("90 % interval\nmeets the limit", (last, LIMIT), (last + 8, LIMIT + 0.2),
+                  fontsize=9, color=RED, arrowprops={"arrowstyle": "->", "color": RED}, va="center")
     axes.set_xlim(0, STOPS[-1])
     axes.set_ylim(min(lower) - 0.08, max(upper) + 0.02)
     axes.set_xlabel("length of the stop at -20 A [s]")
@@ -75,21 +77,22 @@ def draw_event(axes, rows, time, kind, quantity, place):
         return [float(row[name]) for row in some]
 
     times = [one - time for one in column(rows, "time_s")]
-    axes.plot(times, column(rows, "_".join(quantity)), color=INK, marker="o", markersize=3, linewidth=1,
-              label="measured")
+    axes.plot(times, column(rows, "_".join(quantity)), color=INK, marker="o", markersize=3,
+              linewidth=1, label="measured")
     ran = [row for row in rows if row["driven_by"] == kind]
     times = [one - time for one in column(ran, "time_s")]
-    axes.plot(times, column(ran, f"predicted_{unit}"), color=BLUE, marker="s", markersize=3, linewidth=0,
-              label="predicted")
-    axes.vlines(times, column(ran, f"lower_{unit}"), column(ran, f"upper_{unit}"), color=BAND, linewidth=3,
-                zorder=0, label="90 % interval")
+    axes.plot(times, column(ran, f"predicted_{unit}"), color=BLUE, marker="s", markersize=3,
+              linewidth=0, label="predicted")
+    axes.vlines(times, column(ran, f"lower_{unit}"), column(ran, f"upper_{unit}"), color=BAND,
+                linewidth=3, zorder=0, label="90 % interval")
     axes.set_xlabel("time [s]")
     axes.legend(frameon=False, fontsize=9, loc=place)
 
 
 def measured_and_predicted(sof, data, folder, path):
-    """A crank and a charge of a real car, the ones with the median error, from a model of the quarter of an hour before."""
-    drive = [os.path.join(os.path.abspath(data), "startstop_car", "drive_1.csv"), *column_options(CAR)]
+    """A real crank and charge, those with the median error, by a model of the 15 min before."""
+    path_of_drive = os.path.join(os.path.abspath(data), "startstop_car", "drive_1.csv")
+    drive = [path_of_drive, *column_options(CAR)]
     begin, middle, end = (f"+{k * WINDOW:g}" for k in (2, 3, 4))
     call([sof, "identify", *drive, "--from", begin, "--to", middle, "--out", "model.yaml"], folder)
     found = answer([sof, "predict", "model.yaml", *drive, "--from", middle, "--to", end,
@@ -108,10 +111,12 @@ def measured_and_predicted(sof, data, folder, path):
     crank = typical(found["mixed"]["cranks"], "measured_min_v", "predicted_min_v")
     charge = typical(found["mixed"]["charges"], "measured_a", "predicted_a")
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.4, 3.6), layout="constrained")
-    draw_event(left, near(crank["time_s"], 12, 12), crank["time_s"], "current", ("voltage", "v"), "lower right")
+    at = crank["time_s"]
+    draw_event(left, near(at, 12, 12), at, "current", ("voltage", "v"), "lower right")
     left.set_title("A crank: the current is given", fontsize=11, loc="left")
     left.set_ylabel("voltage [V]")
-    draw_event(right, near(charge["time_s"], 0, 45), charge["time_s"], "voltage", ("current", "a"), "upper right")
+    at = charge["time_s"]
+    draw_event(right, near(at, 0, 45), at, "voltage", ("current", "a"), "upper right")
     right.set_title("A charge: the voltage is given", fontsize=11, loc="left")
     right.set_ylabel("current [A], positive into the battery")
     save(figure, path)
@@ -121,15 +126,17 @@ def measured_and_predicted(sof, data, folder, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", default=os.path.join(ROOT, "build"), help="build folder")
     parser.add_argument("--data", help="folder of the measured recordings: draws what needs them")
-    parser.add_argument("--out", default=os.path.join(ROOT, "docs", "pictures"), help="folder of the plots")
+    parser.add_argument("--out", default=os.path.join(ROOT, "docs", "pictures"))
     args = parser.parse_args()
     sof = program(args.build, "sof")
     with tempfile.TemporaryDirectory(prefix="drawings_") as folder:
         crank_over_stop(sof, folder, os.path.join(args.out, "crank_over_stop.svg"))
         if args.data:
-            measured_and_predicted(sof, args.data, folder, os.path.join(args.out, "measured_and_predicted.svg"))
+            out = os.path.join(args.out, "measured_and_predicted.svg")
+            measured_and_predicted(sof, args.data, folder, out)
     print(f"drawings are in {args.out}")
     return 0

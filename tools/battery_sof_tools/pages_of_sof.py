@@ -1,9 +1,10 @@
-"""Writes what the built `sof` prints into the pages: the help of every subcommand, the catalogue of effects.
+"""Writes what the built `sof` prints into pages: its subcommands' help, the catalogue of effects.
 
     update_cli_page [BUILD]         docs/cli.md
     update_effects_page [BUILD]     docs/effects.md
 
-An option that several subcommands share with the same words is listed once, under the names of those that take it.
+An option that several subcommands share with the same words is listed once, under the names of
+those that take it.
 """
 
 import os
@@ -14,8 +15,10 @@ from .files import ROOT, write_text
 from .sof import call, program
 
 # page: marks between which its part stands
-MARKS = {"cli.md": ("<!-- help: scripts/update_cli_page writes this part -->\n", "<!-- end of the help -->\n"),
-         "effects.md": ("<!-- catalogue: scripts/update_effects_page writes this part -->\n", "<!-- end of the catalogue -->\n")}
+MARKS = {"cli.md": ("<!-- help: scripts/update_cli_page writes this part -->\n",
+                    "<!-- end of the help -->\n"),
+         "effects.md": ("<!-- catalogue: scripts/update_effects_page writes this part -->\n",
+                        "<!-- end of the catalogue -->\n")}
 HELP = "-h,--help"
 SHARED = 3  # subcommands at least
 
@@ -38,7 +41,7 @@ def options_of(text):
 
 
 def shared(helps):
-    """Options that several subcommands have alike, by the names of those, in the order in which they are met."""
+    """Options that several subcommands have alike, by their names, in the order they are met."""
     takers = {}
     for name, text in helps.items():
         for option in options_of(text)[1]:
@@ -51,15 +54,17 @@ def shared(helps):
 
 
 def block(text):
-    return "\n".join("    " + line.rstrip() if line.strip() else "" for line in text.strip("\n").splitlines()) + "\n"
+    lines = (line.rstrip() for line in text.strip("\n").splitlines())
+    return "\n".join("    " + line if line else "" for line in lines) + "\n"
 
 
 def head_of(text):
-    """What a subcommand does, its usage, and its positional arguments, but those that several have."""
+    """What a subcommand does, its usage, its positional arguments but those that several have."""
     what, _, rest = text.partition("Usage: ")
     usage, _, positionals = rest.partition("\n")
     lines = [what.strip(), "Usage: " + usage.replace(" [OPTIONS]", "")]
-    lines += [line for line in positionals.splitlines() if line.strip() and line.strip() != "Positionals:" and not re.match(r"  (REC|MODEL) ", line)]
+    lines += [line for line in positionals.splitlines()
+              if line.strip() not in ("", "Positionals:") and not re.match(r"  (REC|MODEL) ", line)]
     return "\n".join(lines)
 
 
@@ -74,7 +79,8 @@ def cli(sof):
     helps = {name: call([sof, name, "--help"]) for name in subcommands(call([sof, "--help"]))}
     groups = shared(helps)
     common = {one for options in groups.values() for one in options}
-    text = "".join(f"\n{', '.join(names)}:\n\n" + block("\n".join(options)) for names, options in groups.items())
+    text = "".join(f"\n{', '.join(names)}:\n\n" + block("\n".join(options))
+                   for names, options in groups.items())
     return text + "".join(section(name, told, common) for name, told in helps.items())
 
 

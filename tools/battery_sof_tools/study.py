@@ -2,10 +2,11 @@
 
     make study [DATA=folder with startstop_car/]
 
-Simulates data sets 1 to 3 with eight seeds each (sof simulate), fits windows of every recording and scores what they predict
-(window_quality_experiment), plays every recording through a session (session_experiment): every crank and every charge of 10 s
-is predicted from the last sample before it. Recordings with seeds 4 to 8, drive_2 and other_car_1 chose nothing: they are held
-out. Without DATA the real recordings are left out.
+Simulates data sets 1 to 3 with eight seeds each (sof simulate), fits windows of every recording and
+scores what they predict (window_quality_experiment), plays every recording through a session
+(session_experiment): every crank and every charge of 10 s is predicted from the last sample before
+it. Recordings with seeds 4 to 8, drive_2 and other_car_1 chose nothing: they are held out. Without
+DATA the real recordings are left out.
 """
 
 import argparse
@@ -48,7 +49,8 @@ def simulate(sof, folder):
 
 def gather(experiments, recordings):
     """Rows of each experiment over all recordings. recordings: path and options of each."""
-    jobs = [(which, [binary, *one]) for which, binary in enumerate(experiments) for one in recordings]
+    jobs = [(which, [binary, *one]) for which, binary in enumerate(experiments)
+            for one in recordings]
     found = [[] for _ in experiments]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         done = followed(pool.map(lambda job: rows_of(job[1]), jobs), "recording", len(jobs))
@@ -58,18 +60,20 @@ def gather(experiments, recordings):
 
 
 def correlation(rows, target):
-    """Spearman's, of window quality with what the window's model then does; None where too few rows say so."""
+    """Spearman's, of window quality with what the window's model then does; None of few rows."""
     good = [row for row in rows if target != "crank_mae" or float(row["cranks"]) > 0]
     if len(good) < 5:
         return None
-    value = spearmanr(*([float(row[key]) for row in good] for key in (INDICATOR, target))).correlation
+    pairs = ([float(row[key]) for row in good] for key in (INDICATOR, target))
+    value = spearmanr(*pairs).correlation
     return None if np.isnan(value) else value
 
 
 def within(rows, target):
     """Mean of the correlations inside each recording."""
     names = sorted({row["recording"] for row in rows})
-    values = [correlation([row for row in rows if row["recording"] == name], target) for name in names]
+    values = [correlation([row for row in rows if row["recording"] == name], target)
+              for name in names]
     values = [value for value in values if value is not None]
     return statistics.mean(values) if values else float("nan")
 
@@ -87,14 +91,17 @@ def covered(rows):
         return {"events": 0}
     low, measured, high, expected = (np.array([float(row[key]) for row in rows])
                                      for key in ("lower", "measured", "upper", "expected"))
-    return {"events": len(rows), "inside_percent": 100.0 * float(np.mean((low <= measured) & (measured <= high))),
-            "error": float(np.mean(np.abs(measured - expected))), "width": float(np.median(high - low))}
+    inside = (low <= measured) & (measured <= high)
+    return {"events": len(rows), "inside_percent": 100.0 * float(np.mean(inside)),
+            "error": float(np.mean(np.abs(measured - expected))),
+            "width": float(np.median(high - low))}
 
 
 def coverage(session):
     """{kind: {group: covered()}} and all simulated events."""
     def of(group, kinds):
-        return covered([row for row in session if row["kind"] in kinds and is_of(row["recording"], group)])
+        return covered([row for row in session
+                        if row["kind"] in kinds and is_of(row["recording"], group)])
 
     found = {kind: {group: of(group, (kind,)) for group in GROUPS} for kind in UNITS}
     return dict(found, simulated=of("simulated", UNITS))
@@ -102,33 +109,39 @@ def coverage(session):
 
 def coverage_rows(found, groups=GROUPS):
     """One row a group and kind of events that there are."""
-    return [(f"{kind}s, {group.replace('_', ' ') if group not in REAL else group}", one["events"],
-             f"{one['inside_percent']:.1f} %", f"{one['error']:.3g} {unit}", f"{one['width']:.3g} {unit}")
-            for group in groups for kind, unit in UNITS.items() for one in [found[kind][group]] if one["events"]]
+    return [(f"{kind}s, {group.replace('data_set_', 'data set ')}", one["events"],
+             f"{one['inside_percent']:.1f} %", f"{one['error']:.3g} {unit}",
+             f"{one['width']:.3g} {unit}")
+            for group in groups for kind, unit in UNITS.items()
+            for one in [found[kind][group]] if one["events"]]
 
 
 HEAD = ("events", "number", "inside 90 %", "mean error", "median width")
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build")
     parser.add_argument("--data", help="folder that holds startstop_car/")
     parser.add_argument("--json", help="file to write coverage and correlations to")
     args = parser.parse_args()
-    experiments = [program(args.build, name) for name in ("window_quality_experiment", "session_experiment")]
-    real = [os.path.join(args.data, "startstop_car", name + ".csv") for name in REAL] if args.data else []
+    experiments = [program(args.build, name)
+                   for name in ("window_quality_experiment", "session_experiment")]
+    real = [os.path.join(args.data, "startstop_car", name + ".csv")
+            for name in REAL] if args.data else []
     with tempfile.TemporaryDirectory() as folder:
         simulated = simulate(program(args.build, "sof"), folder)
         windows, session = gather(experiments, [[path] for path in simulated]
                                   + [[path, *column_options(CAR)] for path in real])
     held = [row for row in windows if held_out(row["recording"])]
-    found = dict(coverage(session), all_q=correlation(held, "q_whole"), all_crank=-correlation(held, "crank_mae"),
+    found = dict(coverage(session),
+                 all_q=correlation(held, "q_whole"), all_crank=-correlation(held, "crank_mae"),
                  in_q=within(held, "q_whole"), in_crank=-within(held, "crank_mae"))
     if args.json:
         write_json(args.json, found)
     print("\n".join(table(HEAD, coverage_rows(found))))
-    print("\nRank correlation of window quality on {} held-out windows, over all and within a recording: Q_dyn {:.2f} "
-          "and {:.2f}, crank error {:.2f} and {:.2f}.".format(
+    print("\nRank correlation of window quality on {} held-out windows, over all and within a "
+          "recording: Q_dyn {:.2f} and {:.2f}, crank error {:.2f} and {:.2f}.".format(
               len(held), *(found[key] for key in ("all_q", "in_q", "all_crank", "in_crank"))))
     return 0

@@ -1,9 +1,10 @@
-"""Runs `sof diagnose` on cases drawn from the reference simulator, as strong as they are drawn, and counts what it says.
+"""Runs `sof diagnose` on cases of the reference simulator, as they are drawn, and counts.
 
-    calibrate_diagnosis BUILD [--out FOLDER] [--set null=200 structural_null=60 effect=10 ...] [--ids ID,ID] [--first-seed N] [--jobs N]
+    calibrate_diagnosis BUILD [--out FOLDER] [--set null=200 structural_null=60 effect=10 ...]
+                        [--ids ID,ID] [--first-seed N] [--jobs N]
 
-Judged as preregistered cases are; of these nothing is sealed: thresholds are chosen with them. Answers are kept in
-FOLDER/answers.jsonl: a run that was cut off goes on where it stopped.
+Judged as preregistered cases are; of these nothing is sealed: thresholds are chosen with them.
+Answers are kept in FOLDER/answers.jsonl: a run that was cut off goes on where it stopped.
 """
 
 import argparse
@@ -22,11 +23,14 @@ from .scorers import grouped, share
 
 # What is counted of a kind of case, and of those that no kind here names.
 OF_KIND = {"null": {"any verdict but no_mismatch": lambda case: case.verdict != "no_mismatch"},
-           "structural_null": {"a wrong name of tier P": judged.wrong_physics, "a wrong name of tier P or I": judged.wrong_names,
-                               "of these with no piece of structure in the class": judged.names_without_structure}}
+           "structural_null": {
+               "a wrong name of tier P": judged.wrong_physics,
+               "a wrong name of tier P or I": judged.wrong_names,
+               "of these with no piece of structure in the class": judged.names_without_structure}}
 OF_KIND["porous_null"] = OF_KIND["structural_null"]
 OF_OTHERS = {"truth in the first class, at most three names": judged.class_true,
-             "added effect named itself": judged.named_itself, "nothing said": lambda case: judged.is_silent(case.answer)}
+             "added effect named itself": judged.named_itself,
+             "nothing said": lambda case: judged.is_silent(case.answer)}
 
 
 def cases_of(listed, wanted, first_seed, only):
@@ -34,7 +38,9 @@ def cases_of(listed, wanted, first_seed, only):
         if kind not in listed:
             raise SystemExit(f"no kind {kind}; known: {', '.join(sorted(listed))}")
         for name in listed[kind]:
-            for seed in range(first_seed, first_seed + count) if not only or name in only | {"-"} else ():
+            if only and name not in only | {"-"}:
+                continue
+            for seed in range(first_seed, first_seed + count):
                 yield {"name": f"{kind}_{name}_{seed}", "family": kind, "id": name, "seed": seed}
 
 
@@ -46,21 +52,25 @@ def answer_of(generator, sof, case):
 
 
 def report(rows, known):
-    """Lines of a table of rates with their intervals, of who was taken for whom, and what failed."""
-    cases = [judged.Case(row, {"whole": row["answer"]}, None, known) for row in rows if "failed" not in row]
-    figures = [(kind, what, share(right, some)) for kind, some in grouped(cases, lambda case: case.level).items()
+    """Lines: rates with their intervals, who was taken for whom, and what failed."""
+    cases = [judged.Case(row, {"whole": row["answer"]}, None, known)
+             for row in rows if "failed" not in row]
+    figures = [(kind, what, share(right, some))
+               for kind, some in grouped(cases, lambda case: case.level).items()
                for what, right in OF_KIND.get(kind, OF_OTHERS).items()]
     yield from table(("kind", "counted", "rate (95 %, Clopper and Pearson)"), figures)
-    yield from ("", "who was taken for whom (truth: first name, or verdict in brackets)", *score.confusion_lines(score.confusion(cases)))
+    yield from ("", "who was taken for whom (truth: first name, or verdict in brackets)")
+    yield from score.confusion_lines(score.confusion(cases))
     yield from (f"failed: {row['name']} {row['failed'][:200]}" for row in rows if "failed" in row)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("build")
-    parser.add_argument("--out", default=None, help="folder of answers.jsonl; default BUILD/calibration")
-    parser.add_argument("--set", nargs="+", default=["null=200", "structural_null=60", "effect=10"], metavar="KIND=N")
-    parser.add_argument("--ids", default="", help="comma-separated; the only ones drawn of kinds that have ids")
+    parser.add_argument("--out", help="folder of answers.jsonl; default BUILD/calibration")
+    parser.add_argument("--set", nargs="+", metavar="KIND=N",
+                        default=["null=200", "structural_null=60", "effect=10"])
+    parser.add_argument("--ids", default="", help="comma-separated; draws only these")
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     a = parser.parse_args()

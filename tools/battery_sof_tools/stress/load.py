@@ -1,4 +1,4 @@
-"""A node under load: samples at a rate, questions of some clients, work beside; what both sides see of it."""
+"""A node under load: samples at a rate, questions of some clients, work beside."""
 
 import collections
 import multiprocessing
@@ -11,10 +11,12 @@ from .ros import NODE, ResponseTimes, Samples, node_of_this_process, perform
 
 LIMITS = (6.0, 16.0)  # [V] in which a crank's answer lies
 
-# drive: path of a recording, sent from `first` [s] on; learnt: [s] of it that are sent as fast as it goes, before the load begins; rate: [Hz] of
-# what is sent then; kinds: of questions that are asked in turns, cranks first; questions: a second, of all clients; duration: [s]
+# drive: path of a recording, sent from `first` [s] on; learnt: [s] of it that are sent as fast as
+# it goes, before the load begins; rate: [Hz] of what is sent then; kinds: of questions that are
+# asked in turns, cranks first; questions: a second, of all clients; duration: [s]
 Load = collections.namedtuple("Load", "drive first learnt rate clients kinds questions duration")
-# codes: answers by code; outside: cranks outside LIMITS; waits: [ms] of a client, in order; values, longest: as in ResponseTimes
+# codes: answers by code; outside: cranks outside LIMITS; waits: [ms] of a client, in order; values
+# and longest: as in ResponseTimes; runs: as work_beside() puts them
 Seen = collections.namedtuple("Seen", "codes outside waits values longest runs")
 
 
@@ -22,7 +24,8 @@ def publish(load, ready):
     """After what is learnt the drive is linear between its rows."""
     samples = Samples(node_of_this_process("publisher"))
     samples.until_connected()
-    rows, begin = [row for row in read_plain(load.drive).T.tolist() if row[0] >= load.first], load.first + load.learnt
+    rows = [row for row in read_plain(load.drive).T.tolist() if row[0] >= load.first]
+    begin = load.first + load.learnt
     at = sum(row[0] <= begin for row in rows) - 1
     for row in rows[:at + 1]:
         samples.send(*row)
@@ -35,8 +38,9 @@ def publish(load, ready):
             stamp = begin + sent / load.rate
             while rows[at + 1][0] < stamp:
                 at += 1
-            share = (stamp - rows[at][0]) / (rows[at + 1][0] - rows[at][0])
-            samples.send(stamp, *(a + share * (b - a) for a, b in zip(rows[at][1:], rows[at + 1][1:])))
+            row, after = rows[at:at + 2]
+            share = (stamp - row[0]) / (after[0] - row[0])
+            samples.send(stamp, *(a + share * (b - a) for a, b in zip(row[1:], after[1:])))
         sent = max(sent, due)
         time.sleep(0.001)
 
@@ -46,10 +50,12 @@ def questions_of(rospy):
     from battery_sof.srv import PredictChargeAcceptance, PredictCranking, PredictStopTime
     cranking, stop_time, charge = (
         rospy.ServiceProxy(f"{NODE}/{name}", kind, persistent=True)
-        for name, kind in (("predict_cranking", PredictCranking), ("predict_stop_time", PredictStopTime),
+        for name, kind in (("predict_cranking", PredictCranking),
+                           ("predict_stop_time", PredictStopTime),
                            ("predict_charge_acceptance", PredictChargeAcceptance)))
-    return [lambda: cranking(i_load=-25.0, t_stop=30.0, i_cranking=-200.0, t_cranking=1.0, u_required=7.2),
-            lambda: stop_time(i_load=-25.0, i_cranking=-200.0, t_cranking=1.0, u_required=9.5),
+    event = {"i_load": -25.0, "i_cranking": -200.0, "t_cranking": 1.0}
+    return [lambda: cranking(t_stop=30.0, u_required=7.2, **event),
+            lambda: stop_time(u_required=9.5, **event),
             lambda: charge(u_boost=14.2, t_sof2=10.0, i_limit=200.0),
             lambda: charge(u_boost=14.2)]
 
@@ -83,7 +89,7 @@ def ask(load, told):
 
 
 def work_beside(kind, duration, told):
-    """An action of the node, or a command, again and again. Puts (kind, runs, how many of them the node accepted)."""
+    """An action of the node, or a command, again and again. Puts (kind, runs, accepted ones)."""
     if isinstance(kind, str):
         node_of_this_process(kind)
     begun, runs, accepted = time.monotonic(), 0, 0
@@ -97,12 +103,16 @@ def work_beside(kind, duration, told):
 
 
 def under_load(rospy, load, beside):
-    """What is seen of a node that is there. rospy: of a node of this process. beside: actions and commands, as work_beside() takes them."""
+    """What is seen of a node that is there. rospy: of a node of this process.
+
+    beside: actions and commands, as work_beside() takes them.
+    """
     spawn = multiprocessing.get_context("spawn")
     ready, told, runs = spawn.Event(), spawn.Queue(), spawn.Queue()
     workers = [spawn.Process(target=publish, args=(load, ready), daemon=True),
                spawn.Process(target=ask, args=(load, told), daemon=True),
-               *(spawn.Process(target=work_beside, args=(kind, load.duration, runs), daemon=True) for kind in beside)]
+               *(spawn.Process(target=work_beside, args=(kind, load.duration, runs), daemon=True)
+                 for kind in beside)]
     workers[0].start()
     if not ready.wait(180.0):
         raise SystemExit("the drive did not get through within 180 s")

@@ -1,4 +1,4 @@
-"""More than a car asks: many clients, a topic fifty times as fast, identifications and diagnoses beside."""
+"""More than a car asks: many clients, a topic fifty times as fast, other work beside."""
 
 import gc
 import multiprocessing
@@ -14,7 +14,10 @@ KEYS = ("query work p99 [ms]", "query work longest [ms]", "sample delay p99 [ms]
 
 
 def wake(end, told):
-    """Does nothing but wake every millisecond; puts how late at most [ms]: what the machine makes of any program of usual priority."""
+    """Does nothing but wake every millisecond; puts how late at most [ms].
+
+    That is what the machine makes of any program of usual priority.
+    """
     gc.disable()
     latest, begun, turn = 0.0, time.monotonic(), 0
     while not end.is_set():
@@ -35,8 +38,8 @@ def measured(programs, folder, clients, questions, rate, seconds):
     with Processes(folder) as processes:
         processes.start(programs.node)
         spawn.Process(target=wake, args=(end, woken), daemon=True).start()
-        seen = under_load(node_of_this_process("overload"), Load(recording, 0.0, LEARNT, rate, clients, 1, questions, seconds),
-                          ("identify", "diagnose"))
+        load = Load(recording, 0.0, LEARNT, rate, clients, 1, questions, seconds)
+        seen = under_load(node_of_this_process("overload"), load, ("identify", "diagnose"))
         end.set()
     return seen, woken.get(timeout=120.0)
 
@@ -44,9 +47,13 @@ def measured(programs, folder, clients, questions, rate, seconds):
 def report(result):
     seen, late = result
     waits = seen.waits
-    rows = [("questions answered", len(waits)), *((f"of code {code}", count) for code, count in sorted(seen.codes.items())),
-            ("answers of code 0 outside 6 to 16 V", seen.outside), *((f"{kind} beside", count) for kind, count, _ in seen.runs),
-            ("a client in Python waits, median; 99 % [ms]", f"{waits[len(waits) // 2]:.1f}; {waits[int(0.99 * (len(waits) - 1))]:.1f}"),
-            *((key, f"{seen.values[key]:.2f}") for key in KEYS), ("sample delay longest [ms]", f"{seen.longest:.2f}"),
+    median, longer = waits[len(waits) // 2], waits[int(0.99 * (len(waits) - 1))]
+    rows = [("questions answered", len(waits)),
+            *((f"of code {code}", count) for code, count in sorted(seen.codes.items())),
+            ("answers of code 0 outside 6 to 16 V", seen.outside),
+            *((f"{kind} beside", count) for kind, count, _ in seen.runs),
+            ("a client in Python waits, median; 99 % [ms]", f"{median:.1f}; {longer:.1f}"),
+            *((key, f"{seen.values[key]:.2f}") for key in KEYS),
+            ("sample delay longest [ms]", f"{seen.longest:.2f}"),
             ("a program that only wakes every millisecond, latest [ms]", f"{late:.2f}")]
     return table(("what", "figure"), rows)
