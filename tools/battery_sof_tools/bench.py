@@ -102,12 +102,6 @@ def print_fits(contenders):
                          entry["passes"]))
 
 
-def print_optima(names, ours, ceres):
-    print(f"{'optimum':<40} {'ours':>14} {'Ceres, QR':>14}")
-    for name, a, b in zip(names, *(one["parameters"] + one["state"] for one in (ours, ceres))):
-        print(f"{name:<40} {a:>14.6g} {b:>14.6g}")
-
-
 def print_lengths(build):
     print(LENGTH.format("length s", "samples", "pass ms", "ns / sample", "fit ms", "compressed",
                         "passes", "ns / (s. p.)", "record MB", "+ fit", "+ pass"))
@@ -142,10 +136,7 @@ def print_live(build):
 
 
 def composed(build):
-    result = written(build, "composed_fit", COMPOSED_ROUNDS)
-    contenders = result["contenders"]
-    print_fits(contenders)
-    print_optima(result["names"], contenders[0], contenders[3])
+    print_fits(written(build, "composed_fit", COMPOSED_ROUNDS)["contenders"])
     print_lengths(build)
     print_live(build)
     print(program(build, "mixed_fit", COMPOSED_ROUNDS), end="")

@@ -10,9 +10,8 @@ import os
 import sys
 import tempfile
 import time
-import urllib.request
 
-from .stress.ros import Processes, free_port, wait_until
+from .stress.ros import Processes, free_port, is_listening, wait_until
 
 WIDTH = 1100
 FRAMES = 10
@@ -51,14 +50,14 @@ def live(bag, picture):
     """The live page, a picture a second, once charges have been compared, so that all three answers stand on something."""
     from PIL import Image
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, Processes(folder) as processes:
-        address = f"http://127.0.0.1:{free_port()}/"
+        port = free_port()
         processes.start("roslaunch", "battery_sof", "replay.launch", f"bag:={os.path.abspath(bag)}", f"rate:={LIVE_RATE}")
-        processes.start("roslaunch", "--wait", "battery_sof", "live.launch", "port:=" + address.split(":")[2].strip("/"))
+        processes.start("roslaunch", "--wait", "battery_sof", "live.launch", f"port:={port}")
         driver = browser(os.path.join(folder, "profile"))
         try:
             measured(driver)
-            wait_until(lambda: is_served(address), 60, "the live page")
-            driver.get(address)
+            wait_until(lambda: is_listening(port), 60, "the live page")
+            driver.get(f"http://127.0.0.1:{port}/")
             wait_until(lambda: driver.execute_script("return document.querySelectorAll('#charges tr').length") > LIVE_CHARGES, 120, "charges on the live page")
             bottom = driver.execute_script("return document.querySelector('#answers').getBoundingClientRect().bottom + scrollY")
             frames = []
@@ -71,14 +70,6 @@ def live(bag, picture):
             driver.quit()
     frames[0].save(picture, save_all=True, append_images=frames[1:], duration=1000, loop=0, optimize=True)
     return 0
-
-
-def is_served(address):
-    try:
-        with urllib.request.urlopen(address):
-            return True
-    except OSError:
-        return False
 
 
 def main():

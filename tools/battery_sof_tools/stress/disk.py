@@ -73,7 +73,7 @@ class WatchedNode:
         self.node = processes.start(programs.node, f"_state_file:={state}", "_window_s:=60", "_min_window_quality:=0")
         self.drive, self.said = Drive(recording), Newest("/diagnostics", DiagnosticArray)
         self.status = Newest(NODE + "/status", SofStatus)
-        self.drive.until_connected()
+        self.drive.samples.until_connected()
 
     def saved(self):
         """(was the file written, what /diagnostics says) after an identification over another window."""

@@ -31,9 +31,6 @@ class Drive:
         self.at += 1
         self.samples.send(self.origin + instant, current, voltage)
 
-    def until_connected(self):
-        self.samples.until_connected()
-
 
 def samples_until_answered(drive):
     """How many samples the node takes until its saved model answers a crank; None when it does not."""
@@ -42,7 +39,7 @@ def samples_until_answered(drive):
     from battery_sof.srv import PredictCranking, PredictCrankingResponse
     rospy.wait_for_service(NODE + "/predict_cranking", timeout=30.0)
     crank = rospy.ServiceProxy(NODE + "/predict_cranking", PredictCranking)
-    drive.until_connected()
+    drive.samples.until_connected()
     for taken in range(1, MOST_SAMPLES + 1):
         drive.publish()
         time.sleep(0.02)

@@ -18,6 +18,11 @@ def free_port():
         return probe.getsockname()[1]
 
 
+def is_listening(port):
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
 class Processes:
     """Everything started here ends here, the last first."""
 
@@ -29,12 +34,8 @@ class Processes:
         port = free_port()
         os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", ROS_HOME=self.folder, ROS_LOG_DIR=self.folder)
         self.start("roscore", "-p", str(port))
-        for _ in range(200):
-            with socket.socket() as probe:
-                if probe.connect_ex(("127.0.0.1", port)) == 0:
-                    return self
-            time.sleep(0.05)
-        raise SystemExit("roscore did not come up within 10 s")
+        wait_until(lambda: is_listening(port), 10.0, "roscore")
+        return self
 
     def __exit__(self, *_):
         for process in reversed(self.started):

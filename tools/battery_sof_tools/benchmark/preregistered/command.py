@@ -20,11 +20,8 @@ from . import score, seal
 
 
 def do_seal(a):
-    seal.seal(a.build, a.seed_from, a.share, a.out, a.most_porous, a.duration, a.levels.split(",") if a.levels else None, a.jobs)
-
-
-def do_run(a):
-    seal.run(a.build, a.seal, a.out, a.jobs)
+    only = a.levels.split(",") if a.levels else None
+    seal.seal(a.build, a.seed_from, a.share, a.out, a.most_porous, a.duration, only, a.jobs)
 
 
 def do_score(a):
@@ -83,7 +80,7 @@ def arguments(given):
     command("seal", do_seal, build, out, jobs, ("--seed-from", {"required": True}), ("--share", {"type": float, "default": 1.0}),
             ("--most-porous", {"type": int, "default": None}), ("--duration", {"type": float, "default": None}),
             ("--levels", {"help": "comma-separated; only these"}))
-    command("run", do_run, build, sealed, out, jobs)
+    command("run", lambda a: seal.run(a.build, a.seal, a.out, a.jobs), build, sealed, out, jobs)
     command("score", do_score, build, sealed, out, ("--json", {}))
     command("quick", do_quick, build, sealed, out, jobs, ("--json", {}))
     command("sealed", do_sealed, build, out, jobs, ("--docs", {"required": True}))
