@@ -88,53 +88,69 @@ def shares(found, who, key):
 
 
 def events(found, who, key, measured, predicted):
-    """Errors and widths of events pooled over windows, and whether each fell into its interval."""
-    rows = [(e[measured], e[predicted], e["lower_" + measured[-1]], e["upper_" + measured[-1]]) for f in found for e in f[who][key]]
+    """Errors and widths of events pooled over windows, and the share in its interval; None without one."""
+    unit = measured[-1]
+    rows = [[e[one] for one in (measured, predicted, f"lower_{unit}", f"upper_{unit}")]
+            for f in found for e in f[who][key]]
     if not rows:
         return None
     m, p, low, high = np.array(rows, float).T
-    return {"error": np.abs(m - p), "inside": np.mean((m >= low) & (m <= high)), "width": np.median(high - low), "count": len(m)}
+    return {"error": np.abs(m - p), "count": len(m), f"width_{unit}": float(np.median(high - low)),
+            "inside_percent": 100 * float(np.mean((m >= low) & (m <= high)))}
+
+
+def pooled(found, who):
+    return {"10": events(found, who, "charges", "measured_a", "predicted_a"),
+            "60": events(found, who, "charges_60s", "measured_a", "predicted_a"),
+            "cranks": events(found, who, "cranks", "measured_min_v", "predicted_min_v")}
+
+
+def figures(found):
+    """Medians over windows, and events of all of them."""
+    of, each = {"windows": len(found)}, {who: pooled(found, who) for who in ("model", "baseline")}
+    for who, its_events in each.items():
+        of[who] = {key + "share_percent": float(np.median(values)) for key in ("", "current_", "voltage_")
+                   if len(values := shares(found, who, key + "share_percent"))}
+        of[who].update({f"charges_{key}s_a": float(np.median(its_events[key]["error"]))
+                        for key in ("10", "60") if its_events[key]})
+        if its_events["cranks"]:
+            of[who]["cranks_mv"] = 1e3 * float(np.mean(its_events["cranks"]["error"]))
+    for name, key in (("cranks", "cranks"), ("charges", "10")):
+        one = each["model"][key]
+        of[name] = one and {what: value for what, value in one.items() if what != "error"}
+    return of
 
 
 def quartiles(values):
     return "-" if len(values) == 0 else "{1:.1f} ({0:.0f} {2:.0f})".format(*np.percentile(values, [25, 50, 75]))
 
 
-def pooled(found, who):
-    return {"10 s": events(found, who, "charges", "measured_a", "predicted_a"), "60 s": events(found, who, "charges_60s", "measured_a", "predicted_a"),
-            "cranks": events(found, who, "cranks", "measured_min_v", "predicted_min_v")}
-
-
-def intervals(all_events):
-    text = []
-    for name, unit in (("cranks", "V"), ("10 s", "A")):
-        if all_events[name]:
-            text.append("{}: {:.0f} % of {} inside, {:.3g} {} wide".format(name, 100 * all_events[name]["inside"], all_events[name]["count"], all_events[name]["width"], unit))
-    return "; ".join(text)
-
-
 def rank(found):
     """Correlation of window quality with the next window's share, and with its cranks' mean error."""
     from scipy.stats import spearmanr  # half a second, and not all that import this module rank
-    with_share = [(f["window_quality"], f["model"]["share_percent"]) for f in found if f["model"]["share_percent"] is not None]
-    with_cranks = [(f["window_quality"], f["model"]["crank_mae_v"]) for f in found if f["model"]["crank_mae_v"] is not None]
-    return ["-" if len(pairs) < 5 else "{:+.2f}".format(spearmanr(*zip(*pairs)).statistic) for pairs in (with_share, with_cranks)]
+    pairs = [[(f["window_quality"], f["model"][key]) for f in found if f["model"][key] is not None]
+             for key in ("share_percent", "crank_mae_v")]
+    return ["-" if len(some) < 5 else f"{spearmanr(*zip(*some)).statistic:+.2f}" for some in pairs]
 
 
 def summary(label, found):
     if not found:
-        print("{}: no window".format(label))
+        print(f"{label}: no window")
         return
-    print("{}: {} windows; share in %: median (quartiles)".format(label, len(found)))
-    print("  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}".format("", "both", "current", "voltage", "10 s", "60 s", "cranks"))
+    of, row = figures(found), "  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}"
+    print(f"{label}: {len(found)} windows; share in %: median (quartiles)")
+    print(row.format("", "both", "current", "voltage", "10 s", "60 s", "cranks"))
     for who in ("model", "baseline"):
-        e = pooled(found, who)
-        median = ["{:.2f} A".format(np.median(e[k]["error"])) if e[k] else "-" for k in ("10 s", "60 s")]
-        crank = "{:.0f} mV".format(1e3 * np.mean(e["cranks"]["error"])) if e["cranks"] else "-"
-        print("  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}".format(who, *(quartiles(shares(found, who, k + "share_percent")) for k in ("", "current_", "voltage_")), *median, crank))
-    print("  90 % intervals  " + (intervals(pooled(found, "model")) or "no event"))
-    worse = sum(1 for f in found if None not in (f["model"]["share_percent"], f["baseline"]["share_percent"]) and f["model"]["share_percent"] < f["baseline"]["share_percent"])
-    print("  {} windows where the straight lines explain more; fit {:.0f} ms (median)".format(worse, np.median([f["fit_ms"] for f in found])))
+        values = [shares(found, who, key + "share_percent") for key in ("", "current_", "voltage_")]
+        print(row.format(who, *map(quartiles, values), *(
+            form.format(of[who][key]) if key in of[who] else "-"
+            for key, form in (("charges_10s_a", "{:.2f} A"), ("charges_60s_a", "{:.2f} A"), ("cranks_mv", "{:.0f} mV")))))
+    inside = ["{}: {inside_percent:.0f} % of {count} inside, {:.3g} {} wide".format(name, of[key][f"width_{unit.lower()}"], unit, **of[key])
+              for name, key, unit in (("cranks", "cranks", "V"), ("10 s", "charges", "A")) if of[key]]
+    print("  90 % intervals  " + ("; ".join(inside) or "no event"))
+    both = [[f[who]["share_percent"] for who in ("model", "baseline")] for f in found]
+    worse = sum(None not in one and one[0] < one[1] for one in both)
+    print(f"  {worse} windows where the straight lines explain more; fit {np.median([f['fit_ms'] for f in found]):.0f} ms (median)")
 
 
 def main():

@@ -62,7 +62,7 @@ def run(command):
     """What a program printed; Failure with its words for any other exit code than 0."""
     told = subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]))
     if told.returncode:
-        raise Failure(f"{os.path.basename(command[0])}: exit code {told.returncode}: {told.stderr.strip()[:300]}")
+        raise Failure(f"{os.path.basename(command[0])}: {told.stderr.strip()[:300]}")  # as sealed labels have it
     return told.stdout
 
 

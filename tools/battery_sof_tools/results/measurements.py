@@ -8,14 +8,12 @@ import collections
 import os
 import re
 
-import numpy as np
-
 from .. import recordings
 from ..benchmark.measured import summary, whole_recordings
 from ..files import read_json
 from ..page_pictures import PICTURES
 from ..rates import geometric_mean
-from ..score_next_window import pooled, shares
+from ..score_next_window import figures as of_windows
 
 # commands; kept(out, text): figures; minutes on one free core; whether DATA is needed; files that the commands write below OUT/docs in place of docs/
 Measurement = collections.namedtuple("Measurement", "commands kept minutes data files", defaults=(False, ()))
@@ -30,24 +28,6 @@ SMALL_CAR = "DATA/small_car/trip.csv"
 
 
 # ---------------------------------------------------------------------------------------------- scores of predictions
-
-def of_events(one, scale, unit):
-    return {"count": one["count"], "inside_percent": 100 * float(one["inside"]), f"width_{unit}": float(one["width"]) * scale} if one else None
-
-
-def of_windows(found):
-    """Medians over windows, and events of all of them."""
-    figures = {"windows": len(found)}
-    for who in ("model", "baseline"):
-        events = pooled(found, who)
-        figures[who] = {key + "share_percent": float(np.median(values)) for key in ("", "current_", "voltage_") if len(values := shares(found, who, key + "share_percent"))}
-        figures[who].update({f"charges_{key[:2]}s_a": float(np.median(events[key]["error"])) for key in ("10 s", "60 s") if events[key]})
-        if events["cranks"]:
-            figures[who]["cranks_mv"] = 1e3 * float(np.mean(events["cranks"]["error"]))
-    inside = pooled(found, "model")
-    figures.update(cranks=of_events(inside["cranks"], 1.0, "v"), charges=of_events(inside["10 s"], 1.0, "a"))
-    return figures
-
 
 def scored(out, _):
     """Every recording of the JSON files of score_next_window, and the drives of one series together."""
