@@ -9,7 +9,7 @@ import time
 from ..progress import followed
 from ..recordings import read_plain
 from ..tables import table
-from .ros import NODE, Processes, Samples, perform
+from .ros import NODE, Newest, Processes, Samples, perform, wait_until
 
 MOST_SAMPLES = 200  # until the saved model must have answered
 
@@ -39,13 +39,15 @@ def samples_until_answered(drive):
     from battery_sof.srv import PredictCranking, PredictCrankingResponse
     rospy.wait_for_service(NODE + "/predict_cranking", timeout=30.0)
     crank = rospy.ServiceProxy(NODE + "/predict_cranking", PredictCranking)
+    status = Newest(NODE + "/status", SofStatus)  # the one that is latched may be of before
     drive.samples.until_connected()
     for taken in range(1, MOST_SAMPLES + 1):
         drive.publish()
         time.sleep(0.02)
         answer = crank(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=math.nan)
         if answer.code != PredictCrankingResponse.NO_MODEL:
-            return taken if rospy.wait_for_message(NODE + "/status", SofStatus, timeout=30.0).answer_basis == "previous_trip" else None
+            wait_until(lambda: status.message and status.message.answer_basis, 30.0, "a status of it")
+            return taken if status.message.answer_basis == "previous_trip" else None
     return None
 
 
