@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 
+from .files import read_json
 from .progress import followed
 
 BATCHES, ROUNDS, COMPOSED_ROUNDS = 3, 6, 5
@@ -37,8 +38,7 @@ def written(build, name, rounds):
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "out.json")
         program(build, name, rounds, out)
-        with open(out) as file:
-            return json.load(file)
+        return read_json(out)
 
 
 def figures(values, form="{:.2f}"):

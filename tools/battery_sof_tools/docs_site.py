@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 
-from .files import ROOT, pages_of_docs, write_text
+from .files import ROOT, pages_of_docs, read_text, write_text
 
 TOP = {"README.md": "index.md", "CONTRIBUTING.md": "CONTRIBUTING.md"}  # pages outside docs/, and what they are called in the site
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
@@ -90,8 +90,8 @@ def assemble(folder):
     outside = set()
     shutil.copytree(os.path.join(ROOT, "docs"), folder)
     for page in [*TOP, *pages_of_docs()]:
-        with open(os.path.join(ROOT, page)) as file:
-            write_text(os.path.join(folder, place_in_site(page)), fitted(file.read(), page, outside))
+        text = fitted(read_text(os.path.join(ROOT, page)), page, outside)
+        write_text(os.path.join(folder, place_in_site(page)), text)
     for path in outside:
         goal = os.path.join(folder, place_in_site(path))
         os.makedirs(os.path.dirname(goal), exist_ok=True)

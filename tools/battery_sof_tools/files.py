@@ -35,9 +35,13 @@ def printable(text):
     return "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in utf8(text))
 
 
-def read_json(path):
+def read_text(path):
     with open(path) as file:
-        return json.load(file)
+        return file.read()
+
+
+def read_json(path):
+    return json.loads(read_text(path))
 
 
 def write_json(path, value):

@@ -11,7 +11,7 @@ import os
 import re
 import sys
 
-from .files import ROOT, write_text
+from .files import ROOT, read_text, write_text
 from .sof import call, program
 
 # page: marks between which its part stands
@@ -101,8 +101,6 @@ def main():
     which, build = sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else os.path.join(ROOT, "build")
     page, made = {"cli": ("cli.md", cli), "effects": ("effects.md", effects)}[which]
     path = os.path.join(ROOT, "docs", page)
-    with open(path) as file:
-        text = file.read()
-    write_text(path, with_part(text, page, made(program(build, "sof"))))
+    write_text(path, with_part(read_text(path), page, made(program(build, "sof"))))
     print(f"docs/{page} holds what sof prints")
     return 0

@@ -19,7 +19,7 @@ import tempfile
 
 import numpy as np
 
-from .files import ROOT, write_json
+from .files import ROOT, read_text, write_json, write_text
 from .progress import followed
 from .sof import program, rows_of, run
 from .tables import table
@@ -42,12 +42,10 @@ class Recordings:
         shipped = os.path.join(ROOT, "config", "scenarios", name.replace("_fig4", "") + ".yaml")
         if not name.endswith("_fig4"):
             return shipped
-        with open(shipped) as file:
-            text = file.read()
+        text = read_text(shipped)
         assert "charge_acceptance: true" in text
         changed = os.path.join(self.folder, name + ".yaml")
-        with open(changed, "w") as file:
-            file.write(text.replace("charge_acceptance: true", "charge_acceptance: false"))
+        write_text(changed, text.replace("charge_acceptance: true", "charge_acceptance: false"))
         return changed
 
     def simulate(self):

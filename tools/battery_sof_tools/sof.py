@@ -8,7 +8,7 @@ import signal
 import subprocess
 import tempfile
 
-from .files import digest
+from .files import digest, read_json
 
 ANSWERED = (0, 1)  # exit codes with an answer: done, an honest negative outcome
 STOPPED = (signal.SIGTERM, signal.SIGINT)  # not the program's fault
@@ -79,8 +79,7 @@ def diagnose(sof, recording, *options, patience_s=None):
         path = os.path.join(folder, ANSWER)
         if not os.path.exists(path):
             raise Failure("sof diagnose: no answer was written")
-        with open(path) as file:
-            return json.load(file)
+        return read_json(path)
 
 
 class Catalogue:

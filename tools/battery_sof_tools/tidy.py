@@ -13,7 +13,7 @@ import shlex
 import subprocess
 import time
 
-from .files import ROOT
+from .files import ROOT, read_text
 
 LAST_COMMITS = 5
 OF_GCC_ALONE = "-Wno-unused-command-line-argument"  # limits of inlining
@@ -74,15 +74,11 @@ def sources_of(files, sources):
             name = re.compile(rf'#include "([^"]*/)?{re.escape(os.path.basename(path))}"')
             stem = os.path.splitext(os.path.basename(path))[0] + ".cpp"
             named = [source for source in sources if os.path.basename(source) == stem]
-            found += (named or [source for source in sources if name.search(text_of(source))])[:1]
+            found += (named or [source for source in sources
+                                if name.search(read_text(os.path.join(ROOT, source)))])[:1]
         elif path in sources:
             found.append(path)
     return list(dict.fromkeys(found))
-
-
-def text_of(source):
-    with open(os.path.join(ROOT, source), encoding="utf-8") as file:
-        return file.read()
 
 
 def look(folder, sources, jobs, seconds):

@@ -5,9 +5,9 @@ The benchmarks' words for a kind of case are part of their seeds and of plans th
 
 import collections
 import hashlib
-import json
 import os
 
+from ..files import read_json
 from ..sof import program, required, run
 
 PROGRAM = "draw_scenario"
@@ -73,8 +73,7 @@ class Generator:
         if case.get("duration_s"):
             command += ["--duration", f"{case['duration_s']:g}"]
         run(command + (["--quiet"] if quiet else []))
-        with open(label) as file:
-            told = json.load(file)
+        told = read_json(label)
         os.remove(label)
         del told["kind"]
         return {**told, "family": word, "schema": "battery_sof/case/1"}  # as the preregistered labels have it

@@ -19,7 +19,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from ..files import ROOT, lines_of, read_json, write_text
+from ..files import ROOT, lines_of, read_json, read_text, write_text
 from ..sof import catalogue, program, run
 from ..tables import table
 from .generator import Generator, seed_of
@@ -106,8 +106,8 @@ def planned_pairs(listed, seed, count):
 
 def judge_pairs(a, mechanisms):
     """Each drive alone and both together, by the table of the repository, where something is evident in both."""
-    with open(TABLE) as file:
-        weights = np.array([[float(number) for number in row.split(",")] for row in re.findall(r"\{([-0-9., ]+)\}", file.read())])
+    rows = re.findall(r"\{([-0-9., ]+)\}", read_text(TABLE))
+    weights = np.array([[float(number) for number in row.split(",")] for row in rows])
     found = {row["name"]: np.array([row[one] for one in mechanisms]) for row in lines_of(os.path.join(a.out, EVIDENCE)) if "failed" not in row}
     is_evident = {name: max(evidence[:, 0].max(), evidence[:, 2].max()) >= EVIDENT for name, evidence in found.items()}
     pairs = [(name, name[:-1] + "2") for name in sorted(found) if name.endswith("_1") and is_evident[name] and is_evident.get(name[:-1] + "2")]

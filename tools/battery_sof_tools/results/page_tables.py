@@ -14,10 +14,6 @@ DIAGNOSED = {"drive_1": "startstop_car/drive_1", "drive_2": "startstop_car/drive
              "second_match": "frc_robot/second_match"}
 
 
-def none_or(value, form, none="-"):
-    return none if value is None else form.format(value)
-
-
 def cranks_of(windows, who):
     """Mean error, or how few they are."""
     count = (windows["cranks"] or {}).get("count", 0)
@@ -58,10 +54,11 @@ def next_window_short(results):
 
 
 def last_quarter(results):
-    rows = []
+    rows, shown = [], (("share_percent", "{:.1f} %"), ("cranks_mv", "{:.0f} mV"))
     for name, label in QUARTERS.items():
-        one = results["last_quarter"][name]
-        rows.append((label, *(none_or(one[who].get("share_percent"), "{:.1f} %") + (f", {one[who]['cranks_mv']:.0f} mV" if "cranks_mv" in one[who] else "") for who in ("model", "baseline"))))
+        each = [results["last_quarter"][name][who] for who in ("model", "baseline")]
+        rows.append((label, *(", ".join(form.format(one[key]) for key, form in shown if key in one) or "-"
+                              for one in each)))
     return table(("recording", "battery_sof", "baseline"), rows)
 
 

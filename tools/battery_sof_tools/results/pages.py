@@ -14,7 +14,7 @@ A whole table, or any lines, stand between two comments (page_tables.py makes th
 import os
 import re
 
-from ..files import ROOT, digest, pages_of_docs, read_json, write_text
+from ..files import ROOT, digest, pages_of_docs, read_json, read_text, write_text
 from . import page_tables
 
 RESULTS = os.path.join(ROOT, "docs", "results.json")
@@ -86,8 +86,7 @@ def differing(results, texts=None):
 
 
 def open_page(page):
-    with open(os.path.join(ROOT, page)) as file:
-        return file.read()
+    return read_text(os.path.join(ROOT, page))
 
 
 def write():

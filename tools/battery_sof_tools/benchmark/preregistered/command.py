@@ -14,7 +14,7 @@ import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one process a case; the same sums on every machine
 
-from ...files import digest, write_text
+from ...files import digest, read_text, write_text
 from ...sof import catalogue, program
 from . import score, seal
 
@@ -50,8 +50,7 @@ def do_sealed(a):
     committed = os.path.join(a.docs, seal.SEAL)
     if not os.path.exists(committed):
         sys.exit(f"{committed} is missing: nothing is sealed yet (docs/validation.md says how)")
-    with open(os.path.join(a.docs, "frozen")) as f:
-        secret = f.read().strip()
+    secret = read_text(os.path.join(a.docs, "frozen")).strip()
     sealed, results = os.path.join(a.out, "seal"), os.path.join(a.out, "results")
     if not os.path.exists(os.path.join(sealed, seal.SEAL)):
         seal.seal(a.build, secret, 1.0, sealed, jobs=a.jobs)
