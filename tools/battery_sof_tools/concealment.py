@@ -1,8 +1,8 @@
 """An effect of known strength put into a recording that was measured.
 
-current_offset [A]; time_skew: voltage late by [s]; contact_resistance: step at an instant [ohm]; voltage_drift [V/h];
-acid_transport: R LP_tau[i] [ohm]; ocv_soc: slope over charge [V/Ah]; high_rate_depletion: 0.15 V ln(1 - LP_tau[(-i)+] / i_L),
-strength 1/i_L [1/A].
+current_offset [A]; time_skew: voltage late by [s]; contact_resistance: step at an instant [ohm];
+voltage_drift [V/h]; acid_transport: R LP_tau[i] [ohm]; ocv_soc: slope over charge [V/Ah];
+high_rate_depletion: 0.15 V ln(1 - LP_tau[(-i)+] / i_L), strength 1/i_L [1/A].
 
 With numpy alone; shares no code with the product. Nothing is integrated across a gap (longer than three times the median interval): a memory
 decays with the time that passed, a charge stays. A step back of the clock counts as no time.

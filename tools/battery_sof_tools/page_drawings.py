@@ -30,10 +30,6 @@ matplotlib.rcParams.update({
     "axes.spines.right": False, "svg.fonttype": "none", "font.family": "DejaVu Sans"})
 
 
-def save(figure, path):
-    figure.savefig(path, metadata={"Date": None})
-
-
 def answer(command, folder):
     """What a command of sof writes with --json."""
     return json.loads(call([*command, "--json", "-"], folder))
@@ -66,7 +62,7 @@ def crank_over_stop(sof, folder, path):
     axes.set_ylabel("voltage [V]")
     axes.set_title("Crank of 1 s at -200 A after a stop", fontsize=11, loc="left")
     axes.legend(loc="lower center", ncols=3, frameon=False, fontsize=9)
-    save(figure, path)
+    figure.savefig(path, metadata={"Date": None})
 
 
 def draw_event(axes, rows, time, kind, quantity, place):
@@ -119,7 +115,7 @@ def measured_and_predicted(sof, data, folder, path):
     draw_event(right, near(at, 0, 45), at, "voltage", ("current", "a"), "upper right")
     right.set_title("A charge: the voltage is given", fontsize=11, loc="left")
     right.set_ylabel("current [A], positive into the battery")
-    save(figure, path)
+    figure.savefig(path, metadata={"Date": None})
     print(f"crank of {crank['time_s']:g} s: measured {crank['measured_min_v']:.2f} V, "
           f"predicted {crank['predicted_min_v']:.2f} V; charge of {charge['time_s']:g} s: "
           f"measured {charge['measured_a']:.1f} A, predicted {charge['predicted_a']:.1f} A")

@@ -1,8 +1,8 @@
 """Pictures of pages, by headless Chromium.
 
     page_pictures PAGE.html FOLDER          a diagnosis page, for docs/reading-a-diagnosis.md
-    page_pictures --live DRIVE.bag OUT.gif  ten seconds of the live page down to its answers, while the bag is played (with the
-                                            devel space sourced), for docs/node.md
+    page_pictures --live DRIVE.bag OUT.gif  ten seconds of the live page while the bag is played,
+                                            for docs/node.md (with the devel space sourced)
 """
 
 import base64
@@ -47,7 +47,7 @@ def shoot(driver, top, bottom, path):
 
 
 def live(bag, picture):
-    """The live page, a picture a second, once charges have been compared, so that all three answers stand on something."""
+    """The live page down to its answers, a picture a second, once charges have been compared."""
     from PIL import Image
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, Processes(folder) as processes:
         port = free_port()

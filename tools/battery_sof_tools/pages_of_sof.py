@@ -84,10 +84,6 @@ def cli(sof):
     return text + "".join(section(name, told, common) for name, told in helps.items())
 
 
-def effects(sof):
-    return call([sof, "effects", "--markdown"])
-
-
 def with_part(text, page, part):
     """A page with another part between its marks; SystemExit without the marks."""
     begin, end = MARKS[page]
@@ -99,8 +95,9 @@ def with_part(text, page, part):
 
 def main():
     which, build = sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else os.path.join(ROOT, "build")
-    page, made = {"cli": ("cli.md", cli), "effects": ("effects.md", effects)}[which]
+    sof, page = program(build, "sof"), which + ".md"
+    part = cli(sof) if which == "cli" else call([sof, "effects", "--markdown"])
     path = os.path.join(ROOT, "docs", page)
-    write_text(path, with_part(read_text(path), page, made(program(build, "sof"))))
+    write_text(path, with_part(read_text(path), page, part))
     print(f"docs/{page} holds what sof prints")
     return 0

@@ -65,7 +65,7 @@ def read(path, columns=COLUMNS, discharge_positive=False, start=-math.inf, end=m
 
 
 def read_plain(path):
-    """Time [s], current [A] and voltage [V] of a file that `sof` or `draw_scenario` wrote: these first, none missing."""
+    """Time [s], current [A] and voltage [V] of a file of `sof` or `draw_scenario`, none missing."""
     return np.loadtxt(path, delimiter=",", skiprows=1, usecols=(0, 1, 2)).T
 
 

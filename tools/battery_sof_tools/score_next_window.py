@@ -83,12 +83,16 @@ def from_current(ahead):
             "charges_60s": [], "cranks": ahead["cranks"], "crank_mae_v": ahead["crank_mae_v"]}
 
 
+SHARES = ("share_percent", "current_share_percent", "voltage_share_percent")
+ERRORS = (("charges_10s_a", "{:.2f} A"), ("charges_60s_a", "{:.2f} A"), ("cranks_mv", "{:.0f} mV"))
+
+
 def shares(found, who, key):
     return np.array([f[who][key] for f in found if f[who][key] is not None], float)
 
 
 def events(found, who, key, measured, predicted):
-    """Errors and widths of events pooled over windows, and the share in its interval; None without one."""
+    """Errors and widths of events pooled over windows, and the share inside; None without one."""
     unit = measured[-1]
     rows = [[e[one] for one in (measured, predicted, f"lower_{unit}", f"upper_{unit}")]
             for f in found for e in f[who][key]]
@@ -109,8 +113,8 @@ def figures(found):
     """Medians over windows, and events of all of them."""
     of, each = {"windows": len(found)}, {who: pooled(found, who) for who in ("model", "baseline")}
     for who, its_events in each.items():
-        of[who] = {key + "share_percent": float(np.median(values)) for key in ("", "current_", "voltage_")
-                   if len(values := shares(found, who, key + "share_percent"))}
+        of[who] = {key: float(np.median(values)) for key in SHARES
+                   if len(values := shares(found, who, key))}
         of[who].update({f"charges_{key}s_a": float(np.median(its_events[key]["error"]))
                         for key in ("10", "60") if its_events[key]})
         if its_events["cranks"]:
@@ -122,7 +126,9 @@ def figures(found):
 
 
 def quartiles(values):
-    return "-" if len(values) == 0 else "{1:.1f} ({0:.0f} {2:.0f})".format(*np.percentile(values, [25, 50, 75]))
+    if len(values) == 0:
+        return "-"
+    return "{1:.1f} ({0:.0f} {2:.0f})".format(*np.percentile(values, [25, 50, 75]))
 
 
 def rank(found):
@@ -141,16 +147,18 @@ def summary(label, found):
     print(f"{label}: {len(found)} windows; share in %: median (quartiles)")
     print(row.format("", "both", "current", "voltage", "10 s", "60 s", "cranks"))
     for who in ("model", "baseline"):
-        values = [shares(found, who, key + "share_percent") for key in ("", "current_", "voltage_")]
-        print(row.format(who, *map(quartiles, values), *(
-            form.format(of[who][key]) if key in of[who] else "-"
-            for key, form in (("charges_10s_a", "{:.2f} A"), ("charges_60s_a", "{:.2f} A"), ("cranks_mv", "{:.0f} mV")))))
-    inside = ["{}: {inside_percent:.0f} % of {count} inside, {:.3g} {} wide".format(name, of[key][f"width_{unit.lower()}"], unit, **of[key])
-              for name, key, unit in (("cranks", "cranks", "V"), ("10 s", "charges", "A")) if of[key]]
+        print(row.format(who, *(quartiles(shares(found, who, key)) for key in SHARES),
+                         *(form.format(of[who][key]) if key in of[who] else "-"
+                           for key, form in ERRORS)))
+    text = "{}: {inside_percent:.0f} % of {count} inside, "
+    inside = [(text + width).format(name, **of[key])
+              for name, key, width in (("cranks", "cranks", "{width_v:.3g} V wide"),
+                                       ("10 s", "charges", "{width_a:.3g} A wide")) if of[key]]
     print("  90 % intervals  " + ("; ".join(inside) or "no event"))
     both = [[f[who]["share_percent"] for who in ("model", "baseline")] for f in found]
     worse = sum(None not in one and one[0] < one[1] for one in both)
-    print(f"  {worse} windows where the straight lines explain more; fit {np.median([f['fit_ms'] for f in found]):.0f} ms (median)")
+    fit_ms = np.median([f["fit_ms"] for f in found])
+    print(f"  {worse} windows where the straight lines explain more; fit {fit_ms:.0f} ms (median)")
 
 
 def main():

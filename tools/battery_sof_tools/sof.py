@@ -62,7 +62,8 @@ def run(command):
     """What a program printed; Failure with its words for any other exit code than 0."""
     told = subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]))
     if told.returncode:
-        raise Failure(f"{os.path.basename(command[0])}: {told.stderr.strip()[:300]}")  # as sealed labels have it
+        # As sealed labels have it.
+        raise Failure(f"{os.path.basename(command[0])}: {told.stderr.strip()[:300]}")
     return told.stdout
 
 

@@ -112,14 +112,6 @@ def weakening(sof, seed, path, parts=10, length=600.0):
     recordings.write(path, *(np.concatenate(each) for each in zip(*whole)))
 
 
-def judged(label, stops, decisions, args):
-    rules = [("manager", by_manager(stops, decisions)),
-             (f"voltage at least {args.rest_voltage:g} V", [by_voltage(s, args.rest_voltage) for s in stops]),
-             (f"at most {args.longest:g} s", [s.begin + args.longest for s in stops]),
-             ("always", [s.end for s in stops])]
-    return [(label, name, len(stops), outcome(stops, until, args.u_required)) for name, until in rules]
-
-
 def cells(label, rule, count, o):
     share = f"{100.0 * o.below / o.to_the_end:.1f} %" if o.to_the_end else "-"
     return [label, rule, f"{o.begun} of {count}", f"{o.off_s:.0f} s", o.to_the_end, o.below, share, o.missed]
@@ -147,16 +139,18 @@ def judge(args, path, names, label):
     stops = stops_of(*recordings.read(path, names, args.discharge_positive), args.crank_current)
     options = ["--u-required", str(args.u_required), "--margin", str(args.margin), f"--i-cranking={args.i_cranking}", "--t-cranking", str(args.t_cranking)]
     decisions = decide(program(args.build, "stop_rules_experiment"), path, columns, stops, options)
-    return judged(label, stops, decisions, args)
+    rules = [("manager", by_manager(stops, decisions)),
+             (f"voltage at least {args.rest_voltage:g} V", [by_voltage(s, args.rest_voltage) for s in stops]),
+             (f"at most {args.longest:g} s", [s.begin + args.longest for s in stops]),
+             ("always", [s.end for s in stops])]
+    return [(label, name, len(stops), outcome(stops, until, args.u_required)) for name, until in rules]
 
 
 def total(rows):
     """The rows of all recordings added up by rule."""
-    sums = {}
-    for _, rule, count, o in rows:
-        before = sums.get(rule, (0, Outcome(0, 0.0, 0, 0, 0)))
-        sums[rule] = (before[0] + count, Outcome(*(a + b for a, b in zip(before[1], o))))
-    return [("all", rule, count, o) for rule, (count, o) in sums.items()]
+    for rule in dict.fromkeys(row[1] for row in rows):
+        counts, outcomes = zip(*(row[2:] for row in rows if row[1] == rule))
+        yield "all", rule, sum(counts), Outcome(*map(sum, zip(*outcomes)))
 
 
 def main():
@@ -175,5 +169,5 @@ def main():
         raise SystemExit("nothing to compare: give recordings, or --weakening N")
     several = len({row[0] for row in rows}) > 1
     head = ["recording", "rule", "stops", "engine off", "to the end", f"below {args.u_required:g} V", "share", "missed"]
-    print("\n".join(table(head, [cells(*row) for row in rows + (total(rows) if several else [])])))
+    print("\n".join(table(head, [cells(*row) for row in rows + (list(total(rows)) if several else [])])))
     return 0

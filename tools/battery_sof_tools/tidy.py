@@ -31,8 +31,7 @@ def git(*arguments):
 
 
 def changed():
-    """Files that differ from where this branch left main, on main itself from its last commits; with
-    those not yet added."""
+    """Files that differ from where this branch left main, or from main's last commits; new ones too."""
     head = git("rev-parse", "HEAD")
     meetings = [git("merge-base", "HEAD", main) for main in MAINS]
     before = git("rev-parse", "--verify", "--quiet", f"HEAD~{LAST_COMMITS}")
@@ -87,7 +86,7 @@ def look(folder, sources, jobs, seconds):
     faulty, left_out = 0, []
 
     def findings(source):
-        """What clang-tidy says of a source, empty where it has nothing to say; None after the time."""
+        """What clang-tidy says of a source, empty where that is nothing; None after the time."""
         if time.monotonic() >= until:
             return None
         run = subprocess.run(["clang-tidy", "-p", folder, "--quiet", f"--extra-arg={OF_GCC_ALONE}",

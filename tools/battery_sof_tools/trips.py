@@ -131,7 +131,8 @@ def events(rows, kind):
     some = [[float(row[key]) for key in ("measured", "expected", "lower", "upper")]
             for row in rows if row["kind"] == kind]
     measured, expected, lower, upper = np.array(some).reshape(-1, 4).T
-    return np.column_stack([measured - expected, (lower <= measured) & (measured <= upper), upper - lower])
+    inside = (lower <= measured) & (measured <= upper)
+    return np.column_stack([measured - expected, inside, upper - lower])
 
 
 def of_age(rows, low, high):
@@ -148,12 +149,13 @@ def pooled(plays, low, high):
     for kind in ("crank", "charge"):
         error, inside, width = events(every, kind).T
         some = len(error) > 0
-        out[kind + "s"] = {"count": len(error), "error": float(np.mean(np.abs(error))) if some else None,
+        out[kind + "s"] = {"count": len(error),
+                           "error": float(np.mean(np.abs(error))) if some else None,
                            "inside_percent": 100.0 * float(np.mean(inside)) if some else None,
                            "width": float(np.median(width)) if some else None}
-    widths = [[float(row["upper"]) for row in rows if row["kind"] == "valid" and float(row["upper"]) >= 0.0]
-              for rows in plays]
-    medians = [np.median(some) for some in widths if some]
+    widths = [[float(row["upper"]) for row in rows if row["kind"] == "valid"] for rows in plays]
+    known = [[width for width in some if width >= 0.0] for some in widths]
+    medians = [np.median(some) for some in known if some]
     out["standing_width_v"] = float(np.median(medians)) if medians else None
     return out
 

@@ -66,8 +66,8 @@ def first_class(answer):
 
 
 def mechanisms_of(answer, catalogue):
-    """{mechanism: probability or None} of the answer's own mechanism and those of its effects; the first that is said of
-    a mechanism counts.
+    """{mechanism: probability or None} of the answer's own mechanism and those of its effects; the
+    first that is said of a mechanism counts.
 
     catalogue: gives the mechanism of an effect whose answer has none; may be None.
     """

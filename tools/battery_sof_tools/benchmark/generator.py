@@ -26,7 +26,8 @@ def as_planned(label):
 
 def seed_of(*parts):
     """63 bits of its own for every case."""
-    return int.from_bytes(hashlib.sha256("/".join(map(str, parts)).encode()).digest()[:8], "big") >> 1
+    digest = hashlib.sha256("/".join(map(str, parts)).encode()).digest()
+    return int.from_bytes(digest[:8], "big") >> 1
 
 
 def options(case, keys):

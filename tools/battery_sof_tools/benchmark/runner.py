@@ -29,14 +29,16 @@ def row_of(work, timed, case):
 def complete(path, work, cases, jobs=1, what=None, timed=True, enough=lambda rows: False):
     """Rows {name: row} of a file once every case is in it.
 
-    Cases are worked on as they come, each in a process of its own; without `what`, a word of progress, in turn in this process.
-    enough: looked at before every further case, of cases that have no end.
+    Cases are worked on as they come, each in a process of its own; without `what`, a word of
+    progress, in turn in this process. enough: looked at before every further case, of cases that
+    have no end.
     """
     rows = {row["name"]: row for row in lines_of(path)}
     if enough(rows):
         return rows
     todo = ((work, timed, case) for case in cases if case["name"] not in rows)
-    for row in finished(jobs, row_of, list(todo), what) if what else itertools.starmap(row_of, todo):
+    done = finished(jobs, row_of, list(todo), what) if what else itertools.starmap(row_of, todo)
+    for row in done:
         append(path, row)
         rows[row["name"]] = row
         if enough(rows):

@@ -23,7 +23,7 @@ def cranks_of(windows, who):
 # ---------------------------------------------------------------------------------------------- the next window
 
 def predictions(results, name):
-    """Windows of this package and of the paper's circuit, and all three predictions: (windows, whose)."""
+    """Windows of this package and of the paper's circuit; (windows, whose) of all three."""
     ours, paper = results["next_window"][name], results["next_window_paper"][name]
     return ours, paper, ((ours, "model"), (paper, "model"), (ours, "baseline"))
 
@@ -33,16 +33,17 @@ def next_window(results):
     rows = []
     for name, label in WINDOWS.items():
         ours, paper, each = predictions(results, name)
+        has_cranks = ours["cranks"]["count"] >= 3
         rows.append((f"{label}, {ours['windows']} ({paper['windows']})",
                      *(f"{one[who]['share_percent']:.0f} %, {one[who]['charges_60s_a']:.1f} A, "
-                       f"{cranks_of(one, who) if ours['cranks']['count'] >= 3 else '-'}" for one, who in each)))
+                       f"{cranks_of(one, who) if has_cranks else '-'}" for one, who in each)))
     return table(("recording, windows (paper's)", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
 def next_window_short(results):
     """Explained variation, and the mean error of cranks where there are three or more."""
-    labels = ("start-stop car, first drive", "the same car, second drive", "same model, another car",
-              "a small start-stop car")
+    labels = ("start-stop car, first drive", "the same car, second drive",
+              "same model, another car", "a small start-stop car")
     rows = []
     for name, label in zip(WINDOWS, labels):
         ours, _, each = predictions(results, name)
@@ -57,8 +58,8 @@ def last_quarter(results):
     rows, shown = [], (("share_percent", "{:.1f} %"), ("cranks_mv", "{:.0f} mV"))
     for name, label in QUARTERS.items():
         each = [results["last_quarter"][name][who] for who in ("model", "baseline")]
-        rows.append((label, *(", ".join(form.format(one[key]) for key, form in shown if key in one) or "-"
-                              for one in each)))
+        cells = [[form.format(one[key]) for key, form in shown if key in one] for one in each]
+        rows.append((label, *(", ".join(some) or "-" for some in cells)))
     return table(("recording", "battery_sof", "baseline"), rows)
 
 

@@ -24,7 +24,8 @@ class Programs:
         """A simulated drive as a bag or CSV, thinned to a rate."""
         with tempfile.TemporaryDirectory() as folder:
             whole = os.path.join(folder, "drive.csv")
-            self.call("simulate_city_drive", whole, "--seed", str(seed), "--duration", str(duration))
+            self.call("simulate_city_drive", whole, "--seed", str(seed),
+                      "--duration", str(duration))
             thinned = os.path.join(folder, "thinned.csv")
             every = round(100.0 / rate)
             with open(whole) as rows, open(thinned, "w") as out:

@@ -46,14 +46,9 @@ def samples_until_answered(drive):
         time.sleep(0.02)
         answer = crank(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=math.nan)
         if answer.code != PredictCrankingResponse.NO_MODEL:
-            wait_until(lambda: status.message and status.message.answer_basis, 30.0, "a status of it")
+            wait_until(lambda: status.message and status.message.answer_basis, 30.0, "its status")
             return taken if status.message.answer_basis == "previous_trip" else None
     return None
-
-
-def identify_beside():
-    """Asks for an identification, at whose end the state is written; the node dies before or after."""
-    threading.Thread(target=perform, args=("identify",), daemon=True).start()
 
 
 def one_life(processes, programs, state, drive, chance):
@@ -63,7 +58,8 @@ def one_life(processes, programs, state, drive, chance):
     for _ in range(8000):
         drive.publish()
         time.sleep(0.0001)
-    identify_beside()
+    # At an identification's end the state is written; the node dies before or after.
+    threading.Thread(target=perform, args=("identify",), daemon=True).start()
     time.sleep(chance.uniform(0.0, 0.4))
     node.kill()
     node.wait()

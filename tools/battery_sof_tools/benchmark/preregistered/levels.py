@@ -33,8 +33,6 @@ STRATA = (
     Stratum("X1", "porous_effect", ("charge_acceptance", "acid_transport", "gassing"), 2, "as drawn"))
 Z_WANTED = {"C1": (12.0, 40.0), "C2": (4.0, 8.0)}
 SHORT_S = 300.0  # what C3 shows first
-TITLES = {"N1": "null", "N2": "structural null", "C1": "clear", "C2": "small", "C3": "absorbed", "C4": "masked", "C5": "absent at first",
-          "D1": "instrument decoy", "U1": "out of the catalogue", "X1": "physics on another structure"}
 
 
 def plan(secret, share, most_porous=None, duration_s=None, only=None):

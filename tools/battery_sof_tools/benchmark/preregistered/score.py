@@ -218,20 +218,24 @@ def as_json(report):
 
 def confusion_lines(counts):
     """Lines of confusion(), in the order of the levels."""
-    place = {level: k for k, level in enumerate(levels.TITLES)}
-    for row in sorted({row for row, _ in counts}, key=lambda row: (place.get(row.split()[0], len(place)), row)):
-        heard = sorted(((count, column) for (truth, column), count in counts.items() if truth == row), reverse=True)
-        yield f"  {row:44s} " + ", ".join(f"{column} {count}" for count, column in heard)
+    place = {one.level: k for k, one in enumerate(levels.STRATA)}
+    rows = {row for row, _ in counts}
+    for row in sorted(rows, key=lambda row: (place.get(row.split()[0], len(place)), row)):
+        heard = [(count, column) for (truth, column), count in counts.items() if truth == row]
+        yield f"  {row:44s} " + ", ".join(f"{column} {count}" for count, column in sorted(heard, reverse=True))
 
 
 def as_text(report):
     said = report["seal"]
-    lines = [f"{said['cases']} cases sealed from {said['frozen_commit']}, labels SHA-256 {said['labels_sha256']}", ""]
-    lines += [f"{one.level:8s} {one.text:68s} {written(one):42s} {one.target}".rstrip() for one in report["figures"]]
+    lines = [f"{said['cases']} cases sealed from {said['frozen_commit']}, "
+             f"labels SHA-256 {said['labels_sha256']}", ""]
+    lines += [f"{one.level:8s} {one.text:68s} {written(one):42s} {one.target}".rstrip()
+              for one in report["figures"]]
     lines += [""] + mechanism_lines(report["mechanisms"])
     lines += ["", "who was taken for whom (truth: first name, or verdict in brackets)"]
     lines += confusion_lines(report["confusion"])
-    lines += ["", f"what went wrong ({len(report['wrong'])} cases)"] + ["  " + one for one in report["wrong"]]
+    lines += ["", f"what went wrong ({len(report['wrong'])} cases)"]
+    lines += ["  " + one for one in report["wrong"]]
     if report["failed"]:
         lines += ["", "not judged"] + ["  " + one for one in report["failed"]]
     return "\n".join(lines) + "\n"

@@ -144,7 +144,7 @@ def cases_of(sealed, results, catalogue):
     """What the seal says, judged cases, and what could not be judged; nothing is opened unless both digests are right."""
     path = os.path.join(results, ANSWERS)
     if read_text(os.path.join(results, "answers.sha256")).strip() != digest(path):
-        raise SystemExit(f"{path} is not what was answered: its digest is another than answers.sha256 says")
+        raise SystemExit(f"{path} is not what was answered: answers.sha256 has another digest")
     said, labels = opened(sealed)
     rows = {one["name"]: one for one in lines_of(path)}
     told_truth = {one["name"]: one.get("answer") for one in lines_of(os.path.join(results, TOLD))}

@@ -50,7 +50,7 @@ def cut(recording, to_s):
 
 def drives(case):
     """The case with one drive after the other."""
-    return [dict(case, seed=seed_of(str(case["seed"]), "drive", attempt)) for attempt in range(SEEDS_TRIED)]
+    return [dict(case, seed=seed_of(case["seed"], "drive", k)) for k in range(SEEDS_TRIED)]
 
 
 def with_strength(generator, case):
@@ -75,7 +75,7 @@ def as_drawn(generator, case):
 def for_z(generator, case):
     """Of some drives the first on which the wanted z is reached; where none does, the one that comes nearest."""
     low, high = Z_WANTED[case["level"]]
-    wanted = random.Random(seed_of(str(case["seed"]), "z")).uniform(low, high)
+    wanted = random.Random(seed_of(case["seed"], "z")).uniform(low, high)
     best = None
     tried = [case, *drives(case)[1:]]
     for one in tried:
