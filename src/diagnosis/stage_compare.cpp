@@ -6,7 +6,7 @@
 #include "baseline/baseline_predictor.hpp"
 #include "baseline/ridge.hpp"
 #include "diagnosis/comparison.hpp"
-#include "prediction/both_ways.hpp"
+#include "prediction/scores.hpp"
 #include "recording/fit_mask.hpp"
 
 namespace battery_sof {
