@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "estimation/identification.hpp"
-#include "prediction/model_snapshot.hpp"
+#include "prediction/online_session.hpp"
 #include "recording/series_blocks.hpp"
 #include "support/base_drive.hpp"
 
