@@ -31,13 +31,6 @@ struct SimulationState {
 
 /// Changes every number that carries tangents, each together with its counterpart in another state
 /// of the same battery.
-template <typename S, typename Change>
-void changeNumbers(SimulationState<S>& to, const Change& change) {
-  for (S& x : to.x) change(x);
-  for (S& x : to.discrepancy) change(x);
-  change(to.terminal);
-  change(to.voltage);
-}
 template <typename S, typename T, typename Change>
 void changeNumbersBeside(SimulationState<S>& to, const SimulationState<T>& from,
                          const Change& change) {
