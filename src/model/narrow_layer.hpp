@@ -6,10 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "bound_composition.hpp"
+#include "composed_effects.hpp"
 #include "double_layer.hpp"
 #include "narrow_layer.hpp"
-#include "tangents.hpp"
 
 namespace battery_sof {
 
@@ -23,7 +22,7 @@ class LayerOf {
   virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
                        LayerPace& pace, S& u, S* log_activity, S* ladder) = 0;
   /// As DoubleLayer::atSource(), and imbalance(): a current that follows from a voltage depends on
-  /// every tangent, so it is stepped in the wide layer alone (LayerChoice::behindSource()).
+  /// every tangent, so it is stepped in the wide layer alone (wideLayer()).
   virtual SourceStep atSource(const S*, const Present<S>&, double, double, double, double) {
     throw std::logic_error("a narrow layer has no step at a source");
   }
@@ -141,42 +140,35 @@ DoubleLayer<T> layerOf(const BoundComposition& bound) {
                         bound.limits_reaction);
 }
 
-/// Layers for a simulation in arithmetic S, each in the narrowest arithmetic that serves.
+/// Every tangent may reach it: a current that follows from a voltage depends on all of them.
 template <typename S>
-class LayerChoice {
- public:
-  explicit LayerChoice(const BoundComposition& bound) : bound_(bound) {}
+std::unique_ptr<LayerOf<S>> wideLayer(const BoundComposition& bound) {
+  return std::make_unique<WideLayer<S>>(layerOf<S>(bound));
+}
 
-  /// @param tangents those that can reach the layer while the current is given.
-  std::unique_ptr<LayerOf<S>> underCurrent(const std::vector<int>& tangents) const {
-    std::unique_ptr<LayerOf<S>> layer = narrow<8>(tangents);
-    if (!layer) layer = narrow<16>(tangents);
-    if (!layer) layer = narrow<24>(tangents);
-    return layer ? std::move(layer) : wide();
-  }
+/// @return nothing unless N tangents suffice and are fewer than those of S.
+template <typename S, int N>
+std::unique_ptr<LayerOf<S>> narrowLayer(const BoundComposition& bound,
+                                        const std::vector<int>& tangents) {
+  if constexpr (N < Width<S>::value)
+    if (tangents.size() <= static_cast<std::size_t>(N))
+      return std::make_unique<NarrowLayer<S, N>>(
+          layerOf<Dual<N>>(bound),
+          typename NarrowLayer<S, N>::Shape{tangents,
+                                            static_cast<std::size_t>(bound.model.parameterCount()),
+                                            bound.ladder_state >= 0, bound.adapts});
+  return nullptr;
+}
 
-  /// Every tangent may reach it: a current that follows from a voltage depends on all of them.
-  std::unique_ptr<LayerOf<S>> behindSource() const { return wide(); }
-
- private:
-  std::unique_ptr<LayerOf<S>> wide() const {
-    return std::make_unique<WideLayer<S>>(layerOf<S>(bound_));
-  }
-
-  /// @return nothing unless N tangents suffice and are fewer than those of S.
-  template <int N>
-  std::unique_ptr<LayerOf<S>> narrow(const std::vector<int>& tangents) const {
-    if constexpr (N < Width<S>::value) {
-      typename NarrowLayer<S, N>::Shape shape{
-          tangents, static_cast<std::size_t>(bound_.model.parameterCount()),
-          bound_.ladder_state >= 0, bound_.adapts};
-      if (tangents.size() <= static_cast<std::size_t>(N))
-        return std::make_unique<NarrowLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
-    }
-    return nullptr;
-  }
-
-  const BoundComposition& bound_;
-};
+/// In the narrowest arithmetic that serves. @param tangents those that can reach the layer while the
+/// current is given.
+template <typename S>
+std::unique_ptr<LayerOf<S>> layerUnderCurrent(const BoundComposition& bound,
+                                              const std::vector<int>& tangents) {
+  std::unique_ptr<LayerOf<S>> layer = narrowLayer<S, 8>(bound, tangents);
+  if (!layer) layer = narrowLayer<S, 16>(bound, tangents);
+  if (!layer) layer = narrowLayer<S, 24>(bound, tangents);
+  return layer ? std::move(layer) : wideLayer<S>(bound);
+}
 
 }  // namespace battery_sof

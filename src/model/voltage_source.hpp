@@ -5,7 +5,6 @@
 #include <memory>
 #include <type_traits>
 
-#include "cloned.hpp"
 #include "model/double_layer.hpp"
 #include "stepper.hpp"
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "prediction/answer.hpp"
+#include "prediction/event_corrections.hpp"
 #include "prediction/sample_stream.hpp"
 #include "recording/events.hpp"
 #include "state/event_history.hpp"

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "model/simulation.hpp"
-#include "prediction/answer.hpp"
 #include "prediction/event_corrections.hpp"
 #include "state/fitted_model.hpp"
 #include "state/residual_filter.hpp"

@@ -5,7 +5,7 @@
 
 #include "baseline/baseline_predictor.hpp"
 #include "battery_sof/series.hpp"
-#include "prediction/answer.hpp"
+#include "prediction/event_corrections.hpp"
 #include "prediction/pipeline.hpp"
 #include "state/fitted_model.hpp"
 
