@@ -1,6 +1,6 @@
 
 #include "command.hpp"
-#include "prediction/range_prediction.hpp"
+#include "prediction/scores.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
 #include "util/atomic_file.hpp"

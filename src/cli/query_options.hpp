@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "command.hpp"
-#include "prediction/query.hpp"
+#include "prediction/pipeline.hpp"
 
 namespace battery_sof {
 

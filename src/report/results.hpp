@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "prediction/cranking.hpp"
-#include "prediction/range_prediction.hpp"
+#include "prediction/scores.hpp"
 #include "prediction/stop_time.hpp"
 #include "state/fitted_model.hpp"
 
