@@ -39,8 +39,8 @@ struct IntakeLimits {
   double min_interval = 1e-7;
 };
 
-/// @return the fate in words a diagnostic can show, e.g. "clock step back".
-std::string toString(SampleFate fate);
+/// @return why samples were refused, e.g. "10 duplicate stamp, 2 not finite"; empty without any.
+std::string reasonsOf(const RejectedCounts& rejected);
 
 /// @return how many were refused and why, e.g. "12 rejected (10 duplicate stamp, 2 not finite)".
 std::string toString(const RejectedCounts& rejected);

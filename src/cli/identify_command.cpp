@@ -104,45 +104,32 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
 }  // namespace
 
 void addIdentifyCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("identify", "fit the model to a window of a recording");
-  auto arguments = std::make_shared<IdentifyArguments>();
-  addRecordingOptions(*command, arguments->recording);
-  addSeriesBlocksOption(*command, arguments->recording);
-  addWindowOptions(*command, arguments->window);
-  command->add_flag("--auto", arguments->automatic,
-                    "choose the window inside --from and --to even when both are given");
-  command->add_option("--out", arguments->out, "model file to write")
-      ->required()
-      ->type_name(kWrittenFile);
-  command
-      ->add_option("--effects", arguments->options.effects,
-                   "ids of further physics, comma-separated, or none; sof effects lists them. "
-                   "Default: none, but where a source "
-                   "controls the voltage fresh_sulphate, the physics of charging")
-      ->delimiter(',');
-  command->add_flag(
-      "--whiten", arguments->options.whiten,
-      "cost of residuals whitened by a fitted noise model in place of the paper's weights");
-  command
-      ->add_option("--threads", arguments->options.threads,
-                   "threads for the starts of a fit with effects, 0: all; changes no result")
-      ->capture_default_str();
-  command->add_option("--start", arguments->start, "initial state: estimated, or as in the paper")
-      ->check(CLI::IsMember({"robust", "paper"}))
-      ->capture_default_str();
-  command
-      ->add_option("--crank-weight", arguments->options.crank_weight,
-                   "weight W of high-rate discharge [1], at least 1")
-      ->capture_default_str();
-  command
-      ->add_option("--crank-weight-current", arguments->options.crank_weight_current,
-                   "the weight applies below this current [A]")
-      ->capture_default_str();
-  command->add_option("--max-iterations", arguments->options.max_iterations, "iterations at most")
-      ->capture_default_str();
-  addPriorsOptions(*command, arguments->priors);
-  addJsonOption(*command, arguments->json);
-  whenChosen(*command, line, arguments, runIdentify);
+  const auto [options, values] =
+      addSubcommand(app, line, "identify", "fit the model to a window of a recording", runIdentify);
+  IdentifyOptions& fit = values.options;
+  addRecordingOptions(options, values.recording);
+  addSeriesBlocksOption(options, values.recording);
+  addWindowOptions(options, values.window);
+  options.add_flag("--auto", values.automatic,
+                   "choose the window inside --from and --to even when both are given");
+  addFile(options, kWrittenFile, "--out", values.out, "model file to write")->required();
+  addList(options, "--effects", fit.effects,
+          "ids of further physics, comma-separated, or none; sof effects lists them. Default: "
+          "none, but where a source controls the voltage fresh_sulphate, the physics of charging");
+  options.add_flag("--whiten", fit.whiten,
+                   "cost of residuals whitened by a fitted noise model in place of the paper's "
+                   "weights");
+  addOption(options, "--threads", fit.threads,
+            "threads for the starts of a fit with effects, 0: all; changes no result");
+  addOption(options, "--start", values.start, "initial state: estimated, or as in the paper")
+      ->check(CLI::IsMember({"robust", "paper"}));
+  addOption(options, "--crank-weight", fit.crank_weight,
+            "weight W of high-rate discharge [1], at least 1");
+  addOption(options, "--crank-weight-current", fit.crank_weight_current,
+            "the weight applies below this current [A]");
+  addOption(options, "--max-iterations", fit.max_iterations, "iterations at most");
+  addPriorsOptions(options, values.priors);
+  addJsonOption(options, values.json);
 }
 
 }  // namespace battery_sof

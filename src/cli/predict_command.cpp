@@ -64,26 +64,19 @@ int runPredict(const CommandLine& line, const PredictArguments& arguments) {
 }  // namespace
 
 void addPredictCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command =
-      app.add_subcommand("predict", "run a model on a recording's current and score it");
-  auto arguments = std::make_shared<PredictArguments>();
-  command->add_option("MODEL", arguments->model, "model file of sof identify")
-      ->required()
-      ->type_name(kReadFile);
-  addRecordingOptions(*command, arguments->recording);
-  addWindowOptions(*command, arguments->window);
-  command
-      ->add_option("--csv", arguments->csv,
-                   "write measured and predicted voltage and current sample by sample")
-      ->type_name(kWrittenFile);
-  command
-      ->add_option("--mode", arguments->mode,
-                   "mixed: by the voltage where a source controls it; current: throughout. "
-                   "Default: as the model was fitted")
+  const auto [options, values] = addSubcommand(
+      app, line, "predict", "run a model on a recording's current and score it", runPredict);
+  addModelOption(options, values.model);
+  addRecordingOptions(options, values.recording);
+  addWindowOptions(options, values.window);
+  addFile(options, kWrittenFile, "--csv", values.csv,
+          "write measured and predicted voltage and current sample by sample");
+  addOption(options, "--mode", values.mode,
+            "mixed: by the voltage where a source controls it; current: throughout. "
+            "Default: as the model was fitted")
       ->check(CLI::IsMember({"mixed", "current"}));
-  addRenamedOption(*command, "--drive", "--mode");
-  addJsonOption(*command, arguments->json);
-  whenChosen(*command, line, arguments, runPredict);
+  addRenamedOption(options, "--drive", "--mode");
+  addJsonOption(options, values.json);
 }
 
 }  // namespace battery_sof

@@ -1,4 +1,4 @@
-#include "channel_faults.hpp"
+#include "check_parts.hpp"
 
 #include <algorithm>
 #include <cmath>

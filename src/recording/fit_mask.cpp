@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "channel_faults.hpp"
+#include "check_parts.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -46,13 +46,8 @@ double roundingDeviation(const Channel& channel) {
 }
 
 std::string describeMasked(const InstrumentLimits& limits) {
-  std::string causes;
-  const auto add = [&causes](std::size_t count, const char* cause) {
-    if (count > 0) causes += (causes.empty() ? "" : ", ") + std::to_string(count) + " " + cause;
-  };
-  add(limits.clipped, "clipped");
-  add(limits.stuck, "stuck");
-  add(limits.repeated, "repeated");
+  const std::string causes = countsText(
+      {{limits.clipped, "clipped"}, {limits.stuck, "stuck"}, {limits.repeated, "repeated"}});
   if (causes.empty()) return "";
   return check_parts::counted(limits.maskedSamples(), "sample") + " of " +
          std::to_string(limits.masked.size()) + " left out of the fit: " + causes + ".";

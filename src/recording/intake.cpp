@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "util/text.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -38,30 +40,16 @@ void appendSample(Series& series, const RawSample& sample) {
 
 }  // namespace
 
-std::string toString(SampleFate fate) {
-  switch (fate) {
-    case SampleFate::kAccepted: return "accepted";
-    case SampleFate::kTemperatureOnly: return "temperature only";
-    case SampleFate::kMissingValue: return "missing value";
-    case SampleFate::kNotFinite: return "not finite";
-    case SampleFate::kDuplicateStamp: return "duplicate stamp";
-    case SampleFate::kClockStepBack: return "clock step back";
-    case SampleFate::kOutOfRange: return "out of range";
-  }
-  throw std::invalid_argument("describe: not a sample fate");
+std::string reasonsOf(const RejectedCounts& rejected) {
+  return countsText({{rejected.missing_value, "missing value"},
+                     {rejected.not_finite, "not finite"},
+                     {rejected.duplicate_stamp, "duplicate stamp"},
+                     {rejected.clock_step_back, "clock step back"},
+                     {rejected.out_of_range, "out of range"}});
 }
 
 std::string toString(const RejectedCounts& rejected) {
-  std::string reasons;
-  const auto add = [&](std::size_t count, SampleFate fate) {
-    if (count > 0)
-      reasons += (reasons.empty() ? "" : ", ") + std::to_string(count) + " " + toString(fate);
-  };
-  add(rejected.missing_value, SampleFate::kMissingValue);
-  add(rejected.not_finite, SampleFate::kNotFinite);
-  add(rejected.duplicate_stamp, SampleFate::kDuplicateStamp);
-  add(rejected.clock_step_back, SampleFate::kClockStepBack);
-  add(rejected.out_of_range, SampleFate::kOutOfRange);
+  const std::string reasons = reasonsOf(rejected);
   return std::to_string(rejected.total()) + " rejected" +
          (reasons.empty() ? "" : " (" + reasons + ")");
 }

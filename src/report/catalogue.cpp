@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "model/mechanism.hpp"
+#include "report/fields.hpp"
 #include "wording.hpp"
 
 #include "util/text.hpp"
@@ -69,50 +69,18 @@ std::vector<std::pair<std::string, StateInfo>> namedStates(const EffectInfo& eff
   return named;
 }
 
-template <typename T>
-nlohmann::json orNull(const std::optional<T>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
-}
+}  // namespace
 
-nlohmann::json parameterJson(const ParameterInfo& info) {
-  return {{"name", info.name},
-          {"symbol", info.symbol},
-          {"unit", info.unit},
-          {"magnitude", info.magnitude},
-          {"lower", info.lower},
-          {"upper", info.upper},
-          {"source", info.source},
-          {"held", info.held},
-          {"logarithmic", info.logarithmic},
-          {"linear", info.linear},
-          {"prior_std", orNull(info.prior_std)},
-          {"vanishes_at", orNull(info.vanishes_at)}};
-}
+DESCRIBED(ParameterInfo, MEMBERS("", name, symbol, unit, magnitude, lower, upper, source, held),
+          MEMBERS("", logarithmic, linear, prior_std, vanishes_at))
 
-nlohmann::json stateJson(const StateInfo& info) {
-  return {{"name", info.name},
-          {"unit", info.unit},
-          {"rest", info.rest},
-          {"initial_std", orNull(info.initial_std)},
-          {"begins_as_u_c2", info.begins_as_u_c2}};
-}
+DESCRIBED(StateInfo, MEMBERS("", name, unit, rest, initial_std, begins_as_u_c2))
 
-nlohmann::json effectJson(const EffectInfo& effect) {
-  nlohmann::json parameters = nlohmann::json::array(), states = nlohmann::json::array();
-  for (const ParameterInfo& info : effect.parameters) parameters.push_back(parameterJson(info));
-  for (const StateInfo& info : effect.states) states.push_back(stateJson(info));
-  return {{"id", effect.id},
-          {"code", effect.code},
-          {"mechanism", mechanismId(mechanismOf(effect.id))},
-          {"title", effect.title},
-          {"equations", linesOf(effect.equations)},
-          {"parameters", parameters},
-          {"states", states},
-          {"look_alikes", effect.look_alikes},
-          {"tells_apart", effect.distinguished_by},
-          {"needs", effect.needs},
-          {"is_nonlinear", effect.is_nonlinear}};
-}
+DESCRIBED(EffectInfo, MEMBERS("", id, code, title, parameters, states, look_alikes, needs),
+          MEMBERS("", is_nonlinear), visit("mechanism", mechanismId(mechanismOf(of.id))),
+          visit("equations", linesOf(of.equations)), visit("tells_apart", of.distinguished_by))
+
+namespace {
 
 nlohmann::json mechanismsJson() {
   nlohmann::json list = nlohmann::json::array();
@@ -222,9 +190,9 @@ std::string effectText(const EffectInfo& effect) {
 }
 
 nlohmann::json catalogueJson(const std::vector<EffectInfo>& effects) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const EffectInfo& effect : effects) list.push_back(effectJson(effect));
-  return {{"schema", "battery_sof/effects/1"}, {"effects", list}, {"mechanisms", mechanismsJson()}};
+  return {{"schema", "battery_sof/effects/1"},
+          {"effects", jsonOf(effects)},
+          {"mechanisms", mechanismsJson()}};
 }
 
 std::string catalogueMarkdown(const std::vector<EffectInfo>& effects) {

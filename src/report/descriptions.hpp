@@ -35,36 +35,20 @@ void describeCode(Visit& visit, bool valid, AnswerCode code, const std::string& 
   visit(FIELD(message), message);
 }
 
-template <typename Visit>
-void describe(Visit& visit, const CrankingAnswer& answer) {
-  describeInterval(visit, FIELD(u_min), answer.u_min);
-  visit(FIELD(capable), answer.capable);
-  describeCode(visit, answer.valid, answer.code, answer.message);
-}
+DESCRIBED(CrankingAnswer, describeInterval(visit, FIELD(u_min), of.u_min), MEMBERS("", capable),
+          describeCode(visit, of.valid, of.code, of.message))
 
-template <typename Visit>
-void describe(Visit& visit, const StopTimeAnswer& answer) {
-  describeInterval(visit, FIELD(t_stop), answer.t_stop);
-  std::optional<std::string> outcome;
-  if (answer.t_stop) outcome = toString(answer.outcome);
-  visit(FIELD(outcome), outcome);
-  visit(FIELD(monotone), answer.t_stop ? std::optional<bool>(answer.monotone) : std::nullopt);
-  describeCode(visit, answer.valid, answer.code, answer.message);
-}
+DESCRIBED(StopTimeAnswer, describeInterval(visit, FIELD(t_stop), of.t_stop),
+          visit(FIELD(outcome), of.t_stop ? std::optional(toString(of.outcome)) : std::nullopt),
+          visit(FIELD(monotone), of.t_stop ? std::optional<bool>(of.monotone) : std::nullopt),
+          describeCode(visit, of.valid, of.code, of.message))
 
-template <typename Visit>
-void describe(Visit& visit, const ChargeAcceptanceAnswer& answer) {
-  describeInterval(visit, FIELD(i_boost), answer.i_boost);
-  describeCode(visit, answer.valid, answer.code, answer.message);
-}
+DESCRIBED(ChargeAcceptanceAnswer, describeInterval(visit, FIELD(i_boost), of.i_boost),
+          describeCode(visit, of.valid, of.code, of.message))
 
-template <typename Visit>
-void describe(Visit& visit, const ProfileAnswer& answer) {
-  visit(FIELD(voltage), answer.predicted.voltage);
-  visit(FIELD(lower), answer.predicted.lower);
-  visit(FIELD(upper), answer.predicted.upper);
-  describeCode(visit, answer.valid, answer.code, answer.message);
-}
+DESCRIBED(ProfileAnswer, visit(FIELD(voltage), of.predicted.voltage),
+          visit(FIELD(lower), of.predicted.lower), visit(FIELD(upper), of.predicted.upper),
+          describeCode(visit, of.valid, of.code, of.message))
 
 /// What `sof map` and ~predict_map were asked and got; a map that was not asked has no answers.
 struct MapResult {
@@ -122,22 +106,10 @@ void describe(Visit& visit, const MapResult& result) {
 // ---------------------------------------------------------------------------------------------
 // models
 
-template <typename Visit>
-void describe(Visit& visit, const ParameterEstimate& estimate) {
-  visit(FIELD(name), estimate.name);
-  visit(FIELD(value), estimate.value);
-  visit(FIELD_AS("std_error", std), estimate.std);
-  visit(FIELD(unit), estimate.unit);
-  visit(FIELD(held), estimate.held);
-  visit(FIELD(at_bound), estimate.at_bound);
-  visit(FIELD(determined), estimate.determined);
-}
+DESCRIBED(ParameterEstimate, MEMBERS("", name, value, unit, held, at_bound, determined),
+          visit(FIELD_AS("std_error", std), of.std))
 
-template <typename Visit>
-void describe(Visit& visit, const FitWindow& window) {
-  visit(FIELD(from), window.from, "s");
-  visit(FIELD(to), window.to, "s");
-}
+DESCRIBED(FitWindow, MEMBERS("s", from, to))
 
 /// What `sof identify` and ~model report of an identification.
 template <typename Visit>
@@ -154,83 +126,35 @@ void describe(Visit& visit, const FittedModel& model) {
 // ---------------------------------------------------------------------------------------------
 // diagnoses
 
-template <typename Visit>
-void describe(Visit& visit, const DiagnosedParameter& parameter) {
-  visit(FIELD(name), parameter.name);
-  visit(FIELD(value), parameter.value);
-  visit(FIELD(std), parameter.std);
-  visit(FIELD(unit), parameter.unit);
-  visit(FIELD(lower), parameter.lower);
-  visit(FIELD(upper), parameter.upper);
-  visit(FIELD(at_bound), parameter.at_bound);
-}
+DESCRIBED(DiagnosedParameter, MEMBERS("", name, value, std, unit, lower, upper, at_bound))
 
-template <typename Visit>
-void describe(Visit& visit, const NamedEffect& effect) {
-  visit(FIELD(id), effect.id);
-  visit("title", titleOf(effect.id));
-  visit(FIELD(mechanism), effect.mechanism);
-  visit(FIELD(probability), effect.probability);
-  visit(FIELD(confidence), effect.confidence);
-  visit(FIELD_AS("absorbed_into", biased_parameters), effect.biased_parameters);
-  visit(FIELD(parameters), effect.parameters);
-  visit(FIELD(evidence), effect.evidence);
-  visit(FIELD(voltage_rms), effect.voltage_rms, "v");
-  visit(FIELD(indistinguishable_from), effect.indistinguishable_from);
-}
+DESCRIBED(NamedEffect, MEMBERS("", id, mechanism, probability, confidence, parameters, evidence),
+          MEMBERS("", indistinguishable_from), MEMBERS("v", voltage_rms),
+          visit("title", titleOf(of.id)),
+          visit(FIELD_AS("absorbed_into", biased_parameters), of.biased_parameters))
 
-template <typename Visit>
-void describe(Visit& visit, const Candidate& candidate) {
-  visit(FIELD(id), candidate.id);
-  visit("title", titleOf(candidate.id));
-  visit(FIELD(mechanism), candidate.mechanism);
-  visit("probability", candidate.confidence);
-  visit(FIELD(holdout_gain_percent), candidate.holdout_gain_percent);
-  visit(FIELD(evidence), candidate.evidence);
-  visit(FIELD(confidence), candidate.confidence);
-  visit(FIELD(rejected_because), candidate.rejected_because);
-}
+DESCRIBED(Candidate, MEMBERS("", id, mechanism, holdout_gain_percent, evidence, confidence),
+          MEMBERS("", rejected_because), visit("title", titleOf(of.id)),
+          visit("probability", of.confidence))
 
-template <typename Visit>
-void describe(Visit& visit, const MismatchSegment& segment) {
-  visit(FIELD(from), segment.from, "s");
-  visit(FIELD(to), segment.to, "s");
-  visit(FIELD(regime), segment.regime);
-  visit(FIELD(mean_error), segment.mean_error, "v");
-  visit(FIELD(peak_error), segment.peak_error, "v");
-  visit(FIELD(p_value), segment.p_value);
-}
+DESCRIBED(MismatchSegment, MEMBERS("s", from, to), MEMBERS("", regime, p_value),
+          MEMBERS("v", mean_error, peak_error))
 
-template <typename Visit>
-void describe(Visit& visit, const ErrorMetrics& metrics) {
-  visit(FIELD(q_dyn_percent), metrics.q_dyn_percent);
-  visit(FIELD(rmse), metrics.rmse, "v");
-  visit(FIELD(max_abs), metrics.max_abs, "v");
-  visit(FIELD(crank_mae), metrics.crank_mae, "v");
-  visit(FIELD(cranks), metrics.cranks);
-  visit(FIELD(charge_bias), metrics.charge_bias, "v");
-  visit(FIELD(charge_current_error), metrics.charge_current_error, "a");
-  visit(FIELD(share_percent), metrics.share_percent);
-  visit(FIELD(current_share_percent), metrics.current_share_percent);
-  visit(FIELD(voltage_share_percent), metrics.voltage_share_percent);
-}
+DESCRIBED(ErrorMetrics, MEMBERS("v", rmse, max_abs, crank_mae, charge_bias),
+          MEMBERS("a", charge_current_error), MEMBERS("", q_dyn_percent, cranks, share_percent),
+          MEMBERS("", current_share_percent, voltage_share_percent))
+
+DESCRIBED(ControlModeTotals, MEMBERS("", reason, stretches, samples),
+          visit("mode", toString(of.mode)))
 
 inline std::optional<std::string> idOf(const std::optional<Mechanism>& mechanism) {
   return mechanism ? std::optional(mechanismId(*mechanism)) : std::nullopt;
 }
 
 /// What JSON and ~diagnosis have at their top.
-template <typename Visit>
-void describe(Visit& visit, const Diagnosis& d) {
-  visit(FIELD(verdict), toString(d.verdict));
-  visit(FIELD(summary), d.summary);
-  visit(FIELD(mechanism), idOf(d.mechanism));
-  visit(FIELD(effects), d.effects);
-  visit(FIELD(candidates), d.candidates);
-  visit(FIELD(mismatch), d.mismatch);
-  visit(FIELD(next_experiment), d.next_experiment);
-  visit(FIELD(instrument), d.instrument);
-  visit(FIELD(unobservable), d.outside);
-}
+DESCRIBED(Diagnosis,
+          MEMBERS("", summary, effects, candidates, mismatch, next_experiment, instrument),
+          visit(FIELD(verdict), toString(of.verdict)), visit(FIELD(mechanism), idOf(of.mechanism)),
+          visit(FIELD(unobservable), of.outside))
 
 }  // namespace battery_sof

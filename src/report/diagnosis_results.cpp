@@ -219,37 +219,13 @@ std::string restText(const Diagnosis& d) {
 // ---------------------------------------------------------------------------------------------
 // JSON: what messages do not have (descriptions.hpp has the rest). Schema battery_sof/diagnosis/2.
 
-template <typename Visit>
-void describe(Visit& visit, const RegimeFinding& finding) {
-  visit("regime", finding.regime);
-  visit("statistic", finding.statistic);
-  visit("unit", finding.statistic == "slope" ? "V/s" : "V");
-  visit("episodes", finding.episodes);
-  visit("value", finding.value);
-  visit("lower", finding.lower);
-  visit("upper", finding.upper);
-  visit("p_value", finding.p_value);
-  visit("alarm", finding.is_significant);
-}
+DESCRIBED(RegimeFinding, MEMBERS("", regime, statistic, episodes, value, lower, upper, p_value),
+          visit("unit", of.statistic == "slope" ? "V/s" : "V"), visit("alarm", of.is_significant))
 
-template <typename Visit>
-void describe(Visit& visit, const ParameterBias& bias) {
-  visit("parameter", bias.parameter);
-  visit("regime", bias.regime);
-  visit("z", bias.z);
-  visit("change", bias.change);
-}
+DESCRIBED(ParameterBias, MEMBERS("", parameter, regime, z, change))
 
-template <typename Visit>
-void describe(Visit& visit, const RegimeComparison& regime) {
-  visit("regime", regime.regime);
-  visit("samples", regime.samples);
-  visit("base_rmse", regime.base_rmse, "v");
-  visit("extended_rmse", regime.extended_rmse, "v");
-  visit("change", regime.change, "v");
-  visit("change_lower", regime.change_lower, "v");
-  visit("change_upper", regime.change_upper, "v");
-}
+DESCRIBED(RegimeComparison, MEMBERS("", regime, samples),
+          MEMBERS("v", base_rmse, extended_rmse, change, change_lower, change_upper))
 
 template <typename Visit>
 void describe(Visit& visit, const Comparison& fit) {
@@ -266,107 +242,34 @@ void describe(Visit& visit, const Comparison& fit) {
   visit("regimes", fit.regimes);
 }
 
-template <typename Visit>
-void describe(Visit& visit, const DiscrepancyAnswer& answer) {
-  visit("time", answer.time, "s");
-  visit("charging", answer.charging, "v");
-  visit("discharging", answer.discharging, "v");
-  visit("charging_std", answer.charging_std, "v");
-  visit("discharging_std", answer.discharging_std, "v");
-}
+DESCRIBED(DiscrepancyAnswer, MEMBERS("s", time),
+          MEMBERS("v", charging, discharging, charging_std, discharging_std))
 
-template <typename Visit>
-void describe(Visit& visit, const DiscrepancyAtCurrent& at) {
-  visit("current", at.current, "a");
-  visit("early", at.early, "v");
-  visit("late", at.late, "v");
-  visit("early_std", at.early_std, "v");
-  visit("late_std", at.late_std, "v");
-}
+DESCRIBED(DiscrepancyAtCurrent, MEMBERS("a", current),
+          MEMBERS("v", early, late, early_std, late_std))
 
-template <typename Visit>
-void describe(Visit& visit, const MechanismProbability& one) {
-  visit("id", mechanismId(one.mechanism));
-  visit("probability",
-        one.probability > 0.0 ? std::optional<double>(one.probability) : std::nullopt);
-}
+DESCRIBED(MechanismProbability, visit("id", mechanismId(of.mechanism)),
+          visit("probability",
+                of.probability > 0.0 ? std::optional<double>(of.probability) : std::nullopt))
 
-template <typename Visit>
-void describe(Visit& visit, const MechanismWeight& weight) {
-  visit("mechanism", mechanismId(weight.mechanism));
-  visit("gain", weight.gain);
-  visit("rms", weight.rms, "v");
-}
+DESCRIBED(MechanismWeight, MEMBERS("", gain), MEMBERS("v", rms),
+          visit("mechanism", mechanismId(of.mechanism)))
 
-template <typename Visit>
-void describe(Visit& visit, const DiscrepancyFinding& discrepancy) {
-  visit("used", discrepancy.is_used);
-  visit("rms", discrepancy.rms, "v");
-  visit("left_out_base_rmse", discrepancy.left_out.base, "v");
-  visit("left_out_rmse", discrepancy.left_out.discrepancy, "v");
-  visit("mechanisms", discrepancy.mechanisms);
-  visit("terms", discrepancy.terms);
-  visit("answers_to", discrepancy.answer_current, "a");
-  visit("answers", discrepancy.answers);
-  visit("curve", discrepancy.curve);
-  visit("description", discrepancy.description);
-}
+DESCRIBED(DiscrepancyFinding, MEMBERS("", mechanisms, terms, answers, curve, description),
+          MEMBERS("v", rms), visit("used", of.is_used), visit("answers_to", of.answer_current, "a"),
+          visit("left_out_base_rmse", of.left_out.base, "v"),
+          visit("left_out_rmse", of.left_out.discrepancy, "v"))
 
-template <typename Visit>
-void describe(Visit& visit, const Relevance& limits) {
-  visit("crank", limits.crank, "v");
-  visit("charge_share", limits.charge_share);
-  visit("rmse", limits.rmse, "v");
-}
+DESCRIBED(Relevance, MEMBERS("v", crank, rmse), MEMBERS("", charge_share))
 
-template <typename Visit>
-void describe(Visit& visit, const UnexplainedPart& left) {
-  visit("crank", left.crank, "v");
-  visit("charge_share", left.charge_share);
-  visit("rmse", left.rmse, "v");
-  visit("noise", left.noise, "v");
-  visit("limits", left.limits);
-}
+DESCRIBED(UnexplainedPart, MEMBERS("v", crank, rmse, noise), MEMBERS("", charge_share, limits))
 
-template <typename Visit>
-void describe(Visit& visit, const DetectionLimit& limit) {
-  visit("id", limit.id);
-  visit("parameter", limit.parameter);
-  visit("unit", limit.unit);
-  visit("strength", limit.strength);
-  visit("typical", limit.typical);
-  visit("visible", limit.visible);
-}
+DESCRIBED(DetectionLimit, MEMBERS("", id, parameter, unit, strength, typical, visible))
 
-template <typename Visit>
-void describe(Visit& visit, const ControlModeTotals& totals) {
-  visit("mode", toString(totals.mode));
-  visit("reason", totals.reason);
-  visit("stretches", totals.stretches);
-  visit("samples", totals.samples);
-}
+DESCRIBED(ControlledTime, MEMBERS("s", from, to))
 
-template <typename Visit>
-void describe(Visit& visit, const ControlledTime& time) {
-  visit("from", time.from, "s");
-  visit("to", time.to, "s");
-}
-
-template <typename Visit>
-void describe(Visit& visit, const ControlModeOverview& source) {
-  visit("seen", source.seen);
-  visit("summary", source.summary);
-  visit("reasons", source.totals);
-  visit("voltage", source.voltage_controlled);
-}
-
-namespace {
-
-std::optional<double> probabilityOf(const Diagnosis& d) {
-  return d.mechanism && d.probability > 0.0 ? std::optional<double>(d.probability) : std::nullopt;
-}
-
-}  // namespace
+DESCRIBED(ControlModeOverview, MEMBERS("", seen, summary), visit("reasons", of.totals),
+          visit("voltage", of.voltage_controlled))
 
 nlohmann::json resultJson(const Diagnosis& d) {
   JsonFields visit;
@@ -382,7 +285,8 @@ nlohmann::json resultJson(const Diagnosis& d) {
   visit("regimes", d.regimes);
   visit("parameter_bias", d.parameter_bias);
   visit("mechanisms", d.mechanisms);
-  visit("probability", probabilityOf(d));
+  visit("probability",
+        d.mechanism && d.probability > 0.0 ? std::optional<double>(d.probability) : std::nullopt);
   visit("relevance", d.unexplained);
   visit("withheld_rmse", d.withheld_rmse, "v");
   visit("discrepancy", d.discrepancy);

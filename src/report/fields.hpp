@@ -1,5 +1,7 @@
 #pragma once
 
+#include <boost/preprocessor/seq/for_each.hpp>
+#include <boost/preprocessor/variadic/to_seq.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,7 +16,7 @@ namespace battery_sof {
 //
 //     visit(FIELD(rmse), result.rmse, "v")       field, value, unit
 //
-// for each of its numbers. JSON has the name with the unit behind it as key, JSON null for what is
+// for each of its numbers; DESCRIBED(Result, MEMBERS("v", rmse, max_abs), ...) writes those calls. JSON has the name with the unit behind it as key, JSON null for what is
 // missing or not finite. A message has a field of that name or leaves the number out; NaN is what is
 // missing. What no message has is named by its text alone.
 
@@ -29,9 +31,20 @@ Field(const char*, Access) -> Field<Access>;
 
 #define FIELD(name) FIELD_AS(#name, name)
 /// The same where JSON has another name than the message.
-#define FIELD_AS(name, field)                                       \
-  battery_sof::Field {                                              \
-    name, [](auto& of) -> decltype((of.field)) { return of.field; } \
+#define FIELD_AS(name, field)                                                \
+  battery_sof::Field {                                                       \
+    name, [](auto& owner) -> decltype((owner.field)) { return owner.field; } \
+  }
+
+/// Members of a result that go by their own names, all in one unit.
+#define MEMBERS(unit, ...) \
+  (BOOST_PP_SEQ_FOR_EACH(DESCRIBED_MEMBER, unit, BOOST_PP_VARIADIC_TO_SEQ(__VA_ARGS__)) void())
+#define DESCRIBED_MEMBER(_, unit, name) visit(FIELD(name), of.name, unit),
+/// describe() of a result `of`: MEMBERS(), and visit() of what has another name.
+#define DESCRIBED(Result, ...)                    \
+  template <typename Visit>                       \
+  void describe(Visit& visit, const Result& of) { \
+    __VA_ARGS__;                                  \
   }
 
 template <typename Part>

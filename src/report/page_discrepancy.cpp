@@ -2,8 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "html.hpp"
-#include "page_sections.hpp"
+#include "page.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
 
@@ -84,8 +83,8 @@ std::string gridHtml(const Axis& x, const Axis& y, const std::string& unit) {
     labels += label(kLeft - 6.0, yOf(y, tick) + 4.0, "end", tickText(tick));
   }
   const std::string zero = format("M%.1f %.1fH%.1f", kLeft, yOf(y, 0.0), kRight);
-  return element("path", "", "class=\"grid\" d=\"" + lines + "\"") +
-         element("path", "", "class=\"zero\" d=\"" + zero + "\"") + labels +
+  return element("path.grid", "", "d=\"" + lines + "\"") +
+         element("path.zero", "", "d=\"" + zero + "\"") + labels +
          label(kRight, kBottom + 32.0, "end", unit);
 }
 
@@ -99,7 +98,7 @@ std::string bandHtml(const Curve& curve, const Axis& x, const Axis& y) {
                     yOf(y, point.y + point.half_band));
     lower = format("L%.1f %.1f", xOf(x, point.x), yOf(y, point.y - point.half_band)) + lower;
   }
-  return is_known ? element("path", "", "class=\"band\" d=\"" + upper + lower + "z\"") : "";
+  return is_known ? element("path.band", "", "d=\"" + upper + lower + "z\"") : "";
 }
 
 std::string curveHtml(const Curve& curve, const Axis& x, const Axis& y) {
@@ -137,20 +136,13 @@ std::string chartHtml(const std::string& title, const Axis& x, const std::string
   std::string lines = gridHtml(x, y, unit), key;
   for (const Curve& curve : curves) {
     lines += curveHtml(curve, x, y);
-    key += element(
-        "span", element("i", "",
-                        "style=\"border-color:var(--" + curve.css_class +
-                            ");border-top-style:" + (curve.is_round ? "solid" : "dashed") + "\"") +
-                    curve.name);
+    key += keyEntry(curve.name, "border-color:var(--" + curve.css_class +
+                                    ");border-top-style:" + (curve.is_round ? "solid" : "dashed"));
   }
   const std::string svg = element("svg", lines,
                                   "viewBox=\"0 0 640 232\" role=\"img\" aria-label=\"" + title +
                                       "; the table below has the numbers\"");
-  return element("figure",
-                 element("figcaption", element("span", title, "class=\"what\"") +
-                                           element("span", key, "class=\"legend\"")) +
-                     svg,
-                 "class=\"chart\"");
+  return figure("figure.chart", element("span.what", title), element("span.legend", key), svg);
 }
 
 Point pointOf(double x, double volts, const std::optional<double>& std) {
@@ -190,10 +182,9 @@ std::string currentChart(const DiscrepancyFinding& discrepancy) {
 std::string bandNote(const DiscrepancyFinding& discrepancy) {
   const auto has_band = [](const DiscrepancyAnswer& one) { return one.charging_std.has_value(); };
   if (std::none_of(discrepancy.answers.begin(), discrepancy.answers.end(), has_band)) return "";
-  return element("p",
+  return element("p.note",
                  "Bands: 95 % by the posterior of the weights; what no regressor can follow is not "
-                 "in them.",
-                 "class=\"note\"");
+                 "in them.");
 }
 
 std::string answerTable(const DiscrepancyFinding& discrepancy) {
@@ -251,10 +242,7 @@ std::string discrepancyHtml(const Diagnosis& d) {
   const DiscrepancyFinding& discrepancy = *d.discrepancy;
   const std::string numbers = answerTable(discrepancy) + currentTable(discrepancy);
   return nearestHtml(d) + memoryChart(discrepancy) + currentChart(discrepancy) +
-         bandNote(discrepancy) +
-         (numbers.empty()
-              ? ""
-              : element("details", element("summary", "The same in numbers") + numbers));
+         bandNote(discrepancy) + (numbers.empty() ? "" : details("The same in numbers", numbers));
 }
 
 }  // namespace battery_sof

@@ -88,21 +88,12 @@ void describeInterval(Visit& visit, const char* name, const Interval& interval, 
 
 }  // namespace
 
-template <typename Visit>
-void describe(Visit& visit, const CrankScore& crank) {
-  visit("time", crank.time, "s");
-  visit("current", crank.current, "a");
-  visit("measured_min", crank.measured_minimum, "v");
-  describeInterval(visit, "predicted_min", crank.predicted_minimum, "v");
-}
+DESCRIBED(CrankScore, MEMBERS("s", time), MEMBERS("a", current),
+          visit("measured_min", of.measured_minimum, "v"),
+          describeInterval(visit, "predicted_min", of.predicted_minimum, "v"))
 
-template <typename Visit>
-void describe(Visit& visit, const ChargeScore& charge) {
-  visit("time", charge.time, "s");
-  visit("duration", charge.duration, "s");
-  visit("measured", charge.measured, "a");
-  describeInterval(visit, "predicted", charge.predicted, "a");
-}
+DESCRIBED(ChargeScore, MEMBERS("s", time, duration), MEMBERS("a", measured),
+          describeInterval(visit, "predicted", of.predicted, "a"))
 
 namespace {
 

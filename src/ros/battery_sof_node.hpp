@@ -17,7 +17,7 @@
 #include "ros/message_conversion.hpp"
 #include "ros/node_diagnostics.hpp"
 #include "ros/node_options.hpp"
-#include "ros/response_times.hpp"
+#include "ros/node_statistics.hpp"
 #include "ros/state_file.hpp"
 
 namespace battery_sof {

@@ -5,10 +5,28 @@
 
 #include "prediction/online_session.hpp"
 #include "ros/background_work.hpp"
-#include "ros/event_tallies.hpp"
-#include "ros/messages.hpp"
 #include "ros/node_options.hpp"
+#include "ros/node_statistics.hpp"
 #include "state/fitted_model.hpp"
+
+// The package's messages, services and actions. ROS puts them into the core's namespace: the message
+// IdentifiedModel is the core's FittedModel on the wire. A Diagnosis and a StopTimeAnswer are both:
+// the messages go by the names DiagnosisMessage and StopTimeMessage here.
+#define Diagnosis DiagnosisMessage
+#define StopTimeAnswer StopTimeMessage
+#include <battery_sof/DiagnoseAction.h>
+#include <battery_sof/Diagnosis.h>
+#include <battery_sof/SofStatus.h>
+#undef Diagnosis
+#undef StopTimeAnswer
+#include <battery_sof/IdentifiedModel.h>
+#include <battery_sof/IdentifyAction.h>
+#include <battery_sof/PredictChargeAcceptance.h>
+#include <battery_sof/PredictCranking.h>
+#include <battery_sof/PredictMap.h>
+#include <battery_sof/PredictStopTime.h>
+#include <battery_sof/SetStandingQuery.h>
+#include <battery_sof/SimulateProfile.h>
 
 namespace battery_sof {
 

@@ -122,14 +122,6 @@ TEST(Append, TimeBehindTheRecordingIsTheCallersErrorAfterTheClockWasForgotten) {
   EXPECT_EQ(recording.series.size(), 1U);
 }
 
-TEST(DescribeFate, NamesEveryFateDifferently) {
-  EXPECT_EQ(toString(SampleFate::kClockStepBack), "clock step back");
-  EXPECT_EQ(toString(SampleFate::kDuplicateStamp), "duplicate stamp");
-  EXPECT_EQ(toString(SampleFate::kMissingValue), "missing value");
-  EXPECT_EQ(toString(SampleFate::kNotFinite), "not finite");
-  EXPECT_EQ(toString(SampleFate::kOutOfRange), "out of range");
-}
-
 TEST(Intake, StampsNearerThanATenthOfAMicrosecondAreOneInstant) {
   Intake intake;
   intake.judge(at(1.0));
