@@ -9,7 +9,7 @@
 #include "estimation/recording_fit.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/priors_yaml.hpp"
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 #include "util/number_text.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"

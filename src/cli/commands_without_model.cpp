@@ -1,11 +1,9 @@
 #include <filesystem>
-#include <ostream>
 
 #include "command.hpp"
 #include "recording/checks.hpp"
 #include "recording/series_blocks.hpp"
-#include "report/catalogue.hpp"
-#include "report/check_report.hpp"
+#include "report/results.hpp"
 #include "util/printable.hpp"
 
 /// The commands that need no model: check, convert and effects.

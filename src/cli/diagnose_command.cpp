@@ -10,7 +10,7 @@
 #include "report/diagnosis_page.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

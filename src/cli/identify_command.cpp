@@ -1,5 +1,4 @@
 #include <chrono>
-#include <ostream>
 
 #include "command.hpp"
 #include "estimation/recording_fit.hpp"
@@ -29,13 +28,6 @@ void warn(const CommandLine& line, Progress& progress, const Recording& recordin
       line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
-FittedModel withoutSamples() {
-  FittedModel model;
-  model.fit.status = FitStatus::kWindowTooShort;
-  model.fit.message = kTooShortForDesignRate;
-  return model;
-}
-
 FitRequest requestOf(const IdentifyArguments& arguments, const Series& series) {
   FitRequest request;
   request.from = parseTime(arguments.window.from, series, "--from");
@@ -49,34 +41,33 @@ FitRequest requestOf(const IdentifyArguments& arguments, const Series& series) {
 }
 
 FittedModel fit(const Series& series, const FitRequest& request) {
-  if (series.empty()) return withoutSamples();
+  FittedModel model;
+  model.fit.status = FitStatus::kWindowTooShort;
+  model.fit.message = kTooShortForDesignRate;
+  if (series.empty()) return model;
   const FitPlan plan = planFit(series, request);
   const auto begin = std::chrono::steady_clock::now();
-  FittedModel model = fitPlanned(series, plan);
+  model = fitPlanned(series, plan);
   model.provenance.fit_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return model;
 }
 
-void requireKnownEffects(const std::vector<std::string>& effects) {
+/// "none" names the base model. @throws UsageError for effects that cannot be composed.
+IdentifyArguments withoutNone(IdentifyArguments arguments) {
+  auto& effects = arguments.options.effects;
+  arguments.names_effects = !effects.empty();
+  if (effects.size() == 1 && effects.front() == "none") effects.clear();
   try {
     BatteryModel composed(effects);
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("--effects: ") + error.what());
   }
-}
-
-/// "none" names the base model.
-IdentifyArguments withoutNone(IdentifyArguments arguments) {
-  auto& effects = arguments.options.effects;
-  arguments.names_effects = !effects.empty();
-  if (effects.size() == 1 && effects.front() == "none") effects.clear();
   return arguments;
 }
 
 int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   const IdentifyArguments arguments = withoutNone(given);
-  requireKnownEffects(arguments.options.effects);
   Progress progress(line.err);
   Digest digest;
   const Recording recording = loadRecording(arguments.recording, &digest);
@@ -91,14 +82,12 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   if (isUsable(model.fit)) carryToEnd(model, series, request);
   model.fit.series_blocks = arguments.recording.series_blocks;
   progress.end();
-  if (!isUsable(model.fit)) {
-    emit(line, resultText(model), resultJson(model), arguments.json);
-    complain(line.err, "no model: " + model.fit.message);
-    return kExitNegative;
-  }
-  writeModelFile(arguments.out, model);
+  const bool is_usable = isUsable(model.fit);
+  if (is_usable) writeModelFile(arguments.out, model);
   emit(line, resultText(model), resultJson(model), arguments.json);
-  return kExitDone;
+  if (is_usable) return kExitDone;
+  complain(line.err, "no model: " + model.fit.message);
+  return kExitNegative;
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include "prediction/range_prediction.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -32,15 +32,13 @@ std::string predictionCsv(const Series& series, IndexRange range,
   return text;
 }
 
-PredictionMode modeOf(const std::string& name) {
-  if (name.empty()) return PredictionMode::kAsFitted;
-  return name == "mixed" ? PredictionMode::kMixed : PredictionMode::kCurrent;
-}
-
 RangePrediction predict(const PredictArguments& arguments, const Series& series, IndexRange range) {
   const FittedModel model = readModelFile(arguments.model);
+  const PredictionMode mode = arguments.mode.empty()      ? PredictionMode::kAsFitted
+                              : arguments.mode == "mixed" ? PredictionMode::kMixed
+                                                          : PredictionMode::kCurrent;
   try {
-    return predictRange(model, series, range, modeOf(arguments.mode));
+    return predictRange(model, series, range, mode);
   } catch (const NoSource& none) {
     throw UsageError(std::string("--mode mixed: ") + none.what() + " (" + arguments.recording.path +
                      ")");

@@ -37,27 +37,6 @@ Finding coarseStep(const Channel& channel, double very_coarse, const std::string
 }
 
 // ---------------------------------------------------------------------------------------------
-// clipping
-
-Finding clippingAt(const Evidence& evidence, const Channel& channel, double extreme,
-                   const std::vector<IndexRange>& runs) {
-  return Finding{
-      "clipping",
-      Severity::kWarning,
-      std::string(channel.name) + " is cut off at " + number(extreme) + " " + channel.unit + ": " +
-          counted(totalSamples(runs), "sample") + " in " + counted(runs.size(), "place") +
-          " read exactly that",
-      &channel == &evidence.current
-          ? "the true current lay beyond: fits keep these samples, so their resistances come out "
-            "too large, and charge is missing"
-          : "the true voltage lay beyond: fits leave these samples out",
-      extreme,
-      channel.unit,
-      totalSamples(runs),
-      startsOf(evidence, runs)};
-}
-
-// ---------------------------------------------------------------------------------------------
 // stuck values
 
 std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel) {
@@ -77,26 +56,6 @@ std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel
                   longest, "s", totalSamples(frozen), startsOf(evidence, frozen)}};
 }
 
-Finding enteredAt(const Evidence& evidence, const Channel& channel, const Flicker& flicker,
-                  const std::vector<IndexRange>& runs) {
-  const IndexRange longest = *std::max_element(
-      runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
-  const double duration = durationOf(evidence, longest);
-  return Finding{
-      "stuck",
-      Severity::kNote,
-      std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
-          channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
-          " s), though it flickers by " + number(flicker.size) + " " + channel.unit +
-          " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
-          counted(runs.size(), "such place"),
-      "set or entered there rather than measured; fits and counted charge take it as exact",
-      duration,
-      "s",
-      totalSamples(runs),
-      startsOf(evidence, runs)};
-}
-
 /// Values that stand still for a minute and more although the channel flickers at nearly every
 /// sample elsewhere.
 std::vector<Finding> findEntered(const Evidence& evidence, const Channel& channel) {
@@ -109,7 +68,18 @@ std::vector<Finding> findEntered(const Evidence& evidence, const Channel& channe
                      [&](const IndexRange& run) { return durationOf(evidence, run) < kShortest; }),
       runs.end());
   if (runs.empty() || !isNoisyOutside(channel, flicker)) return {};
-  return {enteredAt(evidence, channel, flicker, runs)};
+  const IndexRange longest = *std::max_element(
+      runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
+  const double duration = durationOf(evidence, longest);
+  return {Finding{
+      "stuck", Severity::kNote,
+      std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
+          channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
+          " s), though it flickers by " + number(flicker.size) + " " + channel.unit +
+          " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
+          counted(runs.size(), "such place"),
+      "set or entered there rather than measured; fits and counted charge take it as exact",
+      duration, "s", totalSamples(runs), startsOf(evidence, runs)}};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -169,12 +139,21 @@ std::vector<Finding> findQuantisation(const Evidence& evidence) {
 
 std::vector<Finding> findClipping(const Evidence& evidence) {
   std::vector<Finding> findings;
-  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
+  for (const Channel* channel : {&evidence.current, &evidence.voltage})
     for (const double extreme : {channel->lowest, channel->highest}) {
       const std::vector<IndexRange> runs = clippedRuns(evidence, *channel, extreme);
-      if (!runs.empty()) findings.push_back(clippingAt(evidence, *channel, extreme, runs));
+      if (runs.empty()) continue;
+      findings.push_back(Finding{
+          "clipping", Severity::kWarning,
+          std::string(channel->name) + " is cut off at " + number(extreme) + " " + channel->unit +
+              ": " + counted(totalSamples(runs), "sample") + " in " +
+              counted(runs.size(), "place") + " read exactly that",
+          channel == &evidence.current
+              ? "the true current lay beyond: fits keep these samples, so their resistances come "
+                "out too large, and charge is missing"
+              : "the true voltage lay beyond: fits leave these samples out",
+          extreme, channel->unit, totalSamples(runs), startsOf(evidence, runs)});
     }
-  }
   return findings;
 }
 

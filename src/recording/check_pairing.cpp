@@ -19,9 +19,8 @@ constexpr double kMinSkew = 0.003;       // [s]; leaves 1.5 mV at 100 Hz (docs/p
 constexpr double kMinSkewSamples = 0.3;  // what noise and unfiltered edges move the lag by
 // how much better a shift by a whole sample must explain the edges
 constexpr double kWholeSampleGain = 1.5;
-constexpr double kLowestBlock = 10.5;  // [V], 1.75 V a cell: discharged under load
-// [V], 2.58 V a cell: end of charge without voltage limit
-constexpr double kHighestBlock = 15.5;
+constexpr double kLowestBlock = 10.5;   // [V], 1.75 V a cell: discharged under load
+constexpr double kHighestBlock = 15.5;  // [V], 2.58 V a cell: end of charge without voltage limit
 constexpr double kRestShare = 0.01;     // of the largest current
 constexpr double kRestDuration = 60.0;  // [s]
 constexpr std::size_t kRestSamples = 20;

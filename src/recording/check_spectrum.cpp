@@ -15,9 +15,8 @@ constexpr double kUneven = 0.5;  // of an interval; more and the phase is lost
 // [V], what a fit's residual is judged by (docs/physics.md#aliasing)
 constexpr double kMinAmplitude = 0.001;
 constexpr double kMinNoiseShare = 0.5;  // of the noise, from the same place
-// of the resistance at edges, within which impedances lie
-constexpr double kProportion = 2.0;
-constexpr int kTaps = 2;  // samples to either side of the shift between channels
+constexpr double kProportion = 2.0;     // of the resistance at edges, within which impedances lie
+constexpr int kTaps = 2;                // samples to either side of the shift between channels
 constexpr int kColumns = 2 * (2 * kTaps + 1);
 
 using Row = Eigen::Matrix<double, kColumns, 1>;
@@ -49,9 +48,8 @@ std::vector<IndexRange> evenRanges(const Evidence& evidence) {
 template <typename Value>
 std::vector<double> changesOf(const std::vector<double>& values, Value value) {
   std::vector<double> changes(values.size(), 0.0);
-  for (std::size_t k = 1; k < values.size(); ++k) {
+  for (std::size_t k = 1; k < values.size(); ++k)
     changes[k] = value(values[k]) - value(values[k - 1]);
-  }
   return changes;
 }
 
@@ -95,9 +93,8 @@ std::vector<double> unexplainedChanges(const Evidence& evidence, const Regressor
   }
   const Row weights = products.completeOrthogonalDecomposition().solve(projection);
   for (const IndexRange& range : ranges) {
-    for (std::size_t k = range.first; k < range.last; ++k) {
+    for (std::size_t k = range.first; k < range.last; ++k)
       changes[k] -= weights.dot(regressors.at(k));
-    }
   }
   return changes;
 }
@@ -111,10 +108,10 @@ std::vector<Finding> findAliasing(const Evidence& evidence) {
   const LineSearch search =
       findSpectralLines(unexplainedChanges(evidence, regressors, ranges), ranges);
   const double least = std::max(kMinAmplitude, kMinNoiseShare * evidence.voltage.noise),
-               most_ohmic = kProportion * std::abs(evidence.edges->resistance);
+               max_ohmic = kProportion * std::abs(evidence.edges->resistance);
   std::vector<SpectralLine> tones;  // amplitudes in [V]
   for (SpectralLine line : search.lines) {
-    if (line.amplitude <= most_ohmic * amplitudeAt(regressors.current, ranges, line.frequency))
+    if (line.amplitude <= max_ohmic * amplitudeAt(regressors.current, ranges, line.frequency))
       continue;
     // amplitude of a tone's changes from sample to sample, over that of the tone
     line.amplitude /= 2.0 * std::sin(kPi * line.frequency);

@@ -44,10 +44,9 @@ bool areAlike(const std::vector<double>& lengths) {
 }
 
 std::string meaningOf(const Gaps& gaps) {
-  if (!areAlike(gaps.length)) {
+  if (!areAlike(gaps.length))
     return "each stretch between gaps stands alone: models take them as rest at 0 A, and charge is "
            "not counted";
-  }
   return "nearly all are of " + number(quantile(gaps.length, 0.5)) +
          " s: a slower logging rate rather than lost samples; they still cut the recording, "
          "because "

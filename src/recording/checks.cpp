@@ -93,9 +93,8 @@ std::string toString(Severity severity) {
 }
 
 CheckReport checkRecording(const Recording& recording) {
-  if (recording.series.empty()) {
+  if (recording.series.empty())
     throw std::invalid_argument("checkRecording: " + recording.name + " has no sample");
-  }
   const check_parts::Evidence evidence(recording.series, &recording);
   CheckReport report;
   report.samples = recording.series.size();

@@ -1,12 +1,11 @@
-#include "report/catalogue.hpp"
+#include "report/results.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
+#include "descriptions.hpp"
 #include "model/mechanism.hpp"
-#include "report/fields.hpp"
-#include "wording.hpp"
 
 #include "util/text.hpp"
 
@@ -32,19 +31,16 @@ std::string withUnit(const std::string& value, const std::string& unit) {
   return unit == "1" ? value : value + " " + unit;
 }
 
-std::string priorOf(const ParameterInfo& info) {
-  if (!info.prior_std) return "";
-  return info.logarithmic ? "known to a factor of " + number(std::exp(*info.prior_std))
-                          : "known to +- " + withUnit(number(*info.prior_std), info.unit);
-}
-
 /// What a fit does with a parameter, in words.
 std::vector<std::string> rolesOf(const ParameterInfo& info) {
   std::vector<std::string> roles = {info.held ? "held" : "free"};
   if (info.logarithmic) roles.push_back("searched as a logarithm");
   if (info.linear) roles.push_back("linear");
   if (info.vanishes_at) roles.push_back("no effect at " + number(*info.vanishes_at));
-  if (info.prior_std) roles.push_back(priorOf(info));
+  if (info.prior_std)
+    roles.push_back(info.logarithmic
+                        ? "known to a factor of " + number(std::exp(*info.prior_std))
+                        : "known to +- " + withUnit(number(*info.prior_std), info.unit));
   return roles;
 }
 
@@ -116,18 +112,15 @@ std::string linked(const std::string& source) {
   return text + source.substr(done);
 }
 
-std::string parameterRow(const ParameterInfo& info) {
-  return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " +
-         number(info.magnitude) + " | " + number(info.lower) + " to " + number(info.upper) + " | " +
-         join(rolesOf(info)) + " | " + linked(info.source) + " |\n";
-}
-
 std::string effectMarkdown(const EffectInfo& effect) {
   std::string text = "### " + effect.code + " " + code(effect.id) + ": " + effect.title + "\n\n";
   for (const std::string& line : linesOf(effect.equations)) text += "    " + line + "\n";
   text += "\n| parameter | symbol | unit | magnitude | bounds | in a fit | source |\n";
   text += "|---|---|---|---|---|---|---|\n";
-  for (const ParameterInfo& info : effect.parameters) text += parameterRow(info);
+  for (const ParameterInfo& info : effect.parameters)
+    text += "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " +
+            number(info.magnitude) + " | " + number(info.lower) + " to " + number(info.upper) +
+            " | " + join(rolesOf(info)) + " | " + linked(info.source) + " |\n";
   text += "\n";
   for (const auto& [name, state] : namedStates(effect))
     text += "- State " + code(name) + " [" + state.unit + "] " + beginningOf(state) + ".\n";
@@ -138,14 +131,12 @@ std::string effectMarkdown(const EffectInfo& effect) {
   return text + "- Distinguished by: " + effect.distinguished_by + ".\n\n";
 }
 
-int tierRank(char tier) { return tier == 'S' ? 0 : tier == 'P' ? 1 : 2; }
-
 }  // namespace
 
 std::vector<EffectInfo> effectsByTier() {
   std::vector<EffectInfo> effects = effectCatalogue();
   const auto rank = [](const EffectInfo& effect) {
-    return std::pair(tierRank(effect.tier()), std::atoi(effect.code.c_str() + 1));
+    return std::pair(std::string("SPI").find(effect.tier()), std::stoi(effect.code.substr(1)));
   };
   std::stable_sort(effects.begin(), effects.end(),
                    [&](const EffectInfo& a, const EffectInfo& b) { return rank(a) < rank(b); });

@@ -1,4 +1,4 @@
-#include "report/check_report.hpp"
+#include "report/results.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,12 +59,6 @@ std::string entry(const std::string& label, const std::string& text) {
   return wrapped(lead, text);
 }
 
-std::string describeRate(double interval) {
-  if (interval <= 0.0) return "a single sample";
-  std::string text = "one every " + number(interval) + " s";
-  return interval <= 2.0 ? text + " (" + number(1.0 / interval) + " Hz)" : text;
-}
-
 std::string describeRange(const std::vector<double>& values, std::optional<double> step,
                           const std::string& unit) {
   const Extremes extremes = extremesOf(values);
@@ -73,24 +67,22 @@ std::string describeRange(const std::vector<double>& values, std::optional<doubl
   return step ? text + ", in steps of " + threeDigits(*step) + " " + unit : text;
 }
 
-std::string temperatureText(const Series& series) {
-  if (series.temperature.empty()) return "";
-  const Extremes kelvin = extremesOf(series.temperature);
-  return entry("temperature", number(kelvin.low - kZeroCelsius) + " degC to " +
-                                  number(kelvin.high - kZeroCelsius) + " degC");
-}
-
 std::string overviewText(const Recording& recording, const CheckReport& report) {
   const Series& series = recording.series;
-  return entry("samples", std::to_string(report.samples) + " of " +
-                              std::to_string(recording.offered) + " over " +
-                              duration(report.to - report.from) + ", " +
-                              describeRate(report.median_interval)) +
-         entry("time", number(report.from) + " s to " + number(report.to) + " s") +
-         entry("refused", recording.rejected.total() > 0 ? reasonsOf(recording.rejected) : "none") +
-         entry("current", describeRange(series.current, report.current_lsb, "A")) +
-         entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V")) +
-         temperatureText(series);
+  const double interval = report.median_interval;
+  std::string rate = interval <= 0.0 ? "a single sample" : "one every " + number(interval) + " s";
+  if (interval > 0.0 && interval <= 2.0) rate += " (" + number(1.0 / interval) + " Hz)";
+  std::string text =
+      entry("samples", std::to_string(report.samples) + " of " + std::to_string(recording.offered) +
+                           " over " + duration(report.to - report.from) + ", " + rate) +
+      entry("time", number(report.from) + " s to " + number(report.to) + " s") +
+      entry("refused", recording.rejected.total() > 0 ? reasonsOf(recording.rejected) : "none") +
+      entry("current", describeRange(series.current, report.current_lsb, "A")) +
+      entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V"));
+  if (series.temperature.empty()) return text;
+  const Extremes kelvin = extremesOf(series.temperature);
+  return text + entry("temperature", number(kelvin.low - kZeroCelsius) + " degC to " +
+                                         number(kelvin.high - kZeroCelsius) + " degC");
 }
 
 std::string eventsText(const EventSummary& summary) {
@@ -121,36 +113,14 @@ std::string sourceText(const ControlModes& source) {
   return text;
 }
 
-std::string timesText(const Finding& finding) {
-  std::string text = "at ";
-  for (std::size_t k = 0; k < finding.at.size(); ++k) {
-    text += (k == 0 ? "" : ", ") + number(finding.at[k]) + " s";
-  }
-  return text;
-}
-
 std::string findingText(const Finding& finding) {
   std::string lead = "    " + toString(finding.severity);
   lead.resize(13, ' ');
   const std::string indent(lead.size(), ' ');
-  std::string text = wrapped(lead, finding.id + ": " + finding.what);
-  text += wrapped(indent, finding.meaning);
-  if (!finding.at.empty()) text += wrapped(indent, timesText(finding));
-  return text;
-}
-
-std::string findingsText(const CheckReport& report) {
-  if (report.findings.empty()) return "\n  findings: none\n";
-  std::string text = "\n  findings\n";
-  for (const Finding& finding : report.findings) text += findingText(finding);
-  return text;
-}
-
-std::string notJudgedText(const CheckReport& report) {
-  if (report.not_judged.empty()) return "";
-  std::string text = "\n  not judged\n";
-  for (const std::string& line : report.not_judged) text += wrapped("    ", line);
-  return text;
+  std::vector<std::string> times;
+  for (const double at : finding.at) times.push_back(number(at) + " s");
+  return wrapped(lead, finding.id + ": " + finding.what) + wrapped(indent, finding.meaning) +
+         (times.empty() ? "" : wrapped(indent, "at " + join(times)));
 }
 
 }  // namespace
@@ -190,11 +160,20 @@ void describe(Visit& visit, const ControlModes& source) {
 DESCRIBED(Finding, MEMBERS("", id, what, meaning, value, unit, samples), MEMBERS("s", at),
           visit("severity", toString(of.severity)))
 
+DESCRIBED(CheckReport, MEMBERS("", samples, findings, not_judged),
+          MEMBERS("s", from, to, median_interval), MEMBERS("v", voltage_lsb),
+          MEMBERS("a", current_lsb))
+
 std::string checkReportText(const std::string& name, const Recording& recording,
                             const CheckReport& report) {
-  return name + "\n" + overviewText(recording, report) + eventsText(summaryOf(recording)) +
-         sourceText(detectControlMode(recording.series)) + findingsText(report) +
-         notJudgedText(report);
+  std::string text = name + "\n" + overviewText(recording, report) +
+                     eventsText(summaryOf(recording)) +
+                     sourceText(detectControlMode(recording.series)) +
+                     (report.findings.empty() ? "\n  findings: none\n" : "\n  findings\n");
+  for (const Finding& finding : report.findings) text += findingText(finding);
+  if (!report.not_judged.empty()) text += "\n  not judged\n";
+  for (const std::string& line : report.not_judged) text += wrapped("    ", line);
+  return text;
 }
 
 nlohmann::json checkReportJson(const std::string& name, const Recording& recording,
@@ -209,24 +188,17 @@ nlohmann::json checkReportJson(const std::string& name, const Recording& recordi
   if (celsius)
     for (double& end : *celsius) end -= kZeroCelsius;
   JsonFields visit;
+  describe(visit, report);
   visit("schema", "battery_sof/check/1");
   visit("recording", name);
-  visit("samples", report.samples);
   visit("offered", recording.offered);
-  visit("from", report.from, "s");
-  visit("to", report.to, "s");
-  visit("median_interval", report.median_interval, "s");
   visit("largest_step_back", recording.largest_step_back, "s");
   visit("rejected", recording.rejected);
-  visit("voltage_lsb", report.voltage_lsb, "v");
-  visit("current_lsb", report.current_lsb, "a");
   visit("voltage_range", range(series.voltage), "v");
   visit("current_range", range(series.current), "a");
   visit("temperature_range", celsius, "c");
   visit("events", summaryOf(recording));
   visit("source", detectControlMode(series));
-  visit("findings", report.findings);
-  visit("not_judged", report.not_judged);
   return visit.json;
 }
 

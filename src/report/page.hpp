@@ -26,7 +26,7 @@ std::string figure(const std::string& name, const std::string& what, const std::
 /// What a line of a drawing is. @param style of a stroke like it.
 std::string keyEntry(const std::string& name, const std::string& style);
 
-/// What is folded away until it is asked for.
+/// What is folded away below a summary.
 std::string details(const std::string& summary, const std::string& content);
 
 inline constexpr char kNumber[] = "class=\"number\"";

@@ -12,8 +12,7 @@ namespace {
 // of a chart of 640 by 232
 constexpr double kLeft = 56.0, kRight = 628.0, kTop = 12.0, kBottom = 196.0;
 constexpr double kNormal95 = 1.96;  // standard deviations
-// about as many on an axis
-constexpr double kTicks = 5.0;
+constexpr double kTicks = 5.0;      // about as many on an axis
 
 /// A point of a line in the axes' units; half its 95 % band is 0 where that is not known.
 struct Point {
@@ -149,6 +148,14 @@ Point pointOf(double x, double volts, const std::optional<double>& std) {
   return {x, 1e3 * volts, std && std::isfinite(*std) ? 1e3 * kNormal95 * *std : 0.0};
 }
 
+/// Two lines over the same abscissae; nothing where there are fewer than two points.
+std::string curvesHtml(const std::string& title, bool is_log, const std::string& unit,
+                       const Curve& first, const Curve& second) {
+  if (first.points.size() < 2 || !(first.points.back().x > first.points.front().x)) return "";
+  const Axis axis{first.points.front().x, first.points.back().x, is_log};
+  return chartHtml(title, axis, unit, {first, second});
+}
+
 /// What it adds over the time since a rest: the memory of charging and discharging.
 std::string memoryChart(const DiscrepancyFinding& discrepancy) {
   Curve charging{"charging", "extended", true, {}}, discharging{"discharging", "base", false, {}};
@@ -157,12 +164,9 @@ std::string memoryChart(const DiscrepancyFinding& discrepancy) {
     charging.points.push_back(pointOf(one.time, one.charging, one.charging_std));
     discharging.points.push_back(pointOf(one.time, one.discharging, one.discharging_std));
   }
-  if (charging.points.size() < 2 || !(charging.points.back().x > charging.points.front().x))
-    return "";
-  const Axis time{charging.points.front().x, charging.points.back().x, true};
-  return chartHtml(
+  return curvesHtml(
       format("What it adds after so long a current of %.0f A [mV]", discrepancy.answer_current),
-      time, "time since a rest [s]", {charging, discharging});
+      true, "time since a rest [s]", charging, discharging);
 }
 
 /// What it adds over the current: at once, and when its memory has set in.
@@ -173,10 +177,8 @@ std::string currentChart(const DiscrepancyFinding& discrepancy) {
     early.points.push_back(pointOf(at.current, at.early, at.early_std));
     late.points.push_back(pointOf(at.current, at.late, at.late_std));
   }
-  if (early.points.size() < 2 || !(early.points.back().x > early.points.front().x)) return "";
-  const Axis current{early.points.front().x, early.points.back().x, false};
-  return chartHtml("What it adds over the current [mV]", current,
-                   "current [A], positive into the battery", {early, late});
+  return curvesHtml("What it adds over the current [mV]", false,
+                    "current [A], positive into the battery", early, late);
 }
 
 std::string bandNote(const DiscrepancyFinding& discrepancy) {

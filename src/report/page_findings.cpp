@@ -38,15 +38,12 @@ SpokenUnit spokenUnit(double value, const std::string& unit) {
 }
 
 /// Three significant digits, four from 1000 on; no exponent where it can be helped.
-std::string plainNumber(double value) {
-  return std::abs(value) >= 1000.0 && std::abs(value) < 1e6 ? format("%.0f", value)
-                                                            : threeDigits(value);
-}
-
 std::string spoken(double value, const std::string& unit) {
   if (!std::isfinite(value)) return kNone;
   const SpokenUnit spoken_unit = spokenUnit(value, unit);
-  return plainNumber(spoken_unit.factor * value) + spoken_unit.name;
+  const double number = spoken_unit.factor * value;
+  const bool is_large = std::abs(number) >= 1000.0 && std::abs(number) < 1e6;
+  return (is_large ? format("%.0f", number) : threeDigits(number)) + spoken_unit.name;
 }
 
 /// "8.50 ± 0.17 mΩ": as many decimals as the standard error's second digit.
@@ -149,19 +146,17 @@ std::string parameterBiasTable(const Diagnosis& d) {
          table(head, rows, "class=\"map\"");
 }
 
-std::string zoomButton(double from, double to) {
-  return element(
-      "button", "show",
-      format("type=\"button\" class=\"show\" data-from=\"%.3f\" data-to=\"%.3f\"", from, to));
-}
-
 std::string segmentTable(const Diagnosis& d, double clock_origin) {
   if (d.mismatch.empty()) return "";
   std::vector<std::vector<Cell>> rows;
   for (const MismatchSegment& s : d.mismatch) {
     if (rows.size() == kSegmentsListed) break;
     const double from = s.from - clock_origin, to = s.to - clock_origin;
-    rows.push_back({{format("%.1f to %.1f s", from, to) + zoomButton(from, to)},
+    rows.push_back({{format("%.1f to %.1f s", from, to) +
+                     element("button", "show",
+                             format("type=\"button\" class=\"show\" data-from=\"%.3f\" "
+                                    "data-to=\"%.3f\"",
+                                    from, to))},
                     {escaped(plainName(s.regime))},
                     numberCell(millivolts(s.mean_error)),
                     numberCell(millivolts(s.peak_error)),
@@ -203,12 +198,6 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
 // ---------------------------------------------------------------------------------------------
 // effects
 
-std::string intervalHtml(const DiagnosedParameter& p) {
-  if (p.lower && p.upper) return spoken(*p.lower, p.unit) + " to " + spoken(*p.upper, p.unit);
-  if (p.lower) return "at least " + spoken(*p.lower, p.unit);
-  return p.upper ? "at most " + spoken(*p.upper, p.unit) : kNone;
-}
-
 /// Where a value lies between the catalogue's bounds, as a mark on a gauge and in numbers.
 std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
   if (p.at_bound)
@@ -225,12 +214,16 @@ std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
 }
 
 std::string effectHtml(const NamedEffect& effect) {
+  const auto spoken_in = [](const std::string& unit) {
+    return [unit](double value) { return spoken(value, unit); };
+  };
   std::vector<std::vector<Cell>> rows;
   for (const DiagnosedParameter& p : effect.parameters)
-    rows.push_back({{code(p.name)},
-                    numberCell(withError(p.value, p.std, p.unit)),
-                    numberCell(intervalHtml(p)),
-                    {plausibility(effect.id, p)}});
+    rows.push_back(
+        {{code(p.name)},
+         numberCell(withError(p.value, p.std, p.unit)),
+         numberCell(p.lower || p.upper ? intervalText(p.lower, p.upper, spoken_in(p.unit)) : kNone),
+         {plausibility(effect.id, p)}});
   std::string facts = "Confidence " + confidenceText(effect.confidence) +
                       "; it moves the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
   if (!effect.biased_parameters.empty())

@@ -6,7 +6,6 @@
 #include "recording/events.hpp"
 #include "report/diagnosis_page.hpp"
 #include "util/text.hpp"
-#include "wording.hpp"
 
 namespace battery_sof {
 namespace {
@@ -38,8 +37,7 @@ void pickExtremes(IndexRange range, const Trace& trace, std::vector<std::size_t>
 
 constexpr std::size_t kBuckets = 1000;       // a plot is about 1000 pixels wide
 constexpr std::size_t kWholeSamples = 4000;  // of cranks that are shown at full rate
-// [s], before and after a crank that is shown at full rate
-constexpr double kCrankMargin = 0.5;
+constexpr double kCrankMargin = 0.5;  // [s], before and after a crank that is shown at full rate
 constexpr std::size_t kStretchesShown = 4000;
 constexpr double kHatching = 5.0;  // of a drawing's width of 1000
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "prediction/online_session.hpp"
-#include "ros/background_worker.hpp"
+#include "ros/background_work.hpp"
 #include "ros/diagnosis_runner.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/node_diagnostics.hpp"

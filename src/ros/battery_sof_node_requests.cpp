@@ -6,7 +6,7 @@
 
 #include "ros/background_work.hpp"
 #include "ros/battery_sof_node.hpp"
-#include "ros/message_fields.hpp"
+#include "ros/message_conversion.hpp"
 
 /// What others ask of the node: services and actions.
 namespace battery_sof {

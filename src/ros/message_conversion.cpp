@@ -5,7 +5,6 @@
 
 #include "bag/battery_state_message.hpp"
 #include "report/model_yaml.hpp"
-#include "ros/message_fields.hpp"
 
 namespace battery_sof {
 

@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <map>
-#include <sstream>
 
 #include "recording/series_blocks.hpp"
 #include "report/model_yaml.hpp"
@@ -30,11 +29,7 @@ std::string typeName(const Value& value) {
   }
 }
 
-std::string shown(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
+std::string shown(double value) { return format("%g", value); }
 
 /// Parameters of 0.2, and what became of them.
 const std::map<std::string, std::string> kOld = {
@@ -175,20 +170,11 @@ Schema schemaOf(NodeOptions& options) {
 
 /// The defaults, those in volts of as many blocks as are asked for.
 NodeOptions defaultsFor(Value& parameters) {
-  NodeOptions options;
-  if (!parameters.valid() || parameters.getType() != Value::TypeStruct ||
-      !parameters.hasMember("series_blocks"))
-    return options;
-  Value& given = parameters["series_blocks"];
-  Schema only_blocks;
-  double series_blocks = 1.0;
-  only_blocks.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, series_blocks);
-  Value alone;
-  alone["series_blocks"] = given;
-  Faults told_later;
-  only_blocks.read(alone, "~", told_later);
-  *options.standing.cranking.u_required *= series_blocks;
-  options.standing.charge.u_boost *= series_blocks;
+  NodeOptions given, options;
+  Faults reported_later;
+  schemaOf(given).read(parameters, "~", reported_later);
+  *options.standing.cranking.u_required *= given.session.series_blocks;
+  options.standing.charge.u_boost *= given.session.series_blocks;
   return options;
 }
 
@@ -227,12 +213,8 @@ void readPriors(NodeOptions& options, Faults& faults) {
 }  // namespace
 
 StopTimeQuery StandingQueries::stopTime() const {
-  StopTimeQuery query;
-  query.i_load = cranking.i_load;
-  query.i_cranking = cranking.i_cranking;
-  query.t_cranking = cranking.t_cranking;
-  query.u_required = cranking.u_required.value_or(0.0);
-  return query;
+  return {cranking.i_load, cranking.i_cranking, cranking.t_cranking,
+          cranking.u_required.value_or(0.0)};
 }
 
 ChargeAcceptanceQuery StandingQueries::chargeAt(const std::optional<double>& lately) const {

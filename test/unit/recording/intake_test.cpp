@@ -90,12 +90,6 @@ TEST(Intake, ForgettingTheClockAcceptsAnEarlierStampAndKeepsTheCounts) {
   EXPECT_EQ(intake.rejected().clock_step_back, 1U);
 }
 
-TEST(Intake, LimitThatIsNotPositiveIsRefused) {
-  IntakeLimits limits;
-  limits.max_abs_current = 0.0;
-  EXPECT_THROW(Intake{limits}, std::invalid_argument);
-}
-
 TEST(Append, AcceptedSamplesAndTheirTemperaturesEnterTheSeriesOthersAreCounted) {
   Recording recording;
   Intake intake;

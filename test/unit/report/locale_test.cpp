@@ -8,9 +8,8 @@
 
 #include "battery_sof/csv.hpp"
 #include "prediction/cranking.hpp"
-#include "report/check_report.hpp"
-#include "report/model_yaml.hpp"
 #include "report/results.hpp"
+#include "report/model_yaml.hpp"
 #include "support/comma_locale.hpp"
 #include "support/known_model.hpp"
 

@@ -1,4 +1,4 @@
-#include "ros/background_worker.hpp"
+#include "ros/background_work.hpp"
 
 #include <gtest/gtest.h>
 
