@@ -8,8 +8,8 @@
 
 #include "battery_sof/csv.hpp"
 #include "prediction/cranking.hpp"
-#include "report/results.hpp"
 #include "report/model_yaml.hpp"
+#include "report/results.hpp"
 #include "support/comma_locale.hpp"
 #include "support/known_model.hpp"
 
