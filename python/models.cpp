@@ -11,7 +11,7 @@
 #include "prediction/scores.hpp"
 #include "prediction/stop_time.hpp"
 #include "report/results.hpp"
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"
 
