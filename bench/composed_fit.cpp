@@ -1,5 +1,5 @@
 // Fits base + three effects to 30 minutes at 100 Hz with our search and with Ceres, in turns, and
-// writes times, optima and the compressed drive as JSON.
+// writes the times as JSON.
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <cstdlib>
@@ -105,10 +105,6 @@ void requireSame(const Contender& contender, double cost_share, double errors) {
                            std::to_string(errors) + " standard errors");
 }
 
-nlohmann::json columnOf(const Eigen::VectorXd& values) {
-  return std::vector<double>(values.data(), values.data() + values.size());
-}
-
 /// Ends of all contenders against the first one's.
 nlohmann::json endsAsJson(const Task& task, const std::vector<Contender>& contenders) {
   const End first = contenders.front().run();
@@ -120,55 +116,13 @@ nlohmann::json endsAsJson(const Task& task, const std::vector<Contender>& conten
     const double share = costAt(task, end.x) / cost - 1.0;
     const double away = (end.x - first.x).cwiseQuotient(errors).cwiseAbs().maxCoeff();
     requireSame(contender, share, away);
-    const CompositionPoint point = task.problem.pointAt(end.x);
     ends.push_back({{"name", contender.name},
                     {"passes", end.passes},
                     {"cost_share", share},
                     {"standard_errors", away},
-                    {"parameters", columnOf(point.parameters)},
-                    {"state", columnOf(point.state)},
                     {"milliseconds", nlohmann::json::array()}});
   }
   return ends;
-}
-
-nlohmann::json driveAsJson(const CompositionProblem& problem, const InputSequence& inputs) {
-  nlohmann::json samples;
-  for (std::size_t k = 0; k < inputs.samples.size(); ++k) {
-    const InputSample& sample = inputs.samples[k];
-    samples["held"].push_back(sample.step.held);
-    samples["duration"].push_back(sample.step.duration);
-    samples["current"].push_back(sample.step.current);
-    samples["voltage"].push_back(sample.voltage);
-    samples["weight"].push_back(problem.weightOf(k));
-  }
-  return samples;
-}
-
-/// The compressed problem as SciPy needs it, with our optimum of it.
-nlohmann::json compressedAsJson(const Task& task) {
-  const InputSequence inputs = compressedInputs(task.series, all(task.series));
-  const CompositionProblem problem(task.model, inputs, {}, task.start);
-  const CompositionFit fit = fitComposition(problem, {task.start});
-  const Eigen::VectorXd mean =
-      problem.coordinatesOf({task.model.typicalParameters(), task.model.restState()});
-  const Eigen::VectorXd unit =
-      problem.seedsAt(Eigen::VectorXd::Zero(problem.size())).colwise().sum();
-  nlohmann::json logarithmic;
-  for (Eigen::Index k = 0; k < problem.size(); ++k) {
-    const Eigen::Index row = problem.rowOf(k);
-    logarithmic.push_back(row < task.model.parameterCount() &&
-                          task.model.parameters()[static_cast<std::size_t>(row)].logarithmic);
-  }
-  return {{"drive", driveAsJson(problem, inputs)},
-          {"start", columnOf(problem.coordinatesOf(task.start))},
-          {"lower", columnOf(problem.lower())},
-          {"upper", columnOf(problem.upper())},
-          {"unit", columnOf(unit)},
-          {"logarithmic", logarithmic},
-          {"prior_mean", columnOf(mean)},
-          {"prior_weight", columnOf(problem.priorWeight() * problem.priorPrecision())},
-          {"cost", fit.at.cost}};
 }
 
 void compare(int rounds, const std::string& out) {
@@ -178,16 +132,9 @@ void compare(int rounds, const std::string& out) {
   for (int round = 0; round < rounds; ++round)
     for (std::size_t k = 0; k < contenders.size(); ++k)
       ends[k]["milliseconds"].push_back(processorMilliseconds([&] { contenders[k].run(); }));
-  nlohmann::json names;
-  for (const ParameterInfo& info : task.model.parameters())
-    names.push_back(info.name + " [" + info.unit + "]");
-  for (const StateInfo& info : task.model.states())
-    names.push_back(info.name + " [" + info.unit + "]");
+  const nlohmann::json result = {{"contenders", ends}};
   std::ofstream file(out);
-  file << nlohmann::json{{"contenders", ends},
-                         {"names", names},
-                         {"samples", task.full.samples.size()},
-                         {"compressed", compressedAsJson(task)}};
+  file << result;
   file.close();
   if (!file) throw std::runtime_error(out + ": cannot be written");
 }

@@ -1,5 +1,4 @@
-// Times our identification and Ceres on the same window, in turns, and writes times, optimum and
-// window as JSON.
+// Times our identification and Ceres on the same window, in turns, and writes times as JSON.
 #include <cstdlib>
 #include <ctime>
 #include <exception>
@@ -56,18 +55,6 @@ std::vector<Contender> agreeingContenders(const DriveWindow& window, const Fit& 
   return contenders;
 }
 
-nlohmann::json windowAsJson(const Samples& samples) {
-  nlohmann::json window;
-  for (const auto& sample : samples) {
-    window["held_current"].push_back(sample.held.current);
-    window["duration"].push_back(sample.held.duration);
-    window["current"].push_back(sample.discharge + sample.charge);
-    window["voltage"].push_back(sample.voltage);
-    window["weight"].push_back(sample.weight);
-  }
-  return window;
-}
-
 nlohmann::json timesAsJson(const std::vector<Contender>& contenders, int rounds) {
   std::vector<std::vector<double>> times(contenders.size());
   for (int round = 0; round < rounds; ++round)
@@ -85,14 +72,7 @@ void compare(int rounds, const std::string& out) {
   const DriveWindow window = simulatedWindow();
   const Fit ours = searchOnly(window);
   const auto contenders = agreeingContenders(window, ours);
-  const auto& p = ours.parameters;
-  const nlohmann::json result = {
-      {"times", timesAsJson(contenders, rounds)},
-      {"optimum", {p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc, ours.u_c2_first}},
-      {"cost", ours.cost},
-      {"tolerance", {{"optimum", kSameOptimum}, {"cost", kSameCost}}},
-      {"i0", p.i0},
-      {"window", windowAsJson(window.samples)}};
+  const nlohmann::json result = {{"times", timesAsJson(contenders, rounds)}};
   std::ofstream file(out);
   file << result;
   file.close();

@@ -106,7 +106,8 @@ WindowResult runWindow(const Series& series, double from, const Setting& setting
   WindowResult result;
   result.model = identify(series, window, options);
   const IndexRange whole{0, series.size()};
-  result.hour = scorePrediction(series, whole, predictSeries(result.model, series, whole));
+  result.hour =
+      scorePrediction(series, whole, predictSeries(result.model, series, whole).voltages());
   for (const auto& crank : result.hour.cranks)
     result.crank_errors.push_back(std::abs(crank.measured_minimum - crank.predicted_minimum.value));
   return result;

@@ -32,15 +32,16 @@ inline constexpr double kMaxCurrent = 5000.0;
 
 /// Limits beyond which a value is not a measurement.
 struct IntakeLimits {
-  double max_abs_current = kMaxCurrent;  ///< [A]
-  double max_abs_voltage = 100.0;        ///< [V], a 12 V sensor's full scale with ample room
-  double max_abs_time = 1e10;  ///< [s], the year 2286: milliseconds since 1970 are no seconds
+  static constexpr double max_abs_current = kMaxCurrent;  ///< [A]
+  static constexpr double max_abs_voltage = 100.0;  ///< [V], a 12 V sensor's full scale, ample room
+  /// [s], the year 2286: milliseconds since 1970 are no seconds
+  static constexpr double max_abs_time = 1e10;
   /// [s], nearer stamps are one instant; the step of a stamp since 1970 is 2.4e-7 s
-  double min_interval = 1e-7;
+  static constexpr double min_interval = 1e-7;
 };
 
-/// @return the fate in words a diagnostic can show, e.g. "clock step back".
-std::string toString(SampleFate fate);
+/// @return why samples were refused, e.g. "10 duplicate stamp, 2 not finite"; empty without any.
+std::string reasonsOf(const RejectedCounts& rejected);
 
 /// @return how many were refused and why, e.g. "12 rejected (10 duplicate stamp, 2 not finite)".
 std::string toString(const RejectedCounts& rejected);
@@ -56,9 +57,6 @@ std::string toString(const RejectedCounts& rejected);
  */
 class Intake {
  public:
-  /// @throws std::invalid_argument when a limit is not above zero.
-  explicit Intake(IntakeLimits limits = {});
-
   /// Judges one sample against the last accepted one and remembers it when accepted.
   SampleFate judge(const RawSample& sample);
 
@@ -77,7 +75,6 @@ class Intake {
   SampleFate judgeOrder(double time, const std::optional<double>& last);
   void count(SampleFate fate);
 
-  IntakeLimits limits_;
   std::optional<double> last_time_;
   std::optional<double> last_temperature_time_;
   RejectedCounts rejected_;

@@ -13,7 +13,7 @@
 #include "bag/bag_structure.hpp"
 #include "bag/battery_state_message.hpp"
 #include "battery_sof/intake.hpp"
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 #include "util/printable.hpp"
 
 namespace battery_sof {
@@ -28,12 +28,11 @@ std::string absoluteTopic(const std::string& topic) {
 
 void openForReading(rosbag::Bag& bag, const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
+  if (!std::filesystem::is_regular_file(path, error))
     throw RecordingError(
         path.string() +
         (std::filesystem::exists(path, error) ? ": no regular file" : ": no such file") +
         ", expected a bag");
-  }
   requireSoundBag(path);
   try {
     bag.open(path.string(), rosbag::bagmode::Read);
@@ -62,17 +61,15 @@ void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& conne
   using Traits = ros::message_traits::DataType<sensor_msgs::BatteryState>;
   using Checksum = ros::message_traits::MD5Sum<sensor_msgs::BatteryState>;
   for (const rosbag::ConnectionInfo* connection : connections) {
-    if (connection->datatype != Traits::value()) {
+    if (connection->datatype != Traits::value())
       throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) +
                            "' carries " + shortened(connection->datatype) + ", expected " +
                            Traits::value());
-    }
-    if (connection->md5sum != Checksum::value()) {
+    if (connection->md5sum != Checksum::value())
       throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) +
                            "' carries another version of " + Traits::value() + " (md5 " +
                            shortened(connection->md5sum) + ", expected " + Checksum::value() +
                            "); `rosbag fix` migrates it");
-    }
   }
 }
 
@@ -98,17 +95,15 @@ std::vector<sensor_msgs::BatteryState> messagesOf(const Series& series) {
   messages.reserve(series.size());
   std::size_t next = 0;
   const auto temperatures_before = [&](double time) {
-    for (; next < series.temperature.size() && series.temperature_time[next] < time; ++next) {
+    for (; next < series.temperature.size() && series.temperature_time[next] < time; ++next)
       messages.push_back(batteryStateOf(series.temperature_time[next], kNotMeasured, kNotMeasured,
                                         series.temperature[next]));
-    }
   };
   for (std::size_t n = 0; n < series.size(); ++n) {
     temperatures_before(series.time[n]);
     std::optional<double> temperature;
-    if (next < series.temperature.size() && series.temperature_time[next] == series.time[n]) {
+    if (next < series.temperature.size() && series.temperature_time[next] == series.time[n])
       temperature = series.temperature[next++];
-    }
     messages.push_back(
         batteryStateOf(series.time[n], series.current[n], series.voltage[n], temperature));
   }
@@ -150,10 +145,9 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
     throw RecordingError(path.string() +
                          ": damaged bag: a chunk or a message in it cannot be read");
   }
-  if (recording.series.empty()) {
+  if (recording.series.empty())
     throw RecordingError(path.string() + ": topic '" + topic + "' holds no usable sample (" +
                          std::to_string(recording.rejected.total()) + " rejected)");
-  }
   return recording;
 }
 

@@ -166,15 +166,12 @@ class ChunkContents {
 };
 
 void checkIndex(const Record& index, const ChunkContents& chunk, const RecordReader& reader) {
-  const std::string_view count = index.field("count");
-  if (count.size() != 4 || numberAt(count, 0) * kIndexEntrySize != index.data.size()) {
+  const auto count = index.number<std::uint32_t>("count");
+  if (!count || *count * kIndexEntrySize != index.data.size())
     reader.fail("an index has another length than it says");
-  }
-  for (std::size_t at = 0; at < index.data.size(); at += kIndexEntrySize) {
-    if (!chunk.hasMessageAt(numberAt(index.data, at + 8))) {
+  for (std::size_t at = 0; at < index.data.size(); at += kIndexEntrySize)
+    if (!chunk.hasMessageAt(numberAt(index.data, at + 8)))
       reader.fail("an index points to where no message is");
-    }
-  }
 }
 
 /// What the records at the end of a bag say of those before them.

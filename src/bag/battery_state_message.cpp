@@ -34,8 +34,6 @@ double shortestDecimal(float value) {
   return std::strtod(text, nullptr);
 }
 
-bool isTime(const ros::Time& stamp) { return stamp.nsec < kNanosecondsPerSecond; }
-
 /// Goes through a serialized message by its lengths.
 class MessageBytes {
  public:
@@ -69,12 +67,12 @@ class MessageBytes {
 
 RawSample rawSampleOf(const sensor_msgs::BatteryState& message) {
   RawSample sample;
-  sample.time = isTime(message.header.stamp) ? secondsOf(message.header.stamp) : kNoTime;
+  const ros::Time& stamp = message.header.stamp;
+  sample.time = stamp.nsec < kNanosecondsPerSecond ? secondsOf(stamp) : kNoTime;
   sample.current = shortestDecimal(message.current);
   sample.voltage = shortestDecimal(message.voltage);
-  if (!std::isnan(message.temperature)) {
+  if (!std::isnan(message.temperature))
     sample.temperature = shortestDecimal(message.temperature) + kZeroCelsius;
-  }
   return sample;
 }
 
@@ -102,20 +100,16 @@ sensor_msgs::BatteryState batteryStateOf(double time, double current, double vol
   message.current = static_cast<float>(current);
   message.voltage = static_cast<float>(voltage);
   message.temperature = temperature ? static_cast<float>(*temperature - kZeroCelsius) : kUnknown;
-  message.charge = kUnknown;
-  message.capacity = kUnknown;
-  message.design_capacity = kUnknown;
-  message.percentage = kUnknown;
+  message.charge = message.capacity = message.design_capacity = message.percentage = kUnknown;
   message.present = true;
   return message;
 }
 
 ros::Time rosTime(double time) {
   const double whole = std::floor(time);
-  if (!(time >= 0.0 && time <= kLastTime)) {
+  if (!(time >= 0.0 && time <= kLastTime))
     throw std::invalid_argument("time " + std::to_string(time) +
                                 " s is outside what a ROS stamp holds, 0 to 4294967296 s");
-  }
   const auto nanoseconds = std::llround((time - whole) * kNanosecondsPerSecond);
   ros::Time stamp;
   const std::uint64_t sum =

@@ -132,27 +132,17 @@ RidgeOptions options() {
 
 }  // namespace
 
-RidgePrediction ridgeVoltage(const Series& series, IndexRange train, IndexRange test) {
+std::vector<double> ridgeVoltage(const Series& series, IndexRange train, IndexRange test) {
   requireRanges(series, train, test);
   const std::size_t first = std::min(train.first, test.first);
   const auto size = static_cast<Index>(std::max(train.last, test.last) - first);
   const VectorXd time = Eigen::Map<const VectorXd>(series.time.data() + first, size);
   const VectorXd current = Eigen::Map<const VectorXd>(series.current.data() + first, size);
   const Rows rows = trainingRows(time, current, series, train, first);
-  VectorXd left_out;
-  const RidgeFit fit = fitRidge(rows.x, rows.y, options(), &left_out);
   const VectorXd voltage =
-      predicted(fit, time, current, medianInterval(series), static_cast<Index>(test.first - first),
-                static_cast<Index>(test.size()));
-
-  RidgePrediction prediction;
-  prediction.columns = static_cast<std::size_t>(rows.x.cols()) + 1;
-  prediction.rows = static_cast<std::size_t>(rows.x.rows());
-  prediction.penalty = fit.penalty / kPenaltyUnit;
-  prediction.held_out_rmse =
-      std::sqrt((rows.y - left_out).squaredNorm() / static_cast<double>(rows.y.size()));
-  prediction.voltage.assign(voltage.data(), voltage.data() + voltage.size());
-  return prediction;
+      predicted(fitRidge(rows.x, rows.y, options()), time, current, medianInterval(series),
+                static_cast<Index>(test.first - first), static_cast<Index>(test.size()));
+  return {voltage.data(), voltage.data() + voltage.size()};
 }
 
 }  // namespace battery_sof

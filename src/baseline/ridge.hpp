@@ -1,20 +1,10 @@
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "battery_sof/series.hpp"
 
 namespace battery_sof {
-
-/// What a regression without physics makes of a range.
-struct RidgePrediction {
-  std::vector<double> voltage;  ///< [V], one a sample of the test range
-  double penalty = 0.0;         ///< lambda that won the cross-validation
-  double held_out_rmse = 0.0;   ///< [V], over the blocks of the training range
-  std::size_t columns = 0;      ///< of the regression, the constant included
-  std::size_t rows = 0;         ///< that were trained on
-};
 
 /**
  * @brief Ridge regression of the voltage on currents and their memories, no physics and no state.
@@ -29,10 +19,10 @@ struct RidgePrediction {
  * consecutive blocks. Of more than 20000 training rows every k-th is taken.
  *
  * @param train, test  ranges of series; memories run from the first sample of both to the last.
- * @return a prediction that uses no voltage but those of train.
+ * @return [V], one a sample of test; uses no voltage but those of train.
  * @throws std::invalid_argument when a range is empty or outside the series, or train has fewer
  * than 60 samples.
  */
-RidgePrediction ridgeVoltage(const Series& series, IndexRange train, IndexRange test);
+std::vector<double> ridgeVoltage(const Series& series, IndexRange train, IndexRange test);
 
 }  // namespace battery_sof

@@ -9,7 +9,7 @@
 #include "estimation/recording_fit.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/priors_yaml.hpp"
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 #include "util/number_text.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"
@@ -49,63 +49,54 @@ Recording readRecording(const RecordingArguments& arguments, Digest* digest) {
 
 }  // namespace
 
+void addModelOption(CLI::App& command, std::string& model) {
+  addFile(command, kReadFile, "MODEL", model, "model file of sof identify")->required();
+}
+
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path) {
-  if (with_path)
-    command.add_option("REC", arguments.path, "recording: .bag, .csv, or CSV from a pipe")
-        ->required()
-        ->type_name(kReadFile);
+  if (with_path) addFile(command, kReadFile, "REC", arguments.path, kRecording)->required();
   auto& columns = arguments.columns;
-  command.add_option("--time-column", columns.time, "CSV column of time [s, or UTC date]")
-      ->capture_default_str();
-  command.add_option("--current-column", columns.current, "CSV column of current [A]")
-      ->capture_default_str();
-  command.add_option("--voltage-column", columns.voltage, "CSV column of voltage [V]")
-      ->capture_default_str();
-  command.add_option("--temperature-column", columns.temperature,
-                     "CSV column of temperature [degC]");
+  addOption(command, "--time-column", columns.time, "CSV column of time [s, or UTC date]");
+  addOption(command, "--current-column", columns.current, "CSV column of current [A]");
+  addOption(command, "--voltage-column", columns.voltage, "CSV column of voltage [V]");
+  addOption(command, "--temperature-column", columns.temperature,
+            "CSV column of temperature [degC]");
   command.add_flag("--discharge-positive", columns.discharge_positive,
                    "the CSV counts current out of the battery as positive");
-  command.add_option("--topic", arguments.topic, "bag topic")->capture_default_str();
+  addOption(command, "--topic", arguments.topic, "bag topic");
 }
 
 void addRenamedOption(CLI::App& command, const std::string& old, const std::string& now) {
-  command
-      .add_option_function<std::vector<std::string>>(old,
-                                                     [old, now](const std::vector<std::string>&) {
-                                                       throw CLI::ValidationError(
-                                                           old, "is " + now + " since 0.3");
-                                                     })
+  const auto refuse = [old, now](const std::vector<std::string>&) {
+    throw CLI::ValidationError(old, "is " + now + " since 0.3");
+  };
+  command.add_option_function<std::vector<std::string>>(old, refuse)
       ->expected(0, CLI::detail::expected_max_vector_size)
       ->group("");
 }
 
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments) {
-  command
-      .add_option("--series-blocks", arguments.series_blocks,
-                  "blocks of 12 V in series: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; "
-                  "bounds and limits are those of one")
-      ->capture_default_str();
+  addOption(command, "--series-blocks", arguments.series_blocks,
+            "blocks of 12 V in series: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; "
+            "bounds and limits are those of one");
   addRenamedOption(command, "--blocks", "--series-blocks");
 }
 
 void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
-  command.add_option("--from", arguments.from,
-                     "start [s] on the recording's clock; +T counts from its first sample");
-  command.add_option("--to", arguments.to, "end [s], as --from");
+  addOption(command, "--from", arguments.from,
+            "start [s] on the recording's clock; +T counts from its first sample");
+  addOption(command, "--to", arguments.to, "end [s], as --from");
 }
 
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments) {
-  command
-      .add_option("--priors", arguments.file,
-                  "PRIORS.yaml of a fleet, in place of the catalogue's priors")
-      ->type_name(kReadFile);
-  command.add_option("--vehicle-type", arguments.vehicle_type,
-                     "type of the priors; of all types without it");
+  addFile(command, kReadFile, "--priors", arguments.file,
+          "PRIORS.yaml of a fleet, in place of the catalogue's priors");
+  addOption(command, "--vehicle-type", arguments.vehicle_type,
+            "type of the priors; of all types without it");
 }
 
 void addJsonOption(CLI::App& command, std::string& json) {
-  command.add_option("--json", json, "write the result as JSON; - for standard output")
-      ->type_name(kWrittenFile);
+  addFile(command, kWrittenFile, "--json", json, "write the result as JSON; - for standard output");
 }
 
 std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments) {

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "bag/bag_storage.hpp"
@@ -35,19 +36,57 @@ struct CommandLine {
   std::function<int()> run;
 };
 
-/// Runs a function with a subcommand's arguments where that is the one that was given.
+/// A subcommand, and where its options put their values.
 template <typename Arguments>
-void whenChosen(CLI::App& command, CommandLine& line, std::shared_ptr<Arguments> arguments,
-                int (*run)(const CommandLine&, const Arguments&)) {
-  command.callback([&line, arguments = std::move(arguments), run] {
+struct Subcommand {
+  CLI::App& options;
+  Arguments& values;
+};
+
+/// Adds a subcommand that runs a function with its arguments.
+template <typename Arguments>
+Subcommand<Arguments> addSubcommand(CLI::App& app, CommandLine& line, const std::string& name,
+                                    const std::string& description,
+                                    int (*run)(const CommandLine&, const Arguments&)) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(name, description);
+  command->callback([&line, arguments, run] {
     line.run = [&line, arguments, run] { return run(line, *arguments); };
   });
+  return {*command, *arguments};
 }
 
 /// Type names, shown by --help, of options that name files: runSof() refuses a file that is both
 /// read and written.
 inline constexpr char kReadFile[] = "INPUT";
 inline constexpr char kWrittenFile[] = "OUTPUT";
+
+/// An option that takes a value; --help shows its default where there is one.
+template <typename Value>
+CLI::Option* addOption(CLI::App& command, const std::string& name, Value& value,
+                       const std::string& description) {
+  CLI::Option* option = command.add_option(name, value, description);
+  if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>)
+    option->capture_default_str();
+  return option;
+}
+template <typename Value>
+void addRequired(CLI::App& command, const std::string& name, Value& value,
+                 const std::string& description) {
+  command.add_option(name, value, description)->required();
+}
+/// Ids or numbers, comma-separated.
+template <typename Value>
+CLI::Option* addList(CLI::App& command, const std::string& name, std::vector<Value>& list,
+                     const std::string& description) {
+  return command.add_option(name, list, description)->delimiter(',');
+}
+/// @param kind kReadFile or kWrittenFile. @param path or paths.
+template <typename Path>
+CLI::Option* addFile(CLI::App& command, const char* kind, const std::string& name, Path& path,
+                     const std::string& description) {
+  return command.add_option(name, path, description)->type_name(kind);
+}
 
 /// How a recording is named on the command line.
 struct RecordingArguments {
@@ -67,6 +106,8 @@ struct PriorsArguments {
   std::string file, vehicle_type;
 };
 
+inline constexpr char kRecording[] = "recording: .bag, .csv, or CSV from a pipe";
+void addModelOption(CLI::App& command, std::string& model);
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path = true);
 /// An option of 0.2 under its old name: refused with the new one.
 void addRenamedOption(CLI::App& command, const std::string& old, const std::string& now);

@@ -6,12 +6,11 @@
 #include "command.hpp"
 #include "diagnosis/combination.hpp"
 #include "diagnosis/diagnose.hpp"
-#include "interruption.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/diagnosis_page.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -146,73 +145,50 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
 }  // namespace
 
 void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand(
-      "diagnose", "find where base model and recording deviate, and which physics is missing");
-  auto arguments = std::make_shared<DiagnoseArguments>();
-  command
-      ->add_option(
-          "REC", arguments->paths,
-          "recording: .bag, .csv, or CSV from a pipe; several of one battery are diagnosed "
-          "one by one and together")
-      ->required()
-      ->type_name(kReadFile);
-  addRecordingOptions(*command, arguments->recording, false);
-  addSeriesBlocksOption(*command, arguments->recording);
-  addWindowOptions(*command, arguments->window);
-  command
-      ->add_option("--report", arguments->report,
-                   "page to write: one HTML file that needs no network")
-      ->type_name(kWrittenFile);
-  command
-      ->add_option("--out", arguments->out,
-                   "model file to write: the base model with what was found")
-      ->type_name(kWrittenFile);
-  command
-      ->add_option("--base-out", arguments->base_out, "model file to write: the base model alone")
-      ->type_name(kWrittenFile);
-  command
-      ->add_option("--holdout", arguments->options.holdout_share,
-                   "share of the samples, the last ones, kept for the comparison alone")
-      ->capture_default_str();
+  const auto [options, values] = addSubcommand(
+      app, line, "diagnose",
+      "find where base model and recording deviate, and which physics is missing", runDiagnose);
+  DiagnoseOptions& search = values.options;
+  addFile(
+      options, kReadFile, "REC", values.paths,
+      std::string(kRecording) + "; several of one battery are diagnosed one by one and together")
+      ->required();
+  addRecordingOptions(options, values.recording, false);
+  addSeriesBlocksOption(options, values.recording);
+  addWindowOptions(options, values.window);
+  addFile(options, kWrittenFile, "--report", values.report,
+          "page to write: one HTML file that needs no network");
+  addFile(options, kWrittenFile, "--out", values.out,
+          "model file to write: the base model with what was found");
+  addFile(options, kWrittenFile, "--base-out", values.base_out,
+          "model file to write: the base model alone");
+  addOption(options, "--holdout", search.holdout_share,
+            "share of the samples, the last ones, kept for the comparison alone");
   CLI::Option* hypotheses =
-      command
-          ->add_option(
-              "--hypotheses", arguments->options.hypotheses,
+      addList(options, "--hypotheses", search.hypotheses,
               "ids to weigh, comma-separated; by default all of sof effects, fresh_sulphate "
-              "where a source controls the voltage")
-          ->delimiter(',');
-  CLI::Option* given = command->add_option("--given", arguments->options.given,
-                                           "ids that are known to be there, comma-separated: they "
-                                           "are modelled and nothing is searched for");
-  given->delimiter(',')->excludes(hypotheses);
-  command
-      ->add_option("--verify-detection-limits", arguments->options.confirm,
-                   "ids, comma-separated, of detection limits: diagnose the recording with each "
-                   "put in until it is named")
-      ->delimiter(',')
+              "where a source controls the voltage");
+  CLI::Option* given = addList(options, "--given", search.given,
+                               "ids that are known to be there, comma-separated: they are "
+                               "modelled and nothing is searched for")
+                           ->excludes(hypotheses);
+  addList(options, "--verify-detection-limits", search.confirm,
+          "ids, comma-separated, of detection limits: diagnose the recording with each put in "
+          "until it is named")
       ->excludes(given);
-  Relevance& relevance = arguments->options.relevance;
-  command
-      ->add_option("--min-rmse", relevance.rmse,
-                   "smallest RMS effect that is reported [V]; half the noise where that is more")
-      ->capture_default_str();
-  command
-      ->add_option("--min-crank", relevance.crank,
-                   "[V], mean over cranks, that something must add to be reported")
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--min-charge", relevance.charge_share,
-          "share of the charging current below which nothing is reported where a source draws it")
-      ->capture_default_str();
-  addRenamedOption(*command, "--confirm", "--verify-detection-limits");
+  addOption(options, "--min-rmse", search.relevance.rmse,
+            "smallest RMS effect that is reported [V]; half the noise where that is more");
+  addOption(options, "--min-crank", search.relevance.crank,
+            "[V], mean over cranks, that something must add to be reported");
+  addOption(
+      options, "--min-charge", search.relevance.charge_share,
+      "share of the charging current below which nothing is reported where a source draws it");
+  addRenamedOption(options, "--confirm", "--verify-detection-limits");
   for (const std::string limit : {"rmse", "crank", "charge"})
-    addRenamedOption(*command, "--relevance-" + limit, "--min-" + limit);
-  addPriorsOptions(*command, arguments->priors);
-  command->add_option("--threads", arguments->options.threads, "threads, 0: all; changes no result")
-      ->capture_default_str();
-  addJsonOption(*command, arguments->json);
-  whenChosen(*command, line, arguments, runDiagnose);
+    addRenamedOption(options, "--relevance-" + limit, "--min-" + limit);
+  addPriorsOptions(options, values.priors);
+  addOption(options, "--threads", search.threads, "threads, 0: all; changes no result");
+  addJsonOption(options, values.json);
 }
 
 }  // namespace battery_sof

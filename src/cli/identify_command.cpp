@@ -1,5 +1,4 @@
 #include <chrono>
-#include <ostream>
 
 #include "command.hpp"
 #include "estimation/recording_fit.hpp"
@@ -29,13 +28,6 @@ void warn(const CommandLine& line, Progress& progress, const Recording& recordin
       line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
-FittedModel withoutSamples() {
-  FittedModel model;
-  model.fit.status = FitStatus::kWindowTooShort;
-  model.fit.message = kTooShortForDesignRate;
-  return model;
-}
-
 FitRequest requestOf(const IdentifyArguments& arguments, const Series& series) {
   FitRequest request;
   request.from = parseTime(arguments.window.from, series, "--from");
@@ -49,34 +41,33 @@ FitRequest requestOf(const IdentifyArguments& arguments, const Series& series) {
 }
 
 FittedModel fit(const Series& series, const FitRequest& request) {
-  if (series.empty()) return withoutSamples();
+  FittedModel model;
+  model.fit.status = FitStatus::kWindowTooShort;
+  model.fit.message = kTooShortForDesignRate;
+  if (series.empty()) return model;
   const FitPlan plan = planFit(series, request);
   const auto begin = std::chrono::steady_clock::now();
-  FittedModel model = fitPlanned(series, plan);
+  model = fitPlanned(series, plan);
   model.provenance.fit_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return model;
 }
 
-void requireKnownEffects(const std::vector<std::string>& effects) {
+/// "none" names the base model. @throws UsageError for effects that cannot be composed.
+IdentifyArguments withoutNone(IdentifyArguments arguments) {
+  auto& effects = arguments.options.effects;
+  arguments.names_effects = !effects.empty();
+  if (effects.size() == 1 && effects.front() == "none") effects.clear();
   try {
     BatteryModel composed(effects);
   } catch (const std::invalid_argument& error) {
     throw UsageError(std::string("--effects: ") + error.what());
   }
-}
-
-/// "none" names the base model.
-IdentifyArguments withoutNone(IdentifyArguments arguments) {
-  auto& effects = arguments.options.effects;
-  arguments.names_effects = !effects.empty();
-  if (effects.size() == 1 && effects.front() == "none") effects.clear();
   return arguments;
 }
 
 int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   const IdentifyArguments arguments = withoutNone(given);
-  requireKnownEffects(arguments.options.effects);
   Progress progress(line.err);
   Digest digest;
   const Recording recording = loadRecording(arguments.recording, &digest);
@@ -91,58 +82,43 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   if (isUsable(model.fit)) carryToEnd(model, series, request);
   model.fit.series_blocks = arguments.recording.series_blocks;
   progress.end();
-  if (!isUsable(model.fit)) {
-    emit(line, resultText(model), resultJson(model), arguments.json);
-    complain(line.err, "no model: " + model.fit.message);
-    return kExitNegative;
-  }
-  writeModelFile(arguments.out, model);
+  const bool is_usable = isUsable(model.fit);
+  if (is_usable) writeModelFile(arguments.out, model);
   emit(line, resultText(model), resultJson(model), arguments.json);
-  return kExitDone;
+  if (is_usable) return kExitDone;
+  complain(line.err, "no model: " + model.fit.message);
+  return kExitNegative;
 }
 
 }  // namespace
 
 void addIdentifyCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("identify", "fit the model to a window of a recording");
-  auto arguments = std::make_shared<IdentifyArguments>();
-  addRecordingOptions(*command, arguments->recording);
-  addSeriesBlocksOption(*command, arguments->recording);
-  addWindowOptions(*command, arguments->window);
-  command->add_flag("--auto", arguments->automatic,
-                    "choose the window inside --from and --to even when both are given");
-  command->add_option("--out", arguments->out, "model file to write")
-      ->required()
-      ->type_name(kWrittenFile);
-  command
-      ->add_option("--effects", arguments->options.effects,
-                   "ids of further physics, comma-separated, or none; sof effects lists them. "
-                   "Default: none, but where a source "
-                   "controls the voltage fresh_sulphate, the physics of charging")
-      ->delimiter(',');
-  command->add_flag(
-      "--whiten", arguments->options.whiten,
-      "cost of residuals whitened by a fitted noise model in place of the paper's weights");
-  command
-      ->add_option("--threads", arguments->options.threads,
-                   "threads for the starts of a fit with effects, 0: all; changes no result")
-      ->capture_default_str();
-  command->add_option("--start", arguments->start, "initial state: estimated, or as in the paper")
-      ->check(CLI::IsMember({"robust", "paper"}))
-      ->capture_default_str();
-  command
-      ->add_option("--crank-weight", arguments->options.crank_weight,
-                   "weight W of high-rate discharge [1], at least 1")
-      ->capture_default_str();
-  command
-      ->add_option("--crank-weight-current", arguments->options.crank_weight_current,
-                   "the weight applies below this current [A]")
-      ->capture_default_str();
-  command->add_option("--max-iterations", arguments->options.max_iterations, "iterations at most")
-      ->capture_default_str();
-  addPriorsOptions(*command, arguments->priors);
-  addJsonOption(*command, arguments->json);
-  whenChosen(*command, line, arguments, runIdentify);
+  const auto [options, values] =
+      addSubcommand(app, line, "identify", "fit the model to a window of a recording", runIdentify);
+  IdentifyOptions& fit = values.options;
+  addRecordingOptions(options, values.recording);
+  addSeriesBlocksOption(options, values.recording);
+  addWindowOptions(options, values.window);
+  options.add_flag("--auto", values.automatic,
+                   "choose the window inside --from and --to even when both are given");
+  addFile(options, kWrittenFile, "--out", values.out, "model file to write")->required();
+  addList(options, "--effects", fit.effects,
+          "ids of further physics, comma-separated, or none; sof effects lists them. Default: "
+          "none, but where a source controls the voltage fresh_sulphate, the physics of charging");
+  options.add_flag("--whiten", fit.whiten,
+                   "cost of residuals whitened by a fitted noise model in place of the paper's "
+                   "weights");
+  addOption(options, "--threads", fit.threads,
+            "threads for the starts of a fit with effects, 0: all; changes no result");
+  addOption(options, "--start", values.start, "initial state: estimated, or as in the paper")
+      ->check(CLI::IsMember({"robust", "paper"}));
+  addOption(options, "--crank-weight", fit.crank_weight,
+            "weight W of high-rate discharge [1], at least 1");
+  addOption(options, "--crank-weight-current", fit.crank_weight_current,
+            "the weight applies below this current [A]");
+  addOption(options, "--max-iterations", fit.max_iterations, "iterations at most");
+  addPriorsOptions(options, values.priors);
+  addJsonOption(options, values.json);
 }
 
 }  // namespace battery_sof

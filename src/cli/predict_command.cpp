@@ -1,9 +1,9 @@
 
 #include "command.hpp"
-#include "prediction/range_prediction.hpp"
+#include "prediction/scores.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -32,15 +32,13 @@ std::string predictionCsv(const Series& series, IndexRange range,
   return text;
 }
 
-PredictionMode modeOf(const std::string& name) {
-  if (name.empty()) return PredictionMode::kAsFitted;
-  return name == "mixed" ? PredictionMode::kMixed : PredictionMode::kCurrent;
-}
-
 RangePrediction predict(const PredictArguments& arguments, const Series& series, IndexRange range) {
   const FittedModel model = readModelFile(arguments.model);
+  const PredictionMode mode = arguments.mode.empty()      ? PredictionMode::kAsFitted
+                              : arguments.mode == "mixed" ? PredictionMode::kMixed
+                                                          : PredictionMode::kCurrent;
   try {
-    return predictRange(model, series, range, modeOf(arguments.mode));
+    return predictRange(model, series, range, mode);
   } catch (const NoSource& none) {
     throw UsageError(std::string("--mode mixed: ") + none.what() + " (" + arguments.recording.path +
                      ")");
@@ -64,26 +62,19 @@ int runPredict(const CommandLine& line, const PredictArguments& arguments) {
 }  // namespace
 
 void addPredictCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command =
-      app.add_subcommand("predict", "run a model on a recording's current and score it");
-  auto arguments = std::make_shared<PredictArguments>();
-  command->add_option("MODEL", arguments->model, "model file of sof identify")
-      ->required()
-      ->type_name(kReadFile);
-  addRecordingOptions(*command, arguments->recording);
-  addWindowOptions(*command, arguments->window);
-  command
-      ->add_option("--csv", arguments->csv,
-                   "write measured and predicted voltage and current sample by sample")
-      ->type_name(kWrittenFile);
-  command
-      ->add_option("--mode", arguments->mode,
-                   "mixed: by the voltage where a source controls it; current: throughout. "
-                   "Default: as the model was fitted")
+  const auto [options, values] = addSubcommand(
+      app, line, "predict", "run a model on a recording's current and score it", runPredict);
+  addModelOption(options, values.model);
+  addRecordingOptions(options, values.recording);
+  addWindowOptions(options, values.window);
+  addFile(options, kWrittenFile, "--csv", values.csv,
+          "write measured and predicted voltage and current sample by sample");
+  addOption(options, "--mode", values.mode,
+            "mixed: by the voltage where a source controls it; current: throughout. "
+            "Default: as the model was fitted")
       ->check(CLI::IsMember({"mixed", "current"}));
-  addRenamedOption(*command, "--drive", "--mode");
-  addJsonOption(*command, arguments->json);
-  whenChosen(*command, line, arguments, runPredict);
+  addRenamedOption(options, "--drive", "--mode");
+  addJsonOption(options, values.json);
 }
 
 }  // namespace battery_sof

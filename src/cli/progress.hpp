@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <iosfwd>
 #include <mutex>
@@ -13,9 +14,6 @@ namespace battery_sof {
 /// stage is known to be done, how long the rest of it will take at that pace. @param elapsed [s].
 /// @param in_stage [s].
 std::string pace(double elapsed, double in_stage, std::optional<double> share);
-
-/// @return time of the clock that is never set [s].
-double steadySeconds();
 
 /**
  * @brief Says on err what is being done, from two seconds of work on and only when standard error
@@ -52,6 +50,36 @@ class Progress {
   std::optional<double> share_;
   bool stage_is_shown_ = false, line_is_shown_ = false, is_over_ = false;
   std::thread ticker_;  // none where nothing is shown
+};
+
+/**
+ * @brief While it lives, an interrupt (Ctrl-C) or a request to end says what was done by then, and
+ * ends the program at once.
+ *
+ * The program still ends by that signal, so that a shell or a script sees it. Nothing that is being
+ * written appears: files are written whole or not at all. Threads that are started while it lives
+ * leave the signals to it.
+ */
+class Interruption {
+ public:
+  explicit Interruption(std::ostream& err);
+  ~Interruption();
+  Interruption(const Interruption&) = delete;
+  Interruption& operator=(const Interruption&) = delete;
+
+  /// What has begun, in words that fit behind "while".
+  void stage(const std::string& what);
+
+ private:
+  void wait();
+  void end(int signal);
+
+  std::ostream& err_;
+  const double started_;
+  std::mutex mutex_;
+  std::string stage_ = "reading";
+  std::atomic<bool> is_over_{false};
+  std::thread watcher_;
 };
 
 }  // namespace battery_sof

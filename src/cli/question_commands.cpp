@@ -1,12 +1,142 @@
+#include <cmath>
+#include <sstream>
+
+#include "command.hpp"
 #include "prediction/charge_acceptance.hpp"
 #include "prediction/maps.hpp"
+#include "prediction/pipeline.hpp"
 #include "prediction/stop_time.hpp"
-#include "query_options.hpp"
+#include "recording/text_lines.hpp"
 #include "report/descriptions.hpp"
+#include "report/model_yaml.hpp"
 #include "report/results.hpp"
+#include "util/number_text.hpp"
+#include "util/printable.hpp"
+#include "util/text.hpp"
 
+/// The commands that ask a saved model: crank, stop-time, charge and map.
 namespace battery_sof {
 namespace {
+
+// ---------------------------------------------------------------------------------------------
+// current profiles
+
+constexpr const char* kColumns[] = {"time_s", "current_a"};
+
+std::vector<std::string> cellsOf(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream text(line);
+  for (std::string cell; std::getline(text, cell, ',');) {
+    const std::size_t first = cell.find_first_not_of(" \t\r\""),
+                      last = cell.find_last_not_of(" \t\r\"");
+    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+  }
+  return cells;
+}
+
+/// The rows of a file, and refusals that name file and line.
+class ProfileFile {
+ public:
+  explicit ProfileFile(const std::string& path) : path_(path), lines_(path) {}
+
+  bool next() {
+    if (!lines_.next()) return false;
+    cells_ = cellsOf(std::string(lines_.line()));
+    return true;
+  }
+
+  std::size_t column(const char* name) const {
+    for (std::size_t k = 0; k < cells_.size(); ++k)
+      if (cells_[k] == name) return k;
+    refuse(format("has no column \"%s\", expected the header time_s,current_a", name));
+  }
+
+  double number(std::size_t column, const char* name) const {
+    if (column >= cells_.size()) refuse(format("has no %s, expected a finite number", name));
+    const std::string& cell = cells_[column];
+    const std::optional<double> value = numberOf(cell);
+    if (!value || !std::isfinite(*value))
+      refuse(format("%s is \"%s\", expected a finite number", name, shortened(cell).c_str()));
+    return *value;
+  }
+
+  [[noreturn]] void refuse(const std::string& fault) const {
+    const std::string place =
+        lines_.number() > 0 ? ", line " + std::to_string(lines_.number()) : "";
+    throw UsageError(path_ + place + ": " + fault);
+  }
+
+ private:
+  std::string path_;
+  TextLines lines_;
+  std::vector<std::string> cells_;
+};
+
+/// A current profile from a CSV file with the columns time_s and current_a; other columns are
+/// passed over. @throws UsageError naming file, line, what stands there and what was expected.
+CurrentProfile readProfile(const std::string& path) {
+  ProfileFile file(path);
+  if (!file.next()) file.refuse("is empty, expected the header time_s,current_a");
+  const std::size_t time = file.column(kColumns[0]), current = file.column(kColumns[1]);
+  CurrentProfile profile;
+  while (file.next()) {
+    const double t = file.number(time, kColumns[0]);
+    if (t < 0.0) file.refuse(format("time_s is %g, expected 0 or more", t));
+    if (!profile.empty() && t <= profile.time.back())
+      file.refuse(
+          format("time_s is %g, expected more than the %g before it", t, profile.time.back()));
+    profile.time.push_back(t);
+    profile.current.push_back(file.number(current, kColumns[1]));
+  }
+  if (profile.empty()) file.refuse("has a header line but no row below it");
+  return profile;
+}
+
+// ---------------------------------------------------------------------------------------------
+// what all questions share
+
+struct QueryArguments {
+  std::string model;
+  double capacity_ah = 50.0;
+  bool rested = false;
+  std::string json;
+};
+
+void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
+  addModelOption(command, arguments.model);
+  addOption(command, "--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]");
+  command.add_flag("--rested", arguments.rested,
+                   "begin from a rested battery, not from the saved state");
+  addJsonOption(command, arguments.json);
+}
+
+/// The model, rested when that was asked. @throws UsageError for a capacity that is not above 0.
+FittedModel modelOf(const QueryArguments& arguments) {
+  if (!(arguments.capacity_ah > 0.0))
+    throw UsageError(format("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
+  const FittedModel saved = readModelFile(arguments.model);
+  return arguments.rested ? rested(saved) : saved;
+}
+
+/// @return the exit code to an answer, after printing it. @throws UsageError for an invalid query.
+template <typename Answer>
+int finish(const CommandLine& line, const Answer& answer, const std::string& text,
+           const nlohmann::json& json, const QueryArguments& general) {
+  if (answer.code == AnswerCode::kInvalidQuery) throw UsageError(answer.message);
+  emit(line, text, json, general.json);
+  if (answer.code != AnswerCode::kOk) complain(line.err, answer.message);
+  return answer.code == AnswerCode::kOk ? kExitDone : kExitNegative;
+}
+
+// ---------------------------------------------------------------------------------------------
+// the questions
+
+constexpr char kLoad[] = "current while stopped [A], <= 0";
+constexpr char kStop[] = "duration of the stop [s]";
+constexpr char kCrank[] = "current of the crank [A], < 0";
+constexpr char kCrankTime[] = "duration of the crank [s]";
+constexpr char kRequired[] = "lowest voltage that still cranks [V]";
+constexpr char kSource[] = "what the source can give [A]";
 
 struct CrankArguments {
   QueryArguments general;
@@ -41,8 +171,7 @@ int runCrank(const CommandLine& line, const CrankArguments& arguments) {
   const FittedModel model = modelOf(arguments.general);
   const CrankingQuery query = queryOf(arguments);
   const CrankingAnswer answer = predictCranking(model, query, arguments.general.capacity_ah);
-  return finish(line, answer, resultText(query, answer), resultJson(answer),
-                arguments.general.json);
+  return finish(line, answer, resultText(query, answer), resultJson(answer), arguments.general);
 }
 
 struct StopTimeArguments {
@@ -54,8 +183,7 @@ int runStopTime(const CommandLine& line, const StopTimeArguments& arguments) {
   const FittedModel model = modelOf(arguments.general);
   const StopTimeQuery query = asked(arguments.query);
   const StopTimeAnswer answer = predictStopTime(model, query, arguments.general.capacity_ah);
-  return finish(line, answer, resultText(query, answer), resultJson(answer),
-                arguments.general.json);
+  return finish(line, answer, resultText(query, answer), resultJson(answer), arguments.general);
 }
 
 struct ChargeArguments {
@@ -68,8 +196,7 @@ int runCharge(const CommandLine& line, const ChargeArguments& arguments) {
   const ChargeAcceptanceQuery query = asked(arguments.query);
   const ChargeAcceptanceAnswer answer =
       predictChargeAcceptance(model, query, arguments.general.capacity_ah);
-  return finish(line, answer, resultText(query, answer), resultJson(answer),
-                arguments.general.json);
+  return finish(line, answer, resultText(query, answer), resultJson(answer), arguments.general);
 }
 
 struct MapArguments {
@@ -109,91 +236,66 @@ int runMap(const CommandLine& line, const MapArguments& arguments) {
   const MapResult result = mapsOf(arguments, progress);
   progress.end();
   return finish(line, verdictOf(result.cranking, result.charge), resultText(result),
-                resultJson(result), arguments.general.json);
-}
-
-void addList(CLI::App& command, const char* name, std::vector<double>& list,
-             const char* description) {
-  command.add_option(name, list, description)->delimiter(',')->allow_extra_args(false);
+                resultJson(result), arguments.general);
 }
 
 }  // namespace
 
 void addCrankCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("crank", "lowest voltage of a crank after a stop (SOF1)");
-  auto arguments = std::make_shared<CrankArguments>();
-  addQueryOptions(*command, arguments->general);
-  auto* i_load =
-      command->add_option("--i-load", arguments->i_load, "current while stopped [A], <= 0");
-  auto* t_stop = command->add_option("--t-stop", arguments->t_stop, "duration of the stop [s]");
-  auto* i_cranking =
-      command->add_option("--i-cranking", arguments->i_cranking, "current of the crank [A], < 0");
-  auto* t_cranking =
-      command->add_option("--t-cranking", arguments->t_cranking, "duration of the crank [s]")
-          ->capture_default_str();
-  command->add_option("--u-required", arguments->u_required,
-                      "lowest voltage that still cranks [V]");
-  command
-      ->add_option("--load-profile", arguments->load_profile,
-                   "CSV time_s,current_a of the stop, in place of --i-load and --t-stop")
-      ->type_name(kReadFile)
+  const auto [options, values] =
+      addSubcommand(app, line, "crank", "lowest voltage of a crank after a stop (SOF1)", runCrank);
+  addQueryOptions(options, values.general);
+  auto* i_load = addOption(options, "--i-load", values.i_load, kLoad);
+  auto* t_stop = addOption(options, "--t-stop", values.t_stop, kStop);
+  auto* i_cranking = addOption(options, "--i-cranking", values.i_cranking, kCrank);
+  auto* t_cranking = addOption(options, "--t-cranking", values.t_cranking, kCrankTime);
+  addOption(options, "--u-required", values.u_required, kRequired);
+  addFile(options, kReadFile, "--load-profile", values.load_profile,
+          "CSV time_s,current_a of the stop, in place of --i-load and --t-stop")
       ->excludes(i_load, t_stop);
-  command
-      ->add_option("--crank-profile", arguments->crank_profile,
-                   "CSV time_s,current_a of the crank, in place of --i-cranking and --t-cranking")
-      ->type_name(kReadFile)
+  addFile(options, kReadFile, "--crank-profile", values.crank_profile,
+          "CSV time_s,current_a of the crank, in place of --i-cranking and --t-cranking")
       ->excludes(i_cranking, t_cranking);
-  whenChosen(*command, line, arguments, runCrank);
 }
 
 void addStopTimeCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command =
-      app.add_subcommand("stop-time", "longest stop after which a crank still holds a voltage");
-  auto arguments = std::make_shared<StopTimeArguments>();
-  addQueryOptions(*command, arguments->general);
-  auto& query = arguments->query;
-  command->add_option("--i-load", query.i_load, "current while stopped [A], <= 0")->required();
-  command->add_option("--i-cranking", query.i_cranking, "current of the crank [A], < 0")
-      ->required();
-  command->add_option("--t-cranking", query.t_cranking, "duration of the crank [s]")
-      ->capture_default_str();
-  command->add_option("--u-required", query.u_required, "lowest voltage that still cranks [V]")
-      ->required();
-  whenChosen(*command, line, arguments, runStopTime);
+  const auto [options, values] =
+      addSubcommand(app, line, "stop-time",
+                    "longest stop after which a crank still holds a voltage", runStopTime);
+  addQueryOptions(options, values.general);
+  addRequired(options, "--i-load", values.query.i_load, kLoad);
+  addRequired(options, "--i-cranking", values.query.i_cranking, kCrank);
+  addOption(options, "--t-cranking", values.query.t_cranking, kCrankTime);
+  addRequired(options, "--u-required", values.query.u_required, kRequired);
 }
 
 void addChargeCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand("charge", "mean current at a held voltage (SOF2)");
-  auto arguments = std::make_shared<ChargeArguments>();
-  addQueryOptions(*command, arguments->general);
-  auto& query = arguments->query;
-  command->add_option("--u-boost", query.u_boost, "voltage held [V]")->required();
-  command->add_option("--t-sof2", query.t_sof2, "how long [s]")->capture_default_str();
-  command->add_option("--i-limit", query.i_limit, "what the source can give [A]")
-      ->capture_default_str();
-  whenChosen(*command, line, arguments, runCharge);
+  const auto [options, values] =
+      addSubcommand(app, line, "charge", "mean current at a held voltage (SOF2)", runCharge);
+  addQueryOptions(options, values.general);
+  addRequired(options, "--u-boost", values.query.u_boost, "voltage held [V]");
+  addOption(options, "--t-sof2", values.query.t_sof2, "how long [s]");
+  addOption(options, "--i-limit", values.query.i_limit, kSource);
 }
 
 void addMapCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = app.add_subcommand(
-      "map",
-      "cranks over (--i-load, --t-stop), charge currents over (--u-boost, --t-sof2), or both");
-  auto arguments = std::make_shared<MapArguments>();
-  addQueryOptions(*command, arguments->general);
-  addList(*command, "--i-load", arguments->i_load,
-          "rows: currents while stopped [A], comma-separated");
-  addList(*command, "--t-stop", arguments->t_stop,
-          "columns: durations of the stop [s], comma-separated");
-  command->add_option("--i-cranking", arguments->i_cranking, "current of the crank [A], < 0");
-  command->add_option("--t-cranking", arguments->crank.t_cranking, "duration of the crank [s]")
-      ->capture_default_str();
-  command->add_option("--u-required", arguments->crank.u_required,
-                      "lowest voltage that still cranks [V]");
-  addList(*command, "--u-boost", arguments->u_boost, "rows: voltages held [V], comma-separated");
-  addList(*command, "--t-sof2", arguments->t_sof2, "columns: how long [s], comma-separated");
-  command->add_option("--i-limit", arguments->charge.i_limit, "what the source can give [A]")
-      ->capture_default_str();
-  whenChosen(*command, line, arguments, runMap);
+  const auto [options, values] = addSubcommand(
+      app, line, "map",
+      "cranks over (--i-load, --t-stop), charge currents over (--u-boost, --t-sof2), or both",
+      runMap);
+  addQueryOptions(options, values.general);
+  const auto add_list = [&options = options](const char* name, std::vector<double>& list,
+                                             const char* description) {
+    addList(options, name, list, description)->allow_extra_args(false);
+  };
+  add_list("--i-load", values.i_load, "rows: currents while stopped [A], comma-separated");
+  add_list("--t-stop", values.t_stop, "columns: durations of the stop [s], comma-separated");
+  addOption(options, "--i-cranking", values.i_cranking, kCrank);
+  addOption(options, "--t-cranking", values.crank.t_cranking, kCrankTime);
+  addOption(options, "--u-required", values.crank.u_required, kRequired);
+  add_list("--u-boost", values.u_boost, "rows: voltages held [V], comma-separated");
+  add_list("--t-sof2", values.t_sof2, "columns: how long [s], comma-separated");
+  addOption(options, "--i-limit", values.charge.i_limit, kSource);
 }
 
 }  // namespace battery_sof

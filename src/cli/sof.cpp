@@ -9,7 +9,7 @@
 
 #include "battery_sof/version.hpp"
 #include "command.hpp"
-#include "util/separate_files.hpp"
+#include "util/files.hpp"
 
 namespace battery_sof {
 namespace {

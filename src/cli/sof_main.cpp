@@ -2,7 +2,7 @@
 
 #include "cli/sof.hpp"
 #include "simulator/simulate_command.hpp"
-#include "util/separate_files.hpp"
+#include "util/files.hpp"
 
 int main(int argc, char** argv) {
   const battery_sof::ExternalCommand simulate = {

@@ -6,7 +6,7 @@
 #include "baseline/baseline_predictor.hpp"
 #include "baseline/ridge.hpp"
 #include "diagnosis/comparison.hpp"
-#include "prediction/both_ways.hpp"
+#include "prediction/scores.hpp"
 #include "recording/fit_mask.hpp"
 
 namespace battery_sof {
@@ -97,8 +97,8 @@ void compareBaseline(Comparison& fit, const Series& series, const Prepared& prep
   }
   if (train.size() < kMinForRidge) return;
   std::vector<double> voltage = series.voltage;
-  const RidgePrediction ridge = ridgeVoltage(opened.whole, train, holdout);
-  std::copy(ridge.voltage.begin(), ridge.voltage.end(),
+  const std::vector<double> ridge = ridgeVoltage(opened.whole, train, holdout);
+  std::copy(ridge.begin(), ridge.end(),
             voltage.begin() + static_cast<std::ptrdiff_t>(holdout.first));
   fit.baseline_ridge = errorMetrics(series, holdout, voltage, std::nullopt, opened.masked);
 }

@@ -1,81 +1,11 @@
 #include "estimation/base_normal_equations.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace battery_sof {
 namespace {
 
 using LaneArray = Eigen::Map<const Eigen::Array<double, kLanes, 1>>;
-
-BaseMatrix joined(const ScoreProducts& products) {
-  BaseMatrix total;
-  for (int j = 0; j < kScoreColumns; ++j)
-    for (int k = 0; k <= j; ++k) total(j, k) = total(k, j) = LaneArray(products.sums[j][k]).sum();
-  return total;
-}
-
-}  // namespace
-
-BaseResidual::BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives,
-                           std::size_t size, const ResidualSums& full_blocks)
-    : blocks_(std::move(blocks)),
-      derivatives_(std::move(derivatives)),
-      size_(size),
-      squares_(LaneArray(full_blocks.squares).sum()) {
-  const std::size_t full = size_ / kBlockSize * kBlockSize;
-  double sum = LaneArray(full_blocks.residual).sum(), lagged = LaneArray(full_blocks.lagged).sum();
-  for (std::size_t n = kLaneSteps; n < full; n += kLaneSteps) lagged += at(n) * at(n - 1);
-  for (std::size_t n = full; n < size_; ++n) {
-    sum += at(n);
-    squares_ += at(n) * at(n);
-    if (n > 0) lagged += at(n) * at(n - 1);
-  }
-  lag_one_ = lagOneOf(sum, lagged);
-}
-
-/// @param sum of e(n).  @param lagged of e(n) e(n - 1).
-double BaseResidual::lagOneOf(double sum, double lagged) const {
-  const double count = static_cast<double>(size_), mean = sum / count;
-  const double power = squares_ - count * mean * mean;
-  if (size_ < 3 || !(power > 0.0)) return 0.0;
-  const double ends = at(0) + at(size_ - 1);
-  return (lagged - mean * (2.0 * sum - ends) + (count - 1.0) * mean * mean) / power;
-}
-
-BaseMatrix BaseResidual::bartlettProducts(Eigen::Index width) const {
-  if (width <= kLaneSteps)
-    return movingProducts(static_cast<int>(width)) / static_cast<double>(width);
-  return bartlettSum(scoreSums(), (width + kScoreSteps / 2) / kScoreSteps);
-}
-
-BaseMatrix BaseResidual::movingProducts(int width) const {
-  static const MeasuredBlock kNothing = {};  // what comes after the last sample
-  const InstructionSet set = widestInstructionSet();
-  MovingScores moving = {};
-  ScoreProducts products = {};
-  for (std::size_t block = 0; block < blocks_.size(); ++block)
-    addMovingProducts(blocks_[block], derivatives_[block].derivatives, width, moving, products,
-                      set);
-  addMovingProducts(kNothing, derivatives_.back().derivatives, width, moving, products, set);
-  return joined(products);
-}
-
-BartlettSums BaseResidual::scoreSums() const {
-  BartlettSums rows(static_cast<Eigen::Index>(blocks_.size()) * kLanes * kScoreSums, kScoreColumns);
-  ScoreSums sums;
-  for (std::size_t block = 0; block < blocks_.size(); ++block) {
-    addUpScores(blocks_[block], derivatives_[block].derivatives, sums, widestInstructionSet());
-    const auto first = static_cast<Eigen::Index>(block) * kLanes * kScoreSums;
-    for (int lane = 0; lane < kLanes; ++lane)
-      for (int k = 0; k < kScoreSums; ++k)
-        for (int j = 0; j < kScoreColumns; ++j)
-          rows(first + Eigen::Index{lane} * kScoreSums + k, j) = sums.scores[k][j][lane];
-  }
-  return rows;
-}
-
-namespace {
 
 static_assert(kLinearColumns == kColumnLogC2 && kLinearColumns + kStateColumns == kBaseColumns);
 
@@ -92,13 +22,6 @@ BaseSums joined(const LaneProducts& products) {
           LaneArray(products.with_states[j][k]).sum();
   }
   return total;
-}
-
-/// The state at a place of a block, with its derivatives to C_2 and beta themselves.
-Overpotential stateAt(const OverpotentialStates& states, int place,
-                      const OverpotentialSweep::Point& point) {
-  return {states.u_c2[place], states.d_initial[place], states.d_log_c2[place] / point.c2,
-          states.d_log_beta[place] / point.beta};
 }
 
 /// Adds a block's products of the linear columns to the lower triangle.
@@ -126,28 +49,27 @@ BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point,
   return total;
 }
 
-BaseResidual BaseNormalEquations::residual(const OverpotentialSweep::Point& point,
-                                           const Eigen::Vector3d& linear) && {
-  const InstructionSet set = widestInstructionSet();
-  const double values[kLinearColumns] = {linear[0], linear[1], linear[2] - offset_};
-  const auto end = static_cast<int>((size_ - 1) % kBlockSize);
-  LaneProducts products = {};
-  ResidualSums full = {}, partial = {};
-  Overpotential last;
-  auto derivatives = std::move(sweep_).runOut(
-      point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
-        MeasuredBlock& measured = measured_[static_cast<std::size_t>(block)];
-        const bool is_full = (block + 1) * kBlockSize <= size_;
-        addProducts(measured, states, products, set);
-        leaveResidual(states, values, measured, is_full ? full : partial, set);
-        last = stateAt(states, lanePosition(end), point);  // the last block's stays
+BaseJacobian BaseNormalEquations::jacobian(const OverpotentialSweep::Point& point,
+                                           const Eigen::Vector3d& linear) const {
+  BaseJacobian whole{
+      Eigen::MatrixXd(size_, kColumnTarget), Eigen::VectorXd(size_), Eigen::VectorXd(size_), {}};
+  const Eigen::Vector3d of_offset(0.0, 0.0, offset_);
+  sweep_.run(
+      point, widestInstructionSet(), [&](Eigen::Index block, const OverpotentialStates& states) {
+        const MeasuredBlock& measured = measured_[static_cast<std::size_t>(block)];
+        const Eigen::Index first = block * kBlockSize;
+        for (Eigen::Index n = first; n < std::min(first + kBlockSize, size_); ++n) {
+          const int place = lanePosition(static_cast<int>(n - first));
+          whole.columns.row(n) << measured.discharge[place], measured.charge[place], 1.0,
+              states.d_log_c2[place], states.d_log_beta[place], states.d_initial[place];
+          whole.residual[n] = measured.voltage[place] - states.u_c2[place] -
+                              whole.columns.row(n).head<3>().dot(linear - of_offset);
+          whole.weight[n] = measured.weight[place];
+          whole.last = {states.u_c2[place], states.d_initial[place],
+                        states.d_log_c2[place] / point.c2, states.d_log_beta[place] / point.beta};
+        }
       });
-  BaseResidual left(std::move(measured_), std::move(derivatives), static_cast<std::size_t>(size_),
-                    full);
-  left.information = joined(products).topLeftCorner<kScoreColumns, kScoreColumns>();
-  left.information.topLeftCorner<kLinearColumns, kLinearColumns>() = linear_;
-  left.last = last;
-  return left;
+  return whole;
 }
 
 std::vector<BaseNormalEquations::Sample> WindowSamples::copied() const {
@@ -156,58 +78,27 @@ std::vector<BaseNormalEquations::Sample> WindowSamples::copied() const {
   return samples;
 }
 
-inline void SampleSums::add(const BaseNormalEquations::Sample& sample) {
-  discharge += sample.discharge;
-  charge += sample.charge;
-  voltage += sample.voltage;
-  weight += sample.weight;
-  duration += sample.held.duration;
-  carried += sample.held.current * sample.held.duration;
-}
-
-inline void SampleSums::add(const SampleSums& others) {
-  discharge += others.discharge;
-  charge += others.charge;
-  voltage += others.voltage;
-  weight += others.weight;
-  duration += others.duration;
-  carried += others.carried;
-}
-
 namespace {
 
-constexpr std::size_t kFive = 5;
+/// What neighbouring samples add up to.
+struct SampleSums {
+  double discharge = 0.0, charge = 0.0, voltage = 0.0, weight = 0.0;
+  double duration = 0.0, carried = 0.0;  // [s], [As]
+};
 
 template <typename Samples>
-SampleSums oneByOne(const Samples& samples, std::size_t first, std::size_t last) {
+SampleSums sumOf(const Samples& samples, std::size_t first, std::size_t last) {
   SampleSums sums;
-  for (std::size_t n = first; n < last; ++n) sums.add(samples[n]);
+  for (std::size_t n = first; n < last; ++n) {
+    const BaseNormalEquations::Sample sample = samples[n];
+    sums.discharge += sample.discharge;
+    sums.charge += sample.charge;
+    sums.voltage += sample.voltage;
+    sums.weight += sample.weight;
+    sums.duration += sample.held.duration;
+    sums.carried += sample.held.current * sample.held.duration;
+  }
   return sums;
-}
-
-/// Five by five from a multiple of five on. @param fiveAt the sum of the k-th five.
-template <typename Samples, typename FiveAt>
-inline SampleSums fiveByFive(const Samples& samples, std::size_t first, std::size_t last,
-                             FiveAt&& fiveAt) {
-  if (first % kFive != 0 || last - first < kFive) return oneByOne(samples, first, last);
-  std::size_t k = first / kFive;
-  const std::size_t end = last / kFive;
-  SampleSums sums = fiveAt(k);
-  while (++k < end) sums.add(fiveAt(k));
-  for (std::size_t n = end * kFive; n < last; ++n) sums.add(samples[n]);
-  return sums;
-}
-
-/// As of WindowSamples, to the last digit.
-SampleSums sumOf(const std::vector<BaseNormalEquations::Sample>& samples, std::size_t first,
-                 std::size_t last) {
-  return fiveByFive(samples, first, last,
-                    [&](std::size_t k) { return oneByOne(samples, k * kFive, (k + 1) * kFive); });
-}
-
-SampleSums sumOf(const WindowSamples& samples, std::size_t first, std::size_t last) {
-  return fiveByFive(samples, first, last,
-                    [&](std::size_t k) -> const SampleSums& { return samples.fives()[k]; });
 }
 
 }  // namespace
@@ -220,11 +111,7 @@ WindowSamples::WindowSamples(const Series& series, IndexRange range, CrankWeight
       masked_(masked.empty() ? nullptr : masked.data() + range.first),
       size_(range.size()),
       weight_(weight),
-      max_gap_(max_gap) {
-  fives_.reserve(size() / kFive);
-  for (std::size_t last = kFive; last <= size(); last += kFive)
-    fives_.push_back(oneByOne(*this, last - kFive, last));
-}
+      max_gap_(max_gap) {}
 
 template <typename Samples>
 std::vector<BaseNormalEquations::Sample> coarsened(const Samples& samples, std::size_t factor) {
@@ -252,7 +139,7 @@ std::vector<BaseNormalEquations::Sample> coarsened(const Samples& samples, std::
 template <typename Samples>
 BaseNormalEquations::BaseNormalEquations(const Samples& samples, double i0)
     : size_(static_cast<Eigen::Index>(samples.size())),
-      offset_(sumOf(samples, 0, samples.size()).voltage / static_cast<double>(size_)),
+      offset_(samples[samples.size() / 2].voltage),
       sweep_(samples.size()),
       measured_(static_cast<std::size_t>(sweep_.blocks())) {
   HeldBlock held;

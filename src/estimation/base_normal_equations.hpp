@@ -6,62 +6,12 @@
 
 #include "battery_sof/series.hpp"
 #include "estimation/base_kernel.hpp"
-#include "estimation/covariance.hpp"
 #include "model/base_model.hpp"
 #include "model/input_sequence.hpp"
 #include "model/overpotential_sweep.hpp"
 #include "recording/events.hpp"
 
 namespace battery_sof {
-
-/// A matrix over the six unknowns of the base model, in the order of BaseColumn.
-using BaseMatrix = Eigen::Matrix<double, kScoreColumns, kScoreColumns>;
-
-/**
- * @brief What a fit of the base model leaves over its window, and what its covariance is made of.
- *
- * BaseNormalEquations::residual() makes it and hands its memory over: a window takes no more of it
- * than its search did.
- */
-class BaseResidual {
- public:
-  /// @param blocks leaveResidual()'s.  @param derivatives of the same blocks.  @param size samples,
-  /// the last block's rest without weight.
-  /// @param full_blocks sums over the blocks without such a rest.
-  BaseResidual(std::vector<MeasuredBlock> blocks, std::vector<SweptBlock> derivatives,
-               std::size_t size, const ResidualSums& full_blocks);
-
-  BaseMatrix information = BaseMatrix::Zero();  ///< A = sum_n W(n)^2 column_j column_k
-  Overpotential last;                           ///< at the window's last sample
-
-  /// @return e of the window's n-th sample, u_b - u_m [V].
-  double at(std::size_t n) const {
-    return blocks_[n / kBlockSize].voltage[lanePosition(static_cast<int>(n % kBlockSize))];
-  }
-  /// sum of e(n)^2 over all samples, those without weight too [V^2]
-  double squares() const { return squares_; }
-  double lagOne() const { return lag_one_; }  ///< lagOneCorrelation() of e
-
-  /**
-   * @brief B of the sandwich (sandwichParts()).
-   *
-   * Up to kLaneSteps samples of width exactly; from there on over sums of kScoreSteps samples, the
-   * width rounded to a multiple of them (bartlettSum()): standard errors are those of
-   * sandwichParts() to 3 %.
-   * @param width L [samples], at least 1.
-   */
-  BaseMatrix bartlettProducts(Eigen::Index width) const;
-
- private:
-  BaseMatrix movingProducts(int width) const;
-  BartlettSums scoreSums() const;
-  double lagOneOf(double sum, double lagged) const;
-
-  std::vector<MeasuredBlock> blocks_;
-  std::vector<SweptBlock> derivatives_;
-  std::size_t size_;
-  double squares_ = 0.0, lag_one_ = 0.0;
-};
 
 /// Columns of the base model's Jacobian with the residual without ohmic drop and u_dc.
 enum BaseColumn {
@@ -73,6 +23,14 @@ enum BaseColumn {
   kColumnInitial,    ///< d u_c2 / d u_c2(first) [1]
   kColumnTarget,     ///< u_b - offset - u_c2 [V]
   kBaseColumns,
+};
+
+/// A window with the base model at one point, kept whole.
+struct BaseJacobian {
+  Eigen::MatrixXd columns;   ///< of BaseColumn but for the target, one row a sample
+  Eigen::VectorXd residual;  ///< u_b - u_m [V]
+  Eigen::VectorXd weight;    ///< W^2
+  Overpotential last;        ///< at the window's last sample
 };
 
 /// sum_n W(n)^2 column_j column_k: everything a search needs of one pass over the window.
@@ -103,11 +61,11 @@ class BaseNormalEquations {
   BaseSums sums(const OverpotentialSweep::Point& point,
                 InstructionSet set = widestInstructionSet()) const;
 
-  /// @return the residual at a point; the equations are used up. @param linear r_discharge,
-  /// r_charge [Ohm], u_dc [V] there.
-  BaseResidual residual(const OverpotentialSweep::Point& point, const Eigen::Vector3d& linear) &&;
+  /// @param linear r_discharge, r_charge [Ohm], u_dc [V] at the point.
+  BaseJacobian jacobian(const OverpotentialSweep::Point& point,
+                        const Eigen::Vector3d& linear) const;
 
-  /// [V], taken off the voltage to keep sums well scaled
+  /// [V], one of the voltages, taken off all of them to keep sums well scaled
   double offset() const { return offset_; }
 
  private:
@@ -123,15 +81,6 @@ class BaseNormalEquations {
 struct CrankWeight {
   double factor = 10.0;            ///< W [1]
   double current = kCrankCurrent;  ///< [A], W applies below
-};
-
-/// What neighbouring samples add up to.
-struct SampleSums {
-  double discharge = 0.0, charge = 0.0, voltage = 0.0, weight = 0.0;
-  double duration = 0.0, carried = 0.0;  ///< [s], [As]
-
-  void add(const BaseNormalEquations::Sample& sample);
-  void add(const SampleSums& others);
 };
 
 /**
@@ -150,8 +99,6 @@ class WindowSamples {
   std::size_t size() const { return size_; }
 
   std::vector<BaseNormalEquations::Sample> copied() const;  ///< all of them, side by side
-  /// sums of the samples 0 to 4, 5 to 9, ...
-  const std::vector<SampleSums>& fives() const { return fives_; }
 
   BaseNormalEquations::Sample operator[](std::size_t n) const {
     const std::size_t before = n - (n > 0);
@@ -167,7 +114,6 @@ class WindowSamples {
   std::size_t size_;
   CrankWeight weight_;
   double max_gap_;
-  std::vector<SampleSums> fives_;  // averages of ten and of twenty are made of them
 };
 
 /// @return every `factor` neighbouring samples averaged into one, as a cheap first approach to the

@@ -3,18 +3,13 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "estimation/fit_quality.hpp"
-#include "estimation/parameter_space.hpp"
+#include "estimation/composition_fit.hpp"
 #include "regression/levenberg_marquardt.hpp"
 
 namespace battery_sof {
 namespace {
 
-// The first state is searched inside +-2 V: a 12 V block's overpotential stays below 1 V in any
-// use.
-constexpr double kMaxFirstState = 2.0;
 constexpr double kPenaltySteepness = 10.0;
 // Windows longer than this are first approached on averages of kCoarseFactor samples.
 constexpr std::size_t kCoarseFrom = 4000;
@@ -22,117 +17,43 @@ constexpr std::size_t kCoarseFactor = 20;
 // Share of the cost below which a last step needs no second look, see searchWindow().
 constexpr double kTrustedGain = 1e-5;
 
-/// r_discharge, r_charge, u_dc - offset at a point of the search, and which of them are free.
-struct LinearSolution {
-  Eigen::Vector3d value = Eigen::Vector3d::Zero();
-  std::array<bool, 3> free = {true, true, true};
-  double cost = std::numeric_limits<double>::infinity();
+/// Passes over a window as a problem in (r_discharge, r_charge, ln c2, ln beta, u_dc, first u_c2).
+class BaseProblem final : public LeastSquaresProblem {
+ public:
+  BaseProblem(const BaseNormalEquations& equations, const CompositionPoint& start)
+      : LeastSquaresProblem(BatteryModel(), start, 0.0, std::vector<KnownParameter>()),
+        equations_(equations) {}
+
+  bool evaluate(const Eigen::VectorXd& x, NormalEquations& at) const override {
+    static constexpr std::array<int, kColumnTarget> kColumnOf = {
+        kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta, kColumnOne, kColumnInitial};
+    const CompositionPoint point = pointAt(x);
+    const Eigen::VectorXd& p = point.parameters;
+    const BaseSums sums = equations_.sums({p[kRowC2], p[kRowBeta], point.state[0]});
+    if (!sums.allFinite()) return false;
+    Eigen::Matrix<double, kBaseColumns, 1> e = Eigen::Matrix<double, kBaseColumns, 1>::Zero();
+    e[kColumnTarget] = 1.0;
+    e[kColumnDischarge] = -p[kRowRDischarge];
+    e[kColumnCharge] = -p[kRowRCharge];
+    e[kColumnOne] = equations_.offset() - p[kRowUDc];
+    const Eigen::Matrix<double, kBaseColumns, 1> with_residual = sums * e;
+    at.cost = std::max(e.dot(with_residual), 0.0);
+    at.gradient.resize(size());
+    at.hessian.resize(size(), size());
+    for (Eigen::Index k = 0; k < size(); ++k) {
+      // The columns of c2 and beta are those of their logarithms already.
+      const int column = kColumnOf[static_cast<std::size_t>(k)];
+      at.gradient[k] = -(*this)[k].unit * with_residual[column];
+      for (Eigen::Index l = 0; l < size(); ++l)
+        at.hessian(k, l) = (*this)[k].unit * (*this)[l].unit *
+                           sums(column, kColumnOf[static_cast<std::size_t>(l)]);
+    }
+    return true;
+  }
+
+ private:
+  const BaseNormalEquations& equations_;
 };
-
-/// Solves for the free linear parameters with the others held at value.
-LinearSolution solveFree(const BaseSums& sums, LinearSolution solution) {
-  const Eigen::Matrix3d G = sums.topLeftCorner<3, 3>();
-  const Eigen::Vector3d target = sums.col(kColumnTarget).head<3>();
-  Eigen::Matrix3d A = G;
-  Eigen::Vector3d b = target;
-  for (int j = 0; j < 3; ++j) {
-    if (solution.free[j]) continue;
-    b -= G.col(j) * solution.value[j];
-    A.row(j).setZero();
-    A.col(j).setZero();
-    A(j, j) = 1.0;
-    b[j] = 0.0;
-  }
-  const Eigen::Vector3d solved = A.ldlt().solve(b);
-  for (int j = 0; j < 3; ++j)
-    if (solution.free[j]) solution.value[j] = solved[j];
-  solution.cost = sums(kColumnTarget, kColumnTarget) - 2.0 * target.dot(solution.value) +
-                  solution.value.dot(G * solution.value);
-  return solution;
-}
-
-bool insideBounds(const LinearSolution& solution) {
-  for (int j = 0; j < 2; ++j) {
-    const auto& info = tableOne()[j];
-    if (solution.value[j] < info.lower || solution.value[j] > info.upper) return false;
-  }
-  return true;
-}
-
-/// Least squares in the linear parameters inside their bounds: at most nine cases of free, lower
-/// and upper.
-LinearSolution solveLinear(const BaseSums& sums, const std::array<double, 4>& initial) {
-  LinearSolution start;
-  for (int j = 0; j < 2; ++j) {
-    start.free[j] = sums(j, j) > 0.0;
-    start.value[j] = initial[j];
-  }
-  LinearSolution unbounded = solveFree(sums, start);
-  if (insideBounds(unbounded)) return unbounded;
-  LinearSolution best;
-  for (int choice = 1; choice < 9; ++choice) {
-    LinearSolution trial = start;
-    const std::array<int, 2> side = {choice % 3, choice / 3};
-    for (int j = 0; j < 2; ++j) {
-      if (side[j] == 0) continue;
-      trial.free[j] = false;
-      trial.value[j] = side[j] == 1 ? tableOne()[j].lower : tableOne()[j].upper;
-    }
-    trial = solveFree(sums, trial);
-    if (insideBounds(trial) && trial.cost < best.cost) best = trial;
-  }
-  return best;
-}
-
-/// Normal equations of (ln c2, ln beta, first state) after the free linear parameters are
-/// eliminated.
-void eliminate(const BaseSums& sums, const LinearSolution& linear, NormalEquations& reduced) {
-  const Eigen::Matrix3d S = sums.block<3, 3>(kColumnLogC2, kColumnLogC2);
-  const Eigen::Matrix3d cross = sums.block<3, 3>(0, kColumnLogC2);
-  reduced.cost = std::max(linear.cost, 0.0);
-  reduced.gradient =
-      -(sums.col(kColumnTarget).segment<3>(kColumnLogC2) - cross.transpose() * linear.value);
-  Eigen::Matrix3d G = sums.topLeftCorner<3, 3>();
-  Eigen::Matrix3d projected = cross;
-  for (int j = 0; j < 3; ++j) {
-    if (linear.free[j]) continue;
-    G.row(j).setZero();
-    G.col(j).setZero();
-    G(j, j) = 1.0;
-    projected.row(j).setZero();
-  }
-  reduced.hessian = S - projected.transpose() * G.ldlt().solve(projected);
-}
-
-/// Moves the linear parameters along with a step of (ln c2, ln beta, first state), by the normal
-/// equations at its start.
-void follow(const BaseSums& sums, const Eigen::Vector3d& step, LinearSolution& linear) {
-  LinearSolution moved = linear;
-  BaseSums after = sums;
-  after.col(kColumnTarget).head<3>() -= sums.block<3, 3>(0, kColumnLogC2) * step;
-  moved = solveFree(after, moved);
-  if (insideBounds(moved)) linear = moved;
-}
-
-/// ln c2, ln beta and the first state [V].
-const std::array<FitCoordinate, 3>& searched() {
-  static const std::array<FitCoordinate, 3> all = [] {
-    std::array<FitCoordinate, 3> space;
-    for (std::size_t k = 0; k < 2; ++k) {
-      space[k].logarithmic = true;
-      space[k].lower = tableOne()[k + 2].lower;
-      space[k].upper = tableOne()[k + 2].upper;
-    }
-    space[2].lower = -kMaxFirstState;
-    space[2].upper = kMaxFirstState;
-    return space;
-  }();
-  return all;
-}
-
-OverpotentialSweep::Point pointOf(const Eigen::VectorXd& x) {
-  return {searched()[0].value(x[0]), searched()[1].value(x[1]), searched()[2].value(x[2])};
-}
 
 /// Residual (exp(10 d) - 1) V for a relative excess d beyond a bound, and its slope to the
 /// normalised parameter.
@@ -208,70 +129,24 @@ PaperPoint evaluateAsInPaper(const PaperWindow& window, double u_dc_before,
   return p;
 }
 
-BaseFit search(const BaseNormalEquations& equations, const IdentifyOptions& options,
-               const BaseFit& start, double trusted_gain) {
-  LinearSolution linear;  // of the best point so far
-  BaseSums best;
-  const auto evaluate = [&](const Eigen::VectorXd& x, NormalEquations& at) {
-    const BaseSums sums = equations.sums(pointOf(x));
-    if (!sums.allFinite()) return false;
-    const LinearSolution solution = solveLinear(sums, options.initial);
-    eliminate(sums, solution, at);
-    if (solution.cost < linear.cost) {
-      linear = solution;
-      best = sums;
-    }
-    return true;
-  };
-  MinimizeOptions settings;
-  settings.max_iterations = options.max_iterations;
-  settings.trusted_gain = trusted_gain;
-  const std::array<double, 3> from{start.parameters.c2, start.parameters.beta, start.u_c2_first};
-  Eigen::VectorXd x0(3);
-  for (auto* bound : {&settings.lower, &settings.upper}) bound->resize(3);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const FitCoordinate& c = searched()[k];
-    const auto j = static_cast<Eigen::Index>(k);
-    settings.lower[j] = c.of(c.lower);
-    settings.upper[j] = c.of(c.upper);
-    x0[j] = c.of(from[k]);
-  }
-  const MinimizeResult found = minimize(evaluate, x0, settings);
-  if (!found.last_step.isZero(0.0)) follow(best, found.last_step, linear);
-
-  const OverpotentialSweep::Point point = pointOf(found.x);
-  BaseFit fit;
-  fit.parameters.r_discharge = linear.value[0];
-  fit.parameters.r_charge = linear.value[1];
-  fit.parameters.u_dc = linear.value[2] + equations.offset();
-  fit.parameters.c2 = point.c2;
-  fit.parameters.beta = point.beta;
-  fit.u_c2_first = point.u_c2_first;
-  fit.cost = found.at.cost;
-  fit.status = found.status;
-  fit.iterations = found.iterations + (found.last_step.isZero(0.0) ? 0 : 1);
-  return fit;
-}
-
-BaseFit startOf(const IdentifyOptions& options) {
-  BaseFit start;
-  start.parameters.r_discharge = options.initial[0];
-  start.parameters.r_charge = options.initial[1];
-  start.parameters.c2 = options.initial[2];
-  start.parameters.beta = options.initial[3];
-  return start;
-}
-
 }  // namespace
 
 BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& equations,
                      const IdentifyOptions& options) {
-  BaseFit start = startOf(options);
+  const auto& [r_discharge, r_charge, c2, beta] = options.initial;
+  CompositionPoint point{Eigen::VectorXd(kBaseRows), Eigen::VectorXd::Zero(1)};
+  point.parameters << r_discharge, r_charge, c2, beta, equations.offset();
+  CompositionSearch search;
+  search.max_iterations = options.max_iterations;
   if (samples.size() >= kCoarseFrom) {
-    const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), start.parameters.i0);
-    start = search(coarse, options, start, 0.0);
+    const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), BaseParameters{}.i0);
+    search.trusted_gain = 0.0;
+    point = fitComposition(BaseProblem(coarse, point), {point}, search).point;
   }
-  return search(equations, options, start, kTrustedGain);
+  search.trusted_gain = kTrustedGain;
+  const CompositionFit found = fitComposition(BaseProblem(equations, point), {point}, search);
+  return {baseParameters(found.point.parameters), found.point.state[0], found.at.cost, found.status,
+          found.iterations};
 }
 
 BaseFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,

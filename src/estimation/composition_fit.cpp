@@ -5,17 +5,179 @@
 #include <cmath>
 #include <limits>
 
-#include "elimination.hpp"
 #include "estimation/parallel.hpp"
 
 namespace battery_sof {
 namespace {
 
-// a last step promising less is taken unseen: 0.15 standard errors in 24,000 samples
-constexpr double kTrustedGain = 1e-6;
+NormalEquations shifted(NormalEquations at, const Eigen::VectorXd& step) {
+  const Eigen::VectorXd curved = at.hessian * step;
+  at.cost += (2.0 * at.gradient + curved).dot(step);
+  at.gradient += curved;
+  return at;
+}
+
+/// A problem with its linear coordinates solved for the others in every pass (Golub and Pereyra
+/// 1973; Kaufman 1975).
+class Elimination {
+ public:
+  /// @param eliminate false: no coordinate counts as linear.  @param start all coordinates.
+  Elimination(const LeastSquaresProblem& problem, bool eliminate, const Eigen::VectorXd& start)
+      : problem_(problem), full_(start) {
+    for (Eigen::Index k = 0; k < problem.size(); ++k)
+      (eliminate && problem[k].linear ? linear_ : others_).push_back(k);
+  }
+
+  /// @return the coordinates that are searched for.
+  Eigen::VectorXd reduced(const Eigen::VectorXd& x) const { return x(others_); }
+  /// All coordinates at the last pass' y.
+  const Eigen::VectorXd& full() const { return full_; }
+  int passes() const { return passes_; }
+
+  /// As LeastSquaresProblem::evaluate(), over the coordinates that are searched for.
+  bool evaluate(const Eigen::VectorXd& y, NormalEquations& equations) {
+    ++passes_;
+    // The linear coordinates go along as the last pass sees them: the others' columns depend on
+    // them.
+    Eigen::VectorXd x = last_.size() > 0 ? predicted(y - last_).x : full_;
+    x(others_) = y;
+    last_.resize(0);
+    NormalEquations& all = all_;
+    if (!problem_.evaluate(x, all)) return false;
+    last_ = y;
+    passed_ = x;
+    const Eigen::VectorXd step = solveLinear(x, all);
+    const Eigen::VectorXd gradient = all.gradient + all.hessian * step;
+    equations.cost = all.cost + (2.0 * all.gradient + all.hessian * step).dot(step);
+    equations.gradient = gradient(others_);
+    equations.hessian = all.hessian(others_, others_);
+    if (!moved_.empty()) {
+      const Eigen::MatrixXd across = all.hessian(moved_, others_);
+      const Eigen::MatrixXd own = all.hessian(moved_, moved_);
+      equations.hessian -= across.transpose() * own.ldlt().solve(across);
+    }
+    full_ = inside(x + step);
+    return std::isfinite(equations.cost);
+  }
+
+  /// Whether the last pass succeeded and was at y, but for rounding.
+  bool wasAt(const Eigen::VectorXd& y) const {
+    return last_.size() == y.size() &&
+           (last_ - y).cwiseAbs().maxCoeff() <= 1e-13 * (1.0 + y.cwiseAbs().maxCoeff());
+  }
+
+  /// Moves on from the last pass by `step` and on to the linear coordinates' optimum, without
+  /// another pass: exact but for the curvature of the others. @return nothing when that promises
+  /// more than a share `most` of the cost.
+  std::optional<NormalEquations> movedOn(const Eigen::VectorXd& step, double most) {
+    const Predicted there = predicted(step);
+    if (!(all_.cost - there.at.cost <= most * all_.cost)) return std::nullopt;
+    full_ = there.x;
+    return there.at;
+  }
+
+ private:
+  struct Predicted {
+    Eigen::VectorXd x;
+    NormalEquations at;
+  };
+  /// What the last pass promises `step` away, the linear coordinates at their optimum.
+  Predicted predicted(const Eigen::VectorXd& step) {
+    Eigen::VectorXd whole = Eigen::VectorXd::Zero(full_.size());
+    whole(others_) = step;
+    const NormalEquations moved = shifted(all_, whole);
+    const Eigen::VectorXd linear = solveLinear(passed_ + whole, moved);
+    return {inside(passed_ + whole + linear), shifted(moved, linear)};
+  }
+
+  /// Against rounding: steps end on bounds.
+  Eigen::VectorXd inside(const Eigen::VectorXd& x) const {
+    return x.cwiseMax(problem_.lower()).cwiseMin(problem_.upper());
+  }
+
+  /// Step to the optimum over the linear coordinates inside their bounds, by the primal active-set
+  /// method: along the unbounded solution to the first bound in the way, which then holds; a bound
+  /// is left when the cost falls inwards. The cost never rises on the way. moved_ are then the
+  /// coordinates that no bound holds.
+  Eigen::VectorXd solveLinear(const Eigen::VectorXd& x, const NormalEquations& all) {
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(x.size());
+    moved_ = linear_;
+    std::vector<Eigen::Index> held;
+    for (std::size_t k = 0; k < 4 * linear_.size() + 4; ++k) {
+      const Eigen::Index stopped = moveFree(x, all, step);
+      if (stopped >= 0) {
+        moved_.erase(std::find(moved_.begin(), moved_.end(), stopped));
+        held.push_back(stopped);
+        continue;
+      }
+      const auto released = mostInward(x, all, step, held);
+      if (released == held.end()) break;
+      moved_.push_back(*released);
+      held.erase(released);
+    }
+    return step;
+  }
+
+  /// Moves the free coordinates towards their optimum. @return the one that a bound stopped; -1
+  /// when none did.
+  Eigen::Index moveFree(const Eigen::VectorXd& x, const NormalEquations& all,
+                        Eigen::VectorXd& step) const {
+    if (moved_.empty()) return -1;
+    Eigen::MatrixXd own = all.hessian(moved_, moved_);
+    own.diagonal() *= 1.0 + 1e-12;
+    own.diagonal().array() += 1e-30;
+    const Eigen::VectorXd slope = all.gradient + all.hessian * step;
+    const Eigen::VectorXd wanted = -own.ldlt().solve(slope(moved_));
+    Eigen::Index stopped = -1;
+    double share = 1.0, bound = 0.0;
+    for (std::size_t k = 0; k < moved_.size(); ++k) {
+      const Eigen::Index j = moved_[k];
+      const double by = wanted[static_cast<Eigen::Index>(k)];
+      if (!std::isfinite(by)) return j;
+      const double edge = (by < 0.0 ? problem_.lower()[j] : problem_.upper()[j]) - x[j];
+      if (std::abs(by) <= std::abs(edge - step[j])) continue;
+      const double reach = std::max(0.0, (edge - step[j]) / by);
+      if (reach >= share) continue;
+      share = reach;
+      stopped = j;
+      bound = edge;
+    }
+    step(moved_) += share * wanted;
+    if (stopped >= 0) step[stopped] = bound;
+    return stopped;
+  }
+
+  /// @return the held coordinate from whose bound the cost falls most steeply; end when there is
+  /// none.
+  std::vector<Eigen::Index>::iterator mostInward(const Eigen::VectorXd& x,
+                                                 const NormalEquations& all,
+                                                 const Eigen::VectorXd& step,
+                                                 std::vector<Eigen::Index>& held) const {
+    const Eigen::VectorXd slope = all.gradient + all.hessian * step;
+    auto steepest = held.end();
+    double most = 1e-9 * std::sqrt(std::max(all.cost, 0.0));
+    for (auto at = held.begin(); at != held.end(); ++at) {
+      const double here = x[*at] + step[*at];
+      const bool at_lower = here - problem_.lower()[*at] < problem_.upper()[*at] - here;
+      const double norm = std::sqrt(all.hessian(*at, *at));
+      const double inward = (at_lower ? -slope[*at] : slope[*at]) / norm;
+      if (!(norm > 0.0) || !(inward > most)) continue;
+      most = inward;
+      steepest = at;
+    }
+    return steepest;
+  }
+
+  const LeastSquaresProblem& problem_;
+  Eigen::VectorXd full_;
+  NormalEquations all_;            // of the last pass
+  Eigen::VectorXd last_, passed_;  // its y, and all coordinates
+  std::vector<Eigen::Index> linear_, others_, moved_;
+  int passes_ = 0;
+};
 
 /// Fall of the cost that a full step inside the bounds promises.
-double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x,
+double promisedGain(const LeastSquaresProblem& problem, const Eigen::VectorXd& x,
                     const NormalEquations& at) {
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < x.size(); ++k)
@@ -29,7 +191,7 @@ double promisedGain(const CompositionProblem& problem, const Eigen::VectorXd& x,
   return gradient.dot(hessian.ldlt().solve(gradient));
 }
 
-CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::VectorXd& x,
+CompositionFit searchFrom(const LeastSquaresProblem& problem, const Eigen::VectorXd& x,
                           const CompositionSearch& search) {
   Elimination elimination(problem, search.eliminate, x);
   MinimizeOptions options;
@@ -37,7 +199,7 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   options.lower = elimination.reduced(problem.lower());
   options.upper = elimination.reduced(problem.upper());
   options.gain_tolerance = search.tolerance;
-  options.trusted_gain = std::max(kTrustedGain, search.tolerance);
+  options.trusted_gain = std::max(search.trusted_gain, search.tolerance);
   const auto evaluate = [&](const Eigen::VectorXd& y, NormalEquations& equations) {
     if (search.pulse) search.pulse();
     return elimination.evaluate(y, equations);
@@ -45,13 +207,13 @@ CompositionFit searchFrom(const CompositionProblem& problem, const Eigen::Vector
   const MinimizeResult result = minimize(evaluate, elimination.reduced(x), options);
   CompositionFit fit;
   fit.status = result.status;
-  fit.iterations = result.iterations;
+  fit.iterations = result.iterations + (result.last_step.isZero(0.0) ? 0 : 1);
   fit.passes = 0;
   // A refused trial may have come last, or the last step promised much: once more at the optimum
   // then.
   std::optional<NormalEquations> at;
   if (elimination.wasAt(result.x - result.last_step))
-    at = elimination.movedOn(result.last_step, CompositionProblem::kNegligibleShare);
+    at = elimination.movedOn(result.last_step, LeastSquaresProblem::kNegligibleShare);
   if (!at) {
     NormalEquations last;
     elimination.evaluate(result.x, last);
@@ -81,7 +243,7 @@ double spread(int start, std::size_t coordinate, std::size_t dimensions) {
   return value - std::floor(value);
 }
 
-Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::VectorXd& first,
+Eigen::VectorXd spreadStart(const LeastSquaresProblem& problem, const Eigen::VectorXd& first,
                             int start) {
   Eigen::VectorXd x = first;
   for (Eigen::Index k = 0; k < problem.size(); ++k) {
@@ -96,7 +258,7 @@ Eigen::VectorXd spreadStart(const CompositionProblem& problem, const Eigen::Vect
   return x;
 }
 
-Eigen::VectorXd leastOf(const CompositionProblem& problem,
+Eigen::VectorXd leastOf(const LeastSquaresProblem& problem,
                         const std::vector<Eigen::VectorXd>& points) {
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -111,7 +273,7 @@ Eigen::VectorXd leastOf(const CompositionProblem& problem,
 
 }  // namespace
 
-CompositionFit fitComposition(const CompositionProblem& problem,
+CompositionFit fitComposition(const LeastSquaresProblem& problem,
                               const std::vector<CompositionPoint>& starts,
                               const CompositionSearch& search) {
   std::vector<Eigen::VectorXd> from;

@@ -47,6 +47,23 @@ struct FitCost {
   std::vector<KnownParameter> known = {};  ///< priors in place of the catalogue's
 };
 
+/// Sums of squares over search coordinates, whatever evaluates them. Coordinates in which the
+/// residual is linear can be solved for the others (variable projection).
+class LeastSquaresProblem : public ParameterSpace {
+ public:
+  /// of the cost: half a standard error in 24,000 samples
+  static constexpr double kNegligibleShare = 1e-5;
+
+  using ParameterSpace::ParameterSpace;
+  virtual ~LeastSquaresProblem() = default;
+
+  /// One pass. @return false when the model has no finite voltage there.
+  virtual bool evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const = 0;
+  /// Share of the cost that half a standard error is worth: what a stalled search may still
+  /// promise.
+  virtual double negligibleShare() const { return kNegligibleShare; }
+};
+
 /**
  * @brief A composition, its inputs and a cost as a least-squares problem in search coordinates.
  *
@@ -54,25 +71,20 @@ struct FitCost {
  *     or, with errors in both variables,   E(x) = sum_n rho(e_n / sigma_n) + sum_j ((x_j - x_j0) / s_j)^2 / independent
  *
  * with e = u_b - u_m, w = W^2 times the samples averaged, v the innovations of e (Whitening), E_0 =
- * (10 mV)^2 times the samples that 5 s of correlation hold. Coordinates in which the voltage is
- * linear can be solved for the others (variable projection), see Elimination.
+ * (10 mV)^2 times the samples that 5 s of correlation hold.
  *
  * One pass goes through the sequence once: simulation, sensitivities, whitening and normal
  * equations, nothing stored but the sums. Holds references to model and inputs.
  */
-class CompositionProblem : public ParameterSpace {
+class CompositionProblem final : public LeastSquaresProblem {
  public:
-  /// of the cost: half a standard error in 24,000 samples
-  static constexpr double kNegligibleShare = 1e-5;
-
   /// @param free, fixed as of ParameterSpace.  @throws std::invalid_argument likewise, and for an
   /// empty sequence.
   CompositionProblem(const BatteryModel& model, const InputSequence& inputs, const FitCost& cost,
                      const CompositionPoint& start, const std::vector<std::string>& free = {},
                      const std::vector<std::string>& fixed = {});
 
-  /// One pass. @return false when the model has no finite voltage there.
-  bool evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const;
+  bool evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const override;
 
   /// Residual at x [V], or [A] where the voltage is the input, one a sample, not whitened.
   Eigen::VectorXd residual(const Eigen::VectorXd& x) const;
@@ -84,9 +96,7 @@ class CompositionProblem : public ParameterSpace {
   /// W^2 times the samples averaged [1]; with ChannelErrors 1 / sigma^2 times them. @param k of the
   /// sequence's samples.
   double weightOf(std::size_t k) const;
-  /// Share of the cost that half a standard error is worth: what a stalled search may still
-  /// promise.
-  double negligibleShare() const;
+  double negligibleShare() const override;
   /// Takes the weights of ChannelErrors at a point; they are those of the start until then.
   void reweigh(const CompositionPoint& point);
 
@@ -109,6 +119,9 @@ struct CompositionSearch {
   bool every_start = true;  ///< false: only from the start of least cost
   /// stop when a step promises less than this share of the cost, see MinimizeOptions
   double tolerance = 1e-8;
+  /// a last step that promises less than this share of the cost is taken unseen: 0.15 standard
+  /// errors in 24,000 samples
+  double trusted_gain = 1e-6;
   bool eliminate = true;  ///< solve for the linear coordinates in every pass
   /// Called before every pass, from the pass's thread; what it throws ends the search.
   std::function<void()> pulse = nullptr;
@@ -119,13 +132,13 @@ struct CompositionFit {
   Eigen::VectorXd x;
   NormalEquations at;  ///< at the optimum, all coordinates
   FitStatus status = FitStatus::kConverged;
-  int iterations = 0;
+  int iterations = 0;  ///< a last step that was taken unseen counts
   int passes = 0;
   int best_start = 0;
 };
 
 /**
- * @brief Minimises a CompositionProblem by Levenberg-Marquardt inside the bounds, from every start,
+ * @brief Minimises a LeastSquaresProblem by Levenberg-Marquardt inside the bounds, from every start,
  * and keeps the best.
  *
  * A search never ends above its start: with a nested model's optimum among the starts, its new
@@ -133,7 +146,7 @@ struct CompositionFit {
  *
  * @param starts at least one; search.more_starts are added.
  */
-CompositionFit fitComposition(const CompositionProblem& problem,
+CompositionFit fitComposition(const LeastSquaresProblem& problem,
                               const std::vector<CompositionPoint>& starts,
                               const CompositionSearch& search = {});
 

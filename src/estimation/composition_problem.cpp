@@ -52,7 +52,7 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSeq
                                        const FitCost& cost, const CompositionPoint& start,
                                        const std::vector<std::string>& free,
                                        const std::vector<std::string>& fixed)
-    : ParameterSpace(model, start, lengthOf(inputs), cost.known, free, fixed),
+    : LeastSquaresProblem(model, start, lengthOf(inputs), cost.known, free, fixed),
       model_(model),
       inputs_(inputs),
       cost_(cost) {

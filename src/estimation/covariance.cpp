@@ -58,19 +58,6 @@ Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
   return {A, B / static_cast<double>(width)};
 }
 
-Eigen::Matrix<double, 6, 6> bartlettSum(const BartlettSums& sums, Eigen::Index width) {
-  using Row = Eigen::Matrix<double, 1, 6>;
-  const Eigen::Index n = sums.rows();
-  Row moving = Row::Zero();
-  Eigen::Matrix<double, 6, 6, Eigen::RowMajor> B = Eigen::Matrix<double, 6, 6>::Zero();
-  for (Eigen::Index k = 0; k < n + width - 1; ++k) {
-    if (k < n) moving += sums.row(k);
-    if (k >= width) moving -= sums.row(k - width);
-    B.noalias() += moving.transpose().lazyProduct(moving);
-  }
-  return B / static_cast<double>(width);
-}
-
 Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A) {
   const Eigen::VectorXd scale =
       A.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });

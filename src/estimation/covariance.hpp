@@ -43,18 +43,4 @@ Eigen::MatrixXd combined(const Sandwich& parts);
 /// largest) are zero or enlarged as it leaves them.
 Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A);
 
-/// Sums of g over as many samples each, one row a sum, in order.
-using BartlettSums = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
-
-/**
- * @brief B of sandwichParts() from sums of g over neighbouring samples, where the kernel is many
- * such sums wide.
- *
- * Pairs inside one sum count fully, others by whole sums between them: the kernel's mean over every
- * phase is the exact one.
- *
- * @param width L / m, in sums of m samples.
- */
-Eigen::Matrix<double, 6, 6> bartlettSum(const BartlettSums& sums, Eigen::Index width);
-
 }  // namespace battery_sof

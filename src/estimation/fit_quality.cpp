@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -84,31 +85,26 @@ FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange&
 
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
                    double rho, double crank_current) {
-  EventLimits limits;
-  limits.crank_current = crank_current;
-  const double max_gap = gapThreshold(medianInterval(series.time, range));
-  const auto residualAt = [&](std::size_t n) { return residual[static_cast<Eigen::Index>(n)]; };
-  return scoresOf(
-      series, range,
-      {residual.squaredNorm(), rho,
-       crankErrors(series, range.first, detectCranks(series, range, limits, max_gap), residualAt)},
-      medianInterval(series));
-}
-
-FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& errors,
-                   double interval) {
-  const double count = static_cast<double>(range.size());
   FitScores scores;
   scores.q_dyn_percent =
       qDyn({series.voltage.data() + range.first, static_cast<Eigen::Index>(range.size())},
-           errors.squares)
+           residual.squaredNorm())
           .value_or(0.0);
-  scores.rmse = std::sqrt(errors.squares / count);
-  scores.cranks = static_cast<int>(errors.cranks.size());
+  scores.rmse = std::sqrt(residual.squaredNorm() / static_cast<double>(range.size()));
+  scores.residual_correlation_time = medianInterval(series) * (1.0 + rho) / (1.0 - rho);
+  EventLimits limits;
+  limits.crank_current = crank_current;
   double squares = 0.0;
-  for (const double error : errors.cranks) squares += error * error;
+  for (const Event& crank :
+       detectCranks(series, range, limits, gapThreshold(medianInterval(series.time, range)))) {
+    double modelled = std::numeric_limits<double>::infinity();
+    for (std::size_t n = crank.range.first; n < crank.range.last; ++n)
+      modelled = std::min(modelled,
+                          series.voltage[n] - residual[static_cast<Eigen::Index>(n - range.first)]);
+    squares += std::pow(crank.min_voltage - modelled, 2);
+    ++scores.cranks;
+  }
   scores.crank_error_std = scores.cranks > 0 ? std::sqrt(squares / scores.cranks) : scores.rmse;
-  scores.residual_correlation_time = interval * (1.0 + errors.rho) / (1.0 - errors.rho);
   return scores;
 }
 

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -53,32 +51,6 @@ FittedModel unfitted(const Series& series, IndexRange range, const ExcitedRange&
  */
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
                    double rho, double crank_current);
-
-/// What the scores of a fit are made of.
-struct FitErrors {
-  double squares = 0.0;        ///< sum of the residual's over the range [V^2]
-  double rho = 0.0;            ///< the residual's lag-one autocorrelation
-  std::vector<double> cranks;  ///< measured less modelled minimum of each crank [V]
-};
-
-/// The same. @param interval [s], medianInterval(series).
-FitScores scoresOf(const Series& series, IndexRange range, const FitErrors& errors,
-                   double interval);
-
-/// @return measured less modelled minimum of each crank [V]. @param first of the range.  @param
-/// residualAt [V], of its n-th sample.
-template <typename ResidualAt>
-std::vector<double> crankErrors(const Series& series, std::size_t first,
-                                const std::vector<Event>& cranks, ResidualAt&& residualAt) {
-  std::vector<double> errors;
-  for (const Event& crank : cranks) {
-    double modelled = std::numeric_limits<double>::infinity();
-    for (std::size_t n = crank.range.first; n < crank.range.last; ++n)
-      modelled = std::min(modelled, series.voltage[n] - residualAt(n - first));
-    errors.push_back(crank.min_voltage - modelled);
-  }
-  return errors;
-}
 
 /// @return how a fit ended and what it did not determine.
 std::string sentenceOf(const Fit& fit);

@@ -38,13 +38,10 @@ Window windowOf(const Series& series, IndexRange range) {
   return {series, range, interval, excitedRange(series, range, gapThreshold(interval))};
 }
 
-/// @param current [A], a crank falls to this or below.
-std::vector<Event> cranksOf(const Window& window, double current) {
+std::vector<Event> cranksOf(const Window& window) {
   const auto& [series, range, interval, excited] = window;
   const bool is_whole = range.size() == series.size();
-  EventLimits limits;
-  limits.crank_current = current;
-  return detectCranks(series, range, limits,
+  return detectCranks(series, range, {},
                       gapThreshold(is_whole ? interval : medianInterval(series.time, range)));
 }
 
@@ -143,32 +140,29 @@ void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) 
 }
 
 /// Newey and West's, of what a fit leaves.
-Eigen::MatrixXd covarianceOf(const BaseParameters& p, const BaseResidual& left,
-                             Eigen::Index width) {
-  Sandwich parts{left.information, left.bartlettProducts(width)};
+Eigen::MatrixXd covarianceOf(const BaseParameters& p, const BaseJacobian& left, double rho) {
+  Sandwich parts = sandwichParts(left.columns, left.residual, left.weight,
+                                 bartlettWidth(rho, left.residual.size()));
   holdBounded(parts.A, p);
   holdBounded(parts.B, p);
   return inPhysicalOrder(combined(parts), p);
 }
 
 /// Fills in everything that follows from where the search ended.
-FittedModel describeFit(const Window& window, const BaseFit& fit, BaseNormalEquations equations,
-                        const std::vector<Event>& cranks) {
+FittedModel describeFit(const Window& window, const BaseFit& fit,
+                        const BaseNormalEquations& equations, double crank_current) {
   const auto& [series, range, interval, excited] = window;
   const BaseParameters& p = fit.parameters;
-  const BaseResidual left = std::move(equations).residual({p.c2, p.beta, fit.u_c2_first},
-                                                          {p.r_discharge, p.r_charge, p.u_dc});
-  const double rho = std::clamp(left.lagOne(), -0.9999, 0.9999);
+  const BaseJacobian left =
+      equations.jacobian({p.c2, p.beta, fit.u_c2_first}, {p.r_discharge, p.r_charge, p.u_dc});
+  const double rho = std::clamp(lagOneCorrelation(left.residual), -0.9999, 0.9999);
 
   FittedModel model = unfitted(series, range, excited, BatteryModel(), fit.status, "");
   model.fit.parameters = p;
   model.fit.iterations = fit.iterations;
-  model.fit.covariance =
-      covarianceOf(p, left, bartlettWidth(rho, static_cast<Eigen::Index>(range.size())));
+  model.fit.covariance = covarianceOf(p, left, rho);
   model.fit.estimates = estimatesOf(p, model.fit.covariance);
-  const auto residualAt = [&](std::size_t n) { return left.at(n); };
-  const FitErrors errors{left.squares(), rho, crankErrors(series, range.first, cranks, residualAt)};
-  model.fit.scores = scoresOf(series, range, errors, interval);
+  model.fit.scores = scoresOf(series, range, left.residual, rho, crank_current);
   if (std::none_of(model.fit.estimates.begin(), model.fit.estimates.begin() + kRowUDc,
                    [](const ParameterEstimate& estimate) { return estimate.determined; }))
     model.fit.status = FitStatus::kNotExcited;
@@ -215,20 +209,16 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
   const auto& [series, range, interval, excited] = window;
   const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current},
                               window.maxGap(), options.masked);
-  BaseNormalEquations equations(samples, BaseParameters{}.i0);
+  const BaseNormalEquations equations(samples, BaseParameters{}.i0);
   const FirstSample first = {series.current[range.first], series.voltage[range.first]};
   const BaseFit fit = options.start == FitStart::kPaper ? searchAsInPaper(samples, options, first)
                                                         : searchWindow(samples, equations, options);
-  const std::vector<Event> cranks = cranksOf(window, EventLimits().crank_current);
-  const bool includes_cranks = options.crank_weight_current == EventLimits().crank_current;
   const bool is_base =
       options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
-  FittedModel model =
-      is_base
-          ? describeFit(window, fit, std::move(equations),
-                        includes_cranks ? cranks : cranksOf(window, options.crank_weight_current))
-          : identifyComposition(series, range, options, fit);
-  if (!model.fit.source) model.fit.baseline = fitBaselineDrivenByCurrent(series, range, cranks);
+  FittedModel model = is_base ? describeFit(window, fit, equations, options.crank_weight_current)
+                              : identifyComposition(series, range, options, fit);
+  if (!model.fit.source)
+    model.fit.baseline = fitBaselineDrivenByCurrent(series, range, cranksOf(window));
   model.fit.window_quality = windowQualityOf(model.fit, samples, window.duration());
   return model;
 }

@@ -60,13 +60,4 @@ std::vector<int> BoundComposition::tangentsOfLayer(
   return tangents;
 }
 
-std::vector<int> BoundComposition::parametersOfLayer() const {
-  std::vector<int> parameters;
-  for (const Member& member : members)
-    if (member.effect->hooks.side_current || member.effect->hooks.activity)
-      for (std::size_t j = 0; j < member.effect->info.parameters.size(); ++j)
-        parameters.push_back(member.parameter + static_cast<int>(j));
-  return parameters;
-}
-
 }  // namespace battery_sof

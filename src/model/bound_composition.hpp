@@ -30,8 +30,6 @@ struct BoundComposition {
 
   /// @return columns of `seeds` that move something which can reach the double layer.
   std::vector<int> tangentsOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const;
-  /// @return parameters of the effects that take part in the double layer's implicit step.
-  std::vector<int> parametersOfLayer() const;
 };
 
 }  // namespace battery_sof

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <type_traits>
 #include <vector>
 
 #include "effects/effect_definition.hpp"
@@ -55,54 +53,6 @@ struct Ladder {
       rung[k] = S(dispersion * sinc * exp(S(dispersion * std::log(kCorner / rate(k)))) *
                   (rate(k) * logRatio()));
   }
-};
-
-/**
- * @brief Where the implicit Euler steps of one hold ended, for the next trial of the same hold
- * under another current.
- *
- * Trials of a hold make the same steps from the same state; only the current differs, and by
- * little. Each root is then known from the last trial's and its slope to the current: to second
- * order in the change.
- */
-class StepTrail {
- public:
-  /// One step's root under one current.
-  struct Root {
-    double length = 0.0, current = 0.0;        ///< of the step [s], held [A]
-    double u = 0.0, to_current = 0.0;          ///< [V], du / di of the whole trial up to here [Ohm]
-    double slope = 0.0, activity_slope = 0.0;  ///< of the balance at u [A/V], of the activity [1/V]
-  };
-  void clear() {
-    roots_.clear();
-    begin();
-  }
-  /// At the beginning of a trial.
-  void begin() {
-    next_ = 0;
-    follows_ = true;
-  }
-  /// @return the last trial's root of the step that comes; none once a trial has gone another way.
-  const Root* hint(double length) {
-    follows_ = follows_ && next_ < roots_.size() && roots_[next_].length == length;
-    return follows_ ? &roots_[next_] : nullptr;
-  }
-  /// The step's root in this trial.
-  void leave(const Root& root) {
-    if (!follows_) roots_.resize(next_);
-    if (next_ < roots_.size())
-      roots_[next_] = root;
-    else
-      roots_.push_back(root);
-    ++next_;
-  }
-  /// Goes on to the next step and leaves what is known of this one.
-  void skip() { ++next_; }
-
- private:
-  std::vector<Root> roots_;
-  std::size_t next_ = 0;
-  bool follows_ = true;
 };
 
 /// Where one implicit Euler step at a source's voltage ends.
@@ -218,10 +168,6 @@ class DoubleLayer {
         stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
         [&] { return parametersOf(p, activity_); }, nullptr);
   }
-
-  /// @param trail of the trials of a hold, in which this one takes part; nullptr: none. Arithmetic
-  /// Slope leaves its roots in it.
-  void useTrail(StepTrail* trail) { trail_ = trail; }
 
  private:
   static constexpr double kTolerance = 4e-5;  // [V] between one implicit step and its halves
@@ -340,7 +286,7 @@ class DoubleLayer {
                               held,
                               present_slope_,
                               h};
-    const Root root = rootOf(values, guess, h, valueOf(current));
+    const Root root = solve(values, guess);
     S activity(1.0);
     const S rest = balance<S>(
         stage, S(root.u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
@@ -349,8 +295,6 @@ class DoubleLayer {
     // the derivatives is the implicit function's.
     const S moved = S(rest * (-1.0 / root.slope));
     to[0] = S(root.u + moved);
-    leaveOnTrail({h, valueOf(current), valueOf(to[0]), 0.0, root.slope, root.activity_slope},
-                 to[0]);
     if (has_activity_) to[1] = S(activity + root.activity_slope * moved);
     if (has_ladder_)
       for (int k = 0; k < kLadderRungs; ++k) {
@@ -380,25 +324,6 @@ class DoubleLayer {
     double u, slope;        // of the balance
     double activity_slope;  // d activity / du
   };
-  /// Where a step ends, from where an earlier trial of the same hold ended it: so close by its
-  /// slopes serve as they are.
-  Root rootOf(const Stage<Slope>& stage, double guess, double h, double current) const {
-    const StepTrail::Root* hint = trail_ ? trail_->hint(h) : nullptr;
-    if (!hint) return solve(stage, guess);
-    const double moved = hint->to_current * (current - hint->current);
-    if (std::abs(moved) <= kSettled) return {hint->u + moved, hint->slope, hint->activity_slope};
-    return solve(stage, hint->u + moved);
-  }
-  void leaveOnTrail(StepTrail::Root root, const S& u) const {
-    if (!trail_) return;
-    if constexpr (std::is_same_v<S, Slope>) {
-      root.to_current = u.derivatives()[0];
-      trail_->leave(root);
-    } else {
-      trail_->skip();
-    }
-  }
-
   /// Newton's method inside a bracket that grows from the start; the balance rises with u.
   Root solve(const Stage<Slope>& stage, double start) const {
     Slope activity(1.0);
@@ -454,8 +379,7 @@ class DoubleLayer {
   std::vector<S> before_, whole_, half_, halves_;  // u, p, ladder
   std::vector<Ladder<S>> ladder_;
   double dispersion_ = -1.0;
-  double rate_ = 0.0;  // of u in the last step [V/s]
-  StepTrail* trail_ = nullptr;
+  double rate_ = 0.0;                                       // of u in the last step [V/s]
   S charging_slope_ = S(0.0), discharging_slope_ = S(0.0);  // alpha beta, (1 - alpha) beta [1/V]
   Slope charging_slope_value_ = Slope(0.0), discharging_slope_value_ = Slope(0.0);
   Present<Slope> present_slope_;

@@ -6,10 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "bound_composition.hpp"
+#include "composed_effects.hpp"
 #include "double_layer.hpp"
 #include "narrow_layer.hpp"
-#include "tangents.hpp"
 
 namespace battery_sof {
 
@@ -23,15 +22,13 @@ class LayerOf {
   virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
                        LayerPace& pace, S& u, S* log_activity, S* ladder) = 0;
   /// As DoubleLayer::atSource(), and imbalance(): a current that follows from a voltage depends on
-  /// every tangent, so it is stepped in the wide layer alone (LayerChoice::behindSource()).
+  /// every tangent, so it is stepped in the wide layer alone (wideLayer()).
   virtual SourceStep atSource(const S*, const Present<S>&, double, double, double, double) {
     throw std::logic_error("a narrow layer has no step at a source");
   }
   virtual S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const {
     throw std::logic_error("a narrow layer has no step at a source");
   }
-  /// As DoubleLayer::useTrail().
-  virtual void useTrail(StepTrail* trail) = 0;
 };
 
 /// In S itself.
@@ -52,7 +49,6 @@ class WideLayer final : public LayerOf<S> {
               const S& before, double u) const override {
     return layer_.imbalance(p, present, current, duration, before, u);
   }
-  void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
  private:
   DoubleLayer<S> layer_;
@@ -99,7 +95,6 @@ class NarrowLayer final : public LayerOf<S> {
     if (shape_.has_ladder)
       for (int k = 0; k < kLadderRungs; ++k) scatter(rungs[k], ladder[k]);
   }
-  void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
 
  private:
   void prepare(const S* p, const Present<S>& present) {
@@ -131,105 +126,6 @@ class NarrowLayer final : public LayerOf<S> {
   Present<Dual<N>> present_;
 };
 
-/**
- * @brief In numbers of N derivatives, one for each quantity that flows into a step; chained to the
- * tangents of S afterwards.
- *
- * For a simulation behind a source, where every tangent reaches the layer: what flows into its
- * implicit steps is few all the same (its states, the current, capacitance, slope and the
- * parameters of what is bound to it). For layers without ladder.
- */
-template <typename S, int N>
-class LocalLayer final : public LayerOf<S> {
- public:
-  /// What of it never changes.
-  struct Shape {
-    std::vector<int> parameters;  ///< of the effects that are bound to the layer
-    std::size_t parameter_count;  ///< of all
-    bool has_activity;
-    bool adapts;  ///< an effect changes the base model's parameters
-    Eigen::Index firstFree() const { return kActivity + (has_activity ? 1 : 0); }
-    /// Quantities that flow into a step; at most N.
-    Eigen::Index inputs() const {
-      return firstFree() + static_cast<Eigen::Index>(parameters.size()) + (adapts ? kAdapted : 0);
-    }
-  };
-  LocalLayer(DoubleLayer<Dual<N>> layer, Shape shape)
-      : layer_(std::move(layer)), shape_(std::move(shape)) {}
-  std::unique_ptr<LayerOf<S>> clone() const override { return std::make_unique<LocalLayer>(*this); }
-
-  void advance(const S* p, const Present<S>& present, const S& current, double duration,
-               LayerPace& pace, S& u, S* log_activity, S*) override {
-    prepare(p, present);
-    const Dual<N> held = own(current, kCurrent);
-    Dual<N> local_u = own(u, kU),
-            local_activity = log_activity ? own(*log_activity, kActivity) : Dual<N>(0.0);
-    layer_.advance(p_.data(), present_, held, duration, pace, local_u,
-                   log_activity ? &local_activity : nullptr, nullptr);
-    const S before = u;
-    const S activity_before = log_activity ? *log_activity : S(0.0);
-    const auto chain = [&](const Dual<N>& local, S& x) {
-      const auto& d = local.derivatives();
-      x.value() = local.value();
-      x.derivatives() = d[kU] * before.derivatives() + d[kCurrent] * current.derivatives() +
-                        d[kC2] * present.c2.derivatives() + d[kBeta] * present.beta.derivatives() +
-                        d[kUDc] * present.u_dc.derivatives();
-      if (log_activity) x.derivatives() += d[kActivity] * activity_before.derivatives();
-      Eigen::Index k = shape_.firstFree();
-      for (const int j : shape_.parameters) x.derivatives() += d[k++] * p[j].derivatives();
-      if (!shape_.adapts) return;
-      for (const S* adapted : adaptedOf(present))
-        x.derivatives() += d[k++] * adapted->derivatives();
-    };
-    chain(local_u, u);
-    if (log_activity) chain(local_activity, *log_activity);
-  }
-  void useTrail(StepTrail* trail) override { layer_.useTrail(trail); }
-
- private:
-  enum Input { kU, kCurrent, kC2, kBeta, kUDc, kActivity };
-  static constexpr int kAdapted = 6;
-
-  static std::array<const S*, kAdapted> adaptedOf(const Present<S>& f) {
-    return {&f.i0, &f.alpha, &f.acceptance, &f.warming, &f.reactivity, &f.inverse_supply};
-  }
-  /// A quantity as the k-th of the inputs. What follows no tangent stays a number: a symmetric
-  /// reaction is known by it.
-  static Dual<N> own(const S& x, Eigen::Index k) {
-    Dual<N> local(x.value());
-    if ((x.derivatives().array() != 0.0).any()) local.derivatives()[k] = 1.0;
-    return local;
-  }
-  void prepare(const S* p, const Present<S>& present) {
-    const bool first = p_.empty();
-    if (first) {
-      for (std::size_t j = 0; j < shape_.parameter_count; ++j) p_.push_back(Dual<N>(p[j].value()));
-      for (std::size_t k = 0; k < shape_.parameters.size(); ++k) {
-        const auto j = static_cast<std::size_t>(shape_.parameters[k]);
-        p_[j] = own(p[j], shape_.firstFree() + static_cast<Eigen::Index>(k));
-      }
-    }
-    if (first || shape_.adapts) takePresent(present);
-    present_.time = present.time;
-  }
-  void takePresent(const Present<S>& f) {
-    present_ = converted<Dual<N>>(f, [](const S& x) { return Dual<N>(x.value()); });
-    present_.c2 = own(f.c2, kC2);
-    present_.beta = own(f.beta, kBeta);
-    present_.u_dc = own(f.u_dc, kUDc);
-    if (!shape_.adapts) return;
-    Eigen::Index k = shape_.firstFree() + static_cast<Eigen::Index>(shape_.parameters.size());
-    Dual<N>* locals[] = {&present_.i0,      &present_.alpha,      &present_.acceptance,
-                         &present_.warming, &present_.reactivity, &present_.inverse_supply};
-    for (std::size_t j = 0; j < kAdapted; ++j) *locals[j] = own(*adaptedOf(f)[j], k++);
-  }
-
-  DoubleLayer<Dual<N>> layer_;
-  Shape shape_;
-  std::vector<Dual<N>> p_;
-  Present<Dual<N>> present_;
-};
-
 /// The double layer of a composition in arithmetic T.
 template <typename T>
 DoubleLayer<T> layerOf(const BoundComposition& bound) {
@@ -244,63 +140,35 @@ DoubleLayer<T> layerOf(const BoundComposition& bound) {
                         bound.limits_reaction);
 }
 
-/// Layers for a simulation in arithmetic S, each in the narrowest arithmetic that serves.
+/// Every tangent may reach it: a current that follows from a voltage depends on all of them.
 template <typename S>
-class LayerChoice {
- public:
-  explicit LayerChoice(const BoundComposition& bound) : bound_(bound) {}
+std::unique_ptr<LayerOf<S>> wideLayer(const BoundComposition& bound) {
+  return std::make_unique<WideLayer<S>>(layerOf<S>(bound));
+}
 
-  /// @param tangents those that can reach the layer while the current is given.
-  std::unique_ptr<LayerOf<S>> underCurrent(const std::vector<int>& tangents) const {
-    std::unique_ptr<LayerOf<S>> layer = narrow<8>(tangents);
-    if (!layer) layer = narrow<16>(tangents);
-    if (!layer) layer = narrow<24>(tangents);
-    return layer ? std::move(layer) : wide();
-  }
+/// @return nothing unless N tangents suffice and are fewer than those of S.
+template <typename S, int N>
+std::unique_ptr<LayerOf<S>> narrowLayer(const BoundComposition& bound,
+                                        const std::vector<int>& tangents) {
+  if constexpr (N < Width<S>::value)
+    if (tangents.size() <= static_cast<std::size_t>(N))
+      return std::make_unique<NarrowLayer<S, N>>(
+          layerOf<Dual<N>>(bound),
+          typename NarrowLayer<S, N>::Shape{tangents,
+                                            static_cast<std::size_t>(bound.model.parameterCount()),
+                                            bound.ladder_state >= 0, bound.adapts});
+  return nullptr;
+}
 
-  /// Every tangent may reach it: a current that follows from a voltage depends on all of them.
-  std::unique_ptr<LayerOf<S>> behindSource() const {
-    std::unique_ptr<LayerOf<S>> layer = local<8>();
-    if (!layer) layer = local<16>();
-    return layer ? std::move(layer) : wide();
-  }
-
- private:
-  std::unique_ptr<LayerOf<S>> wide() const {
-    return std::make_unique<WideLayer<S>>(layerOf<S>(bound_));
-  }
-  std::size_t parameterCount() const {
-    return static_cast<std::size_t>(bound_.model.parameterCount());
-  }
-
-  /// @return nothing unless N tangents suffice and are fewer than those of S.
-  template <int N>
-  std::unique_ptr<LayerOf<S>> narrow(const std::vector<int>& tangents) const {
-    if constexpr (N < Width<S>::value) {
-      typename NarrowLayer<S, N>::Shape shape{tangents, parameterCount(), bound_.ladder_state >= 0,
-                                              bound_.adapts};
-      if (tangents.size() <= static_cast<std::size_t>(N))
-        return std::make_unique<NarrowLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
-    }
-    return nullptr;
-  }
-
-  /// @return nothing unless the layer has implicit steps, into which at most N quantities flow,
-  /// fewer than S has tangents.
-  template <int N>
-  std::unique_ptr<LayerOf<S>> local() const {
-    if constexpr (N < Width<S>::value) {
-      typename LocalLayer<S, N>::Shape shape{bound_.parametersOfLayer(), parameterCount(),
-                                             bound_.activity_state >= 0, bound_.adapts};
-      const bool is_implicit =
-          !shape.parameters.empty() && !bound_.limits_reaction && bound_.ladder_state < 0;
-      if (is_implicit && shape.inputs() <= N)
-        return std::make_unique<LocalLayer<S, N>>(layerOf<Dual<N>>(bound_), shape);
-    }
-    return nullptr;
-  }
-
-  const BoundComposition& bound_;
-};
+/// In the narrowest arithmetic that serves. @param tangents those that can reach the layer while the
+/// current is given.
+template <typename S>
+std::unique_ptr<LayerOf<S>> layerUnderCurrent(const BoundComposition& bound,
+                                              const std::vector<int>& tangents) {
+  std::unique_ptr<LayerOf<S>> layer = narrowLayer<S, 8>(bound, tangents);
+  if (!layer) layer = narrowLayer<S, 16>(bound, tangents);
+  if (!layer) layer = narrowLayer<S, 24>(bound, tangents);
+  return layer ? std::move(layer) : wideLayer<S>(bound);
+}
 
 }  // namespace battery_sof

@@ -34,19 +34,6 @@ struct alignas(64) OverpotentialStates {
   double d_initial[kBlockSize];   ///< d u_c2 / d u_c2(first sample) [1]
 };
 
-/// The derivatives of OverpotentialStates alone, in lane order.
-struct alignas(64) DerivativeBlock {
-  double d_log_c2[kBlockSize];
-  double d_log_beta[kBlockSize];
-  double d_initial[kBlockSize];
-};
-
-/// A block that is swept; after its last pass the derivatives may take the place of what drove it.
-union SweptBlock {
-  DrivenBlock driven;
-  DerivativeBlock derivatives;
-};
-
 /// What is carried from block to block, with E = exp(beta u_c2 / 2) = x / y.
 struct OverpotentialCarried {
   double x, y;        ///< > 0

@@ -3,8 +3,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <new>
-#include <utility>
 #include <vector>
 
 #include "model/overpotential_kernel.hpp"
@@ -34,8 +32,7 @@ class OverpotentialSweep {
   /// Sets what a block's samples are reached with. @param held in SIMD lane order, duration 0 past
   /// the window's end.  @param i0 exchange current [A], > 0.
   void drive(Eigen::Index block, const HeldBlock& held, double i0) {
-    shareCurrents(held, i0, blocks_[static_cast<std::size_t>(block)].driven,
-                  widestInstructionSet());
+    shareCurrents(held, i0, blocks_[static_cast<std::size_t>(block)], widestInstructionSet());
   }
 
   Eigen::Index blocks() const { return static_cast<Eigen::Index>(blocks_.size()); }
@@ -51,28 +48,13 @@ class OverpotentialSweep {
                                  1.0};
     OverpotentialStates states;
     for (Eigen::Index block = 0; block < blocks(); ++block) {
-      sweepOverpotential(blocks_[static_cast<std::size_t>(block)].driven, scale, carried, states,
-                         set);
+      sweepOverpotential(blocks_[static_cast<std::size_t>(block)], scale, carried, states, set);
       visit(block, states);
     }
   }
 
-  /// The last pass: run() that uses the sweep up. @return the blocks with the derivatives in the
-  /// place of the currents.
-  template <typename Visitor>
-  std::vector<SweptBlock> runOut(const Point& point, InstructionSet set, Visitor&& visit) && {
-    run(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
-      visit(block, states);
-      auto* kept = new (&blocks_[static_cast<std::size_t>(block)].derivatives) DerivativeBlock;
-      std::copy_n(states.d_log_c2, kBlockSize, kept->d_log_c2);
-      std::copy_n(states.d_log_beta, kBlockSize, kept->d_log_beta);
-      std::copy_n(states.d_initial, kBlockSize, kept->d_initial);
-    });
-    return std::move(blocks_);
-  }
-
  private:
-  std::vector<SweptBlock> blocks_;
+  std::vector<DrivenBlock> blocks_;
 };
 
 }  // namespace battery_sof

@@ -7,13 +7,51 @@
 #include <utility>
 #include <vector>
 
-#include "cloned.hpp"
 #include "composed_effects.hpp"
 #include "discrepancy_run.hpp"
 #include "model/narrow_layer.hpp"
 #include "model/simulation.hpp"
 
 namespace battery_sof {
+
+/// A T of its own, of a kind known at run time: copied by T::clone(). Never empty but when moved
+/// from.
+template <typename T>
+class Cloned {
+ public:
+  Cloned(std::unique_ptr<T> own) : own_(std::move(own)) {}  // NOLINT(google-explicit-constructor)
+  Cloned(const Cloned& other) : own_(other.own_->clone()) {}
+  Cloned(Cloned&&) noexcept = default;
+  Cloned& operator=(Cloned other) noexcept {
+    own_ = std::move(other.own_);
+    return *this;
+  }
+  ~Cloned() = default;
+  T& operator*() const { return *own_; }
+  T* operator->() const { return own_.get(); }
+
+ private:
+  std::unique_ptr<T> own_;
+};
+
+/// What is worth keeping between two calls and says nothing: a copy begins with a fresh one.
+template <typename T>
+class WorkSpace {
+ public:
+  WorkSpace() = default;
+  WorkSpace(const WorkSpace&) : own_() {}
+  WorkSpace(WorkSpace&&) noexcept = default;
+  WorkSpace& operator=(WorkSpace other) noexcept {
+    own_ = std::move(other.own_);
+    return *this;
+  }
+  ~WorkSpace() = default;
+  T& operator*() { return own_; }
+  T* operator->() { return &own_; }
+
+ private:
+  T own_;
+};
 
 /// Where a battery stands: all that moves, in arithmetic S. What never moves is the stepper's.
 template <typename S>
@@ -31,13 +69,6 @@ struct SimulationState {
 
 /// Changes every number that carries tangents, each together with its counterpart in another state
 /// of the same battery.
-template <typename S, typename Change>
-void changeNumbers(SimulationState<S>& to, const Change& change) {
-  for (S& x : to.x) change(x);
-  for (S& x : to.discrepancy) change(x);
-  change(to.terminal);
-  change(to.voltage);
-}
 template <typename S, typename T, typename Change>
 void changeNumbersBeside(SimulationState<S>& to, const SimulationState<T>& from,
                          const Change& change) {
@@ -77,7 +108,7 @@ class Stepper {
           const Eigen::Ref<const Eigen::MatrixXd>& seeds)
       : tangents_(seeds.cols()),
         effects_(bound, start.parameters, start.reference_time, seeds),
-        layer_(LayerChoice<S>(*bound).underCurrent(bound->tangentsOfLayer(seeds))) {
+        layer_(layerUnderCurrent<S>(*bound, bound->tangentsOfLayer(seeds))) {
     now.time = start.time;
     for (Eigen::Index j = 0; j < start.state.size(); ++j)
       now.x.push_back(seeded(start.state[j], seeds, start.parameters.size() + j, S()));
@@ -118,7 +149,7 @@ class Stepper {
   void widen() {
     if (is_wide_) return;
     is_wide_ = true;
-    layer_ = LayerChoice<S>(effects_.bound()).behindSource();
+    layer_ = wideLayer<S>(effects_.bound());
   }
 
   /// One interval under a held current of the battery itself. @param slope [A/s], of the measured

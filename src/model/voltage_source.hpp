@@ -5,7 +5,6 @@
 #include <memory>
 #include <type_traits>
 
-#include "cloned.hpp"
 #include "model/double_layer.hpp"
 #include "stepper.hpp"
 
@@ -37,10 +36,7 @@ class SourceSearch {
   /// its slope there.
   void take(double excess, double resistance) {
     (excess > 0.0 ? high_ : low_) = current_;
-    const double before = step_;
     step_ = -excess / resistance;
-    if (trials_++ > 0 && before != 0.0)
-      bend_ = std::min(std::abs(step_) / (before * before), kMaxBend);
     double next = std::min(current_ + step_, most_);
     const double top = std::min(high_, most_);
     if (!(std::abs(step_) < kLastStep) && !(next > low_ && next < high_))
@@ -54,28 +50,15 @@ class SourceSearch {
   bool isThere(double last_step = kLastStep) const {
     return std::abs(step_) < (crossesZero() ? std::min(last_step, kLastAcross) : last_step);
   }
-  /// Whether the trial to come is likely to be the last.
-  bool isNear() const {
-    return isThere() ||
-           (!crossesZero() && bend_ * step_ * step_ < kLastStep && current_ == tried_ + step_);
-  }
-
-  /// [1/A], error a step leaves, over its square, as this search has seen it; what the next one may
-  /// expect.
-  double bend() const { return bend_; }
-  void expectBend(double bend) { bend_ = bend; }
 
  private:
   static constexpr double kReach = 1e4;        // [A], below the bracket's upper end
   static constexpr double kLastAcross = 1e-5;  // [A]
-  static constexpr double kMaxBend = 0.2;      // [1/A]
 
   bool crossesZero() const { return (tried_ < 0.0) != (tried_ + step_ < 0.0); }
 
   double most_, current_, tried_ = 0.0, step_ = 0.0;
   double low_ = -HUGE_VAL, high_ = HUGE_VAL;
-  double bend_ = kMaxBend;
-  int trials_ = 0;
 };
 
 /// What a source leaves behind for its next interval.
@@ -84,14 +67,9 @@ struct SourceMemory {
   S current = S(0.0);  ///< [A], of the last interval
   /// [A] that the current and [V] that the voltage moved in it
   double trend = 0.0, move = 0.0;
-  double resistance = 0.0, bend = 0.2;  ///< [Ohm] over it; [1/A] as SourceSearch::bend()
-
-  struct Work {
-    std::unique_ptr<Stepper<Slope>> probe;  ///< the same battery, for trials of currents
-    StepTrail trail;
-    SimulationState<S> kept;  ///< where a trial in arithmetic S began
-  };
-  WorkSpace<Work> work;
+  double resistance = 0.0;  ///< [Ohm] over it
+  /// the same battery, for trials of currents
+  WorkSpace<std::unique_ptr<Stepper<Slope>>> probe;
 
   /// After an interval in which a current was given.
   void forgetTrend() { trend = move = 0.0; }
@@ -119,14 +97,14 @@ class VoltageSource {
 
   /// As Simulation::resistanceOver().
   double resistanceOver(double current, double duration) {
-    trail().clear();
     excessOf(current, 0.0, duration);
     return probeResistance();
   }
 
  private:
-  static constexpr int kWidth = Width<S>::value;
-  static constexpr double kLastStepByProbe = 1e-5;  // [A], where derivatives are the last trial's
+  static constexpr bool kIsOfValues = std::is_same_v<S, double>;
+  // [A], less where derivatives are taken at the last trial's current
+  static constexpr double kLastStep = kIsOfValues ? SourceSearch::kLastStep : 1e-5;
   static constexpr int kMaxRounds = 20;
   // [A], and share, by which the last round may have moved it
   static constexpr double kSettledCurrent = 1e-7;
@@ -175,7 +153,7 @@ class VoltageSource {
 
   Eliminated eliminate(double voltage, double duration, const Present<S>& present,
                        const Present<Slope>& slope_present) {
-    Stepper<Slope>& slopes = *work().probe;
+    Stepper<Slope>& slopes = **memory_.probe;
     const double before = valueOf(now_.x[0]);
     double i = valueOf(memory_.current);
     Eliminated found;
@@ -196,27 +174,23 @@ class VoltageSource {
 
   // ---------------------------------------------------------------------- search for the current that is held
 
-  /// Holds the current that ends at the voltage. Trials go in the probe; the last step of the
-  /// search is taken in arithmetic S.
+  /// Holds the current that ends at the voltage. Trials go in the probe; the battery passes once,
+  /// at the current where they end.
   double advanceBySearch(const S& voltage, double duration, double max_current) {
     const double wanted = valueOf(voltage), before = now_.last_current;
     const double move = valueOf(now_.terminal) != 0.0 ? wanted - valueOf(now_.terminal) : 0.0;
     SourceSearch search(firstCurrent(move), max_current);
-    search.expectBend(memory_.bend);
-    trail().clear();
-    bool done = false;
-    for (int k = 0; k < SourceSearch::kMaxTrials && !done; ++k) {
+    for (int k = 0; k < SourceSearch::kMaxTrials; ++k) {
       const double tried = search.current(), excess = excessOf(tried, wanted, duration);
-      if (search.isLimited(excess)) {
-        holdAtMost(tried, duration);
-        break;
-      }
-      search.take(excess, probeResistance());
-      const bool is_last = k + 1 == SourceSearch::kMaxTrials || !std::isfinite(excess);
-      done = is_last ? adopt(voltage, duration, tried, search)
-                     : land(voltage, duration, tried, search);
+      const bool is_limited = search.isLimited(excess);
+      if (!is_limited) search.take(excess, probeResistance());
+      const bool is_last = is_limited || k + 1 == SourceSearch::kMaxTrials ||
+                           !std::isfinite(excess) || search.isThere(kLastStep);
+      if (!is_last) continue;
+      adopt(search.current(), tried, duration);
+      if (!is_limited) letCurrentFollow(voltage);
+      break;
     }
-    memory_.bend = search.bend();
     now_.last_current = valueOf(memory_.current);
     memory_.trend = before != 0.0 ? now_.last_current - before : 0.0;
     memory_.move = move;
@@ -230,117 +204,39 @@ class VoltageSource {
            (memory_.resistance > 0.0 ? (move - memory_.move) / memory_.resistance : 0.0);
   }
 
-  /// Ends a search where it is about to. @return false, nothing moved, when it has to go on.
-  bool land(const S& voltage, double duration, double tried, SourceSearch& search) {
-    if constexpr (std::is_same_v<S, double>)
-      return search.isThere() && adopt(voltage, duration, tried, search);
-    if (battery_.tangents() == kWidth)
-      return search.isThere(kLastStepByProbe) && adopt(voltage, duration, tried, search);
-    return search.isNear() && passAlong(voltage, duration, search);
-  }
-
-  /// Ends where the probe ended, and what its slopes make of the last step.
-  bool adopt(const S& voltage, double duration, double tried, const SourceSearch& search) {
-    memory_.current = S(search.current());
-    if constexpr (std::is_same_v<S, double>) {
-      takeProbe(search.current() - tried);
+  /// Ends under a current: in values where the probe ended, and what its slopes make of the last
+  /// step; else by a pass of the battery itself.
+  void adopt(double current, double tried, double duration) {
+    memory_.current = S(current);
+    if constexpr (kIsOfValues) {
+      const Stepper<Slope>& from = **memory_.probe;
+      standAs(now_, from.now,
+              [&](const Slope& x) { return x.value() + x.derivatives()[0] * (current - tried); });
+      if (from.discrepancy()) battery_.setBeyondIdentified(from.discrepancy()->beyond());
     } else {
-      passAsTried(memory_.current, duration);
-      letCurrentFollow(voltage);
+      battery_.pass(memory_.current, memory_.current, duration, 0.0, now_.time + duration);
     }
-    return true;
-  }
-  void holdAtMost(double max_current, double duration) {
-    memory_.current = S(max_current);
-    if constexpr (std::is_same_v<S, double>)
-      takeProbe(0.0);
-    else
-      passAsTried(memory_.current, duration);
-  }
-
-  /// One pass of the hold in arithmetic S, from where the trials know its implicit steps to end.
-  void passAsTried(const S& current, double duration) { passOnTrail(battery_, current, duration); }
-
-  template <typename T>
-  void passOnTrail(Stepper<T>& battery, const T& current, double duration) {
-    trail().begin();
-    battery.layer().useTrail(&trail());
-    battery.pass(current, current, duration, 0.0, now_.time + duration);
-    battery.layer().useTrail(nullptr);
-  }
-
-  /// The probe's end with `more` current [A], to first order.
-  void takeProbe(double more) {
-    const Stepper<Slope>& from = *work().probe;
-    standAs(now_, from.now,
-            [more](const Slope& x) { return x.value() + x.derivatives()[0] * more; });
-    if (from.discrepancy()) battery_.setBeyondIdentified(from.discrepancy()->beyond());
-  }
-
-  /**
-   * @brief The hold in arithmetic S with the current as one tangent more: Newton's last step, and
-   * the implicit function's derivatives.
-   *
-   * @return false, nothing moved, when that step is longer than a last one may be; `search` goes on
-   * from there.
-   */
-  bool passAlong(const S& voltage, double duration, SourceSearch& search) {
-    if constexpr (std::is_same_v<S, double>) {
-      return false;
-    } else {
-      const Eigen::Index own = battery_.tangents();
-      SimulationState<S>& kept = work().kept = now_;
-      S held(search.current());
-      held.derivatives()[own] = 1.0;
-      passAsTried(held, duration);
-      search.take(valueOf(now_.terminal) - valueOf(voltage), now_.terminal.derivatives()[own]);
-      if (search.isThere()) {
-        foldCurrent(held, search.current(), voltage);
-        return true;
-      }
-      std::swap(now_, kept);
-      return false;
-    }
-  }
-
-  /// Takes the current's tangent up into the others: it is what keeps the terminal at the voltage.
-  /// @param end [A], of the search.
-  void foldCurrent(const S& held, double end, const S& voltage) {
-    const Eigen::Index own = battery_.tangents();
-    S follow = S((voltage - now_.terminal) * (1.0 / now_.terminal.derivatives()[own]));
-    follow.value() = end - valueOf(held);
-    follow.derivatives()[own] = 0.0;
-    const auto fold = [&](S& x) {
-      const double slope = x.derivatives()[own];
-      x.derivatives()[own] = 0.0;
-      x.value() += slope * follow.value();
-      x.derivatives() += slope * follow.derivatives();
-    };
-    memory_.current = held;
-    fold(memory_.current);
-    changeNumbers(now_, fold);
   }
 
   /// Lets the current that was solved for follow the tangents so that the terminal voltage stays:
   /// the implicit function's derivative, by the slopes that the probe has to the current.
   void letCurrentFollow(const S& voltage) {
+    if constexpr (kIsOfValues) return;
     const S follow = S((valueOf(now_.terminal) - now_.terminal + voltage - valueOf(voltage)) /
                        probeResistance());
     memory_.current = S(memory_.current + follow);
-    changeNumbersBeside(now_, work().probe->now, [&](S& x, const Slope& slope) {
+    changeNumbersBeside(now_, (**memory_.probe).now, [&](S& x, const Slope& slope) {
       x = S(x + slope.derivatives()[0] * follow);
     });
   }
 
   // ------------------------------------------------------------------------------------------------- the probe
 
-  typename SourceMemory<S>::Work& work() { return *memory_.work; }
-  StepTrail& trail() { return work().trail; }
-  double probeResistance() { return work().probe->now.terminal.derivatives()[0]; }
+  double probeResistance() { return (**memory_.probe).now.terminal.derivatives()[0]; }
 
   /// The same battery in the arithmetic of the solver for the current, as it stands.
   Stepper<Slope>& probe() {
-    std::unique_ptr<Stepper<Slope>>& same = work().probe;
+    std::unique_ptr<Stepper<Slope>>& same = *memory_.probe;
     if (!same)
       same = std::make_unique<Stepper<Slope>>(battery_.effects().shared(), battery_.point(),
                                               Eigen::MatrixXd());
@@ -350,8 +246,9 @@ class VoltageSource {
 
   /// @return how far a held current ends above a voltage [V]; leaves the probe there.
   double excessOf(double i, double voltage, double duration) {
-    passOnTrail(probe(), Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration);
-    return valueOf(work().probe->now.terminal) - voltage;
+    const Slope held(i, Eigen::Matrix<double, 1, 1>::Ones());
+    probe().pass(held, held, duration, 0.0, now_.time + duration);
+    return valueOf((**memory_.probe).now.terminal) - voltage;
   }
 
   Stepper<S>& battery_;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "battery_sof/intake.hpp"
-#include "prediction/pipeline.hpp"
 #include "state/state_estimator.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "prediction/query.hpp"
+#include "prediction/pipeline.hpp"
 
 namespace battery_sof {
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "battery_sof/intake.hpp"
-#include "prediction/pipeline.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 
@@ -12,6 +11,7 @@ namespace battery_sof {
 namespace {
 
 constexpr double kLongestCrank = 60.0;                   // [s], no starter survives more
+constexpr std::size_t kMaxPoints = 100000;               // of a load or crank
 constexpr double kLooks[] = {0.0, 0.05, 0.2, 0.5, 1.0};  // of a crank's time
 
 double lowestOf(const CurrentProfile& profile) {
@@ -94,8 +94,8 @@ std::string faultsOf(const CrankingQuery& q) {
     addFault(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]",
              q.t_cranking, "above 0, up to 60");
   }
-  addFault(faults, faultOf(q.load, "load"));
-  addFault(faults, faultOf(q.crank, "crank"));
+  addFault(faults, faultOf(q.load.time, q.load.current, "load", kMaxPoints));
+  addFault(faults, faultOf(q.crank.time, q.crank.current, "crank", kMaxPoints));
   addFault(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(),
            "up to 60");
   if (faults.empty() && !q.crank.empty())

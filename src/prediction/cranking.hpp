@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "prediction/query.hpp"
+#include "prediction/pipeline.hpp"
 
 namespace battery_sof {
 

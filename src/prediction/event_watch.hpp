@@ -1,13 +1,27 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
-#include "prediction/event_comparison.hpp"
+#include "prediction/event_corrections.hpp"
 #include "prediction/sample_stream.hpp"
 #include "recording/events.hpp"
+#include "state/event_history.hpp"
 #include "state/state_tracker.hpp"
 
 namespace battery_sof {
+
+/// An event that passed, and what the model frozen before it expected of the current or the voltage
+/// that really stood.
+struct EventComparison : PastEvent {
+  Interval expected;  ///< of measured; a crank's bounds each have their own minimum
+  std::optional<Interval> baseline = std::nullopt;  ///< of measured, by the window's predictor
+};
+
+/// What ended with a sample and was compared with the model's expectation.
+struct SessionEvents {
+  std::vector<EventComparison> cranks, charges, stops;
+};
 
 /// A sample as the watches take it.
 struct WatchedSample {

@@ -1,6 +1,5 @@
 #include "prediction/maps.hpp"
 
-#include "prediction/pipeline.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "estimation/window.hpp"
-#include "prediction/series_blocks.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"
 
@@ -39,6 +38,21 @@ const SessionOptions& checked(const SessionOptions& options) {
     throw std::invalid_argument(format("series_blocks is %g, expected ", options.series_blocks) +
                                 kAllowedSeriesBlocks);
   return options;
+}
+
+SessionEvents ofSeries(SessionEvents of_one, double series_blocks) {
+  for (auto* events : {&of_one.cranks, &of_one.stops})
+    for (EventComparison& event : *events) {
+      event.measured *= series_blocks;
+      event.modelled *= series_blocks;
+      event.expected = battery_sof::ofSeries(event.expected, series_blocks);
+      if (event.baseline) event.baseline = battery_sof::ofSeries(*event.baseline, series_blocks);
+    }
+  for (EventComparison& charge : of_one.charges) {
+    charge.voltage *= series_blocks;
+    charge.first_voltage *= series_blocks;
+  }
+  return of_one;
 }
 
 bool isRequired(const ParameterEstimate& estimate) {

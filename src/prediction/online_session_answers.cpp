@@ -1,7 +1,7 @@
 #include <cmath>
 #include <utility>
 
-#include "prediction/series_blocks.hpp"
+#include "prediction/online_session.hpp"
 #include "state/posterior.hpp"
 #include "util/text.hpp"
 
@@ -12,6 +12,16 @@ namespace {
 // by chance in at most one of 700 trips.
 constexpr double kSwapped = 3.5;
 constexpr double kBeforeFirst = 1e-3;  // [s]
+
+SessionStatus ofSeries(SessionStatus of_one, double series_blocks) {
+  if (of_one.expected && of_one.expected->voltage) *of_one.expected->voltage *= series_blocks;
+  if (of_one.selector)
+    for (double* voltage :
+         {&of_one.selector->base_rmse, &of_one.selector->extended_rmse,
+          &of_one.selector->base_crank_error, &of_one.selector->extended_crank_error})
+      *voltage *= series_blocks;
+  return of_one;
+}
 
 std::string inUseSentence(double age) {
   return format("the saved model is in use, %.0f s old", age);

@@ -3,14 +3,240 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/intake.hpp"
+#include "model/input_sequence.hpp"
+#include "recording/series_blocks.hpp"
+#include "util/constants.hpp"
+#include "util/number_text.hpp"
+#include "util/text.hpp"
+
 namespace battery_sof {
 namespace {
 
+constexpr double kVoltageReach = 0.3;  // [V] a block above the window's highest
+// [V], of a discrepancy model held at its range's end: relevant to a crank
+constexpr double kDiscrepancyReach = 0.010;
+constexpr double kTemperatureReach = 10.0;  // [K]
+constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
+constexpr double kSlopedCharge = 0.02;      // of capacity, with the slope of any battery
+constexpr double kUsualSlope = 1.2, kSlopeSpread = 0.4;  // [V] of a block, of the whole capacity
+// [V] of a block for a unit of state of charge (docs/physics.md#ocv_soc)
+constexpr double kMinSlope = 0.8;
+constexpr double kMaxSlope = 1.8;
+constexpr double kMaxOfBlock = 16.0;  // [V], of six lead-acid cells, above any charger's
+// Widest interval of a charge's current that is of use: [A], and of the window's largest charge.
+constexpr double kUsefulWidth = 10.0, kUsefulShare = 0.5;
+constexpr double kSpanOfBlock = 10.0;  // [V], from 1 V a cell, empty under load, up to kMaxOfBlock
+// [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
+constexpr double kShortCharge = 10.0;
+
+// Of an IntervalCalibration, see update().
 constexpr double kRate = 0.25;      // eta: an outlier widens by a quarter
 constexpr double kMissShare = 0.1;  // of a 90 % interval
 constexpr double kLeast = 0.1, kMost = 50.0;
 
+const ParameterEstimate* estimateOf(const Fit& fit, const char* name) {
+  const auto found = std::find_if(fit.estimates.begin(), fit.estimates.end(),
+                                  [&](const auto& estimate) { return estimate.name == name; });
+  return found == fit.estimates.end() ? nullptr : &*found;
+}
+
+bool isDetermined(const Fit& fit, const char* name) {
+  const ParameterEstimate* estimate = estimateOf(fit, name);
+  return !estimate || estimate->determined;
+}
+
+/// Whether the window determined how the open-circuit voltage follows the charge, and as a
+/// battery's does.
+bool knowsOpenCircuitSlope(const Fit& fit, double capacity) {
+  const ParameterEstimate* slope = estimateOf(fit, "ocv_slope");
+  if (!slope || !slope->determined || slope->held) return false;
+  const double of_block = slope->value * capacity / seriesBlocksAt(fit.parameters.u_dc);
+  return of_block >= kMinSlope && of_block <= kMaxSlope;
+}
+
+class Reasons {
+ public:
+  void add(bool given, const std::string& reason) {
+    if (!given) return;
+    text_ += (text_.empty() ? "" : "; ") + reason;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+/// Blocks in series, those that were said and those that the voltage reports of.
+double blocksOf(const Fit& fit) { return fit.series_blocks * seriesBlocksAt(fit.parameters.u_dc); }
+
+/// The voltage above which no battery of as many blocks is [V].
+double maxVoltage(const Fit& fit) { return kMaxOfBlock * blocksOf(fit); }
+
+void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
+  const ExcitedRange& seen = fit.excited;
+  const ChargeEvidence& evidence = range.evidence;
+  if (evidence.is_supported || !range.charges) return;
+  reasons.add(fit.window.samples == 0, "no window was fitted yet, and charges need one");
+  if (fit.source) {
+    const double enough = std::max(kUsefulWidth, kUsefulShare * seen.max_current);
+    const double width = range.answered_current->upper - range.answered_current->lower;
+    reasons.add(
+        width > enough,
+        format("its 90 %% interval is %.1f A wide, at most %.1f A are of use", width, enough));
+    return;
+  }
+  if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
+  reasons.add(!contains(fit.effects, "charge_acceptance"),
+              "the model lacks a limit of charge acceptance (effect charge_acceptance)");
+  reasons.add(seen.longest_charge < kShortCharge,
+              format("the window's longest charge lasted %.1f s, at least %.0f s are needed",
+                     seen.longest_charge, kShortCharge));
+}
+
 }  // namespace
+
+std::optional<double> askedFor(std::optional<double> given) {
+  return given && (*given == 0.0 || std::isnan(*given)) ? std::nullopt : given;
+}
+
+void addFault(std::string& faults, const std::string& fault) {
+  if (!fault.empty()) faults += (faults.empty() ? "" : "; ") + fault;
+}
+
+void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected) {
+  if (!ok) addFault(faults, format("%s is %g, expected %s", name, value, expected));
+}
+
+std::string faultOf(const std::vector<double>& time, const std::vector<double>& current,
+                    const char* name, std::size_t most) {
+  if (time.size() != current.size())
+    return format("%s has %zu times and %zu currents, expected as many", name, time.size(),
+                  current.size());
+  if (time.size() > most)
+    return format("%s has %zu points, expected at most %zu", name, time.size(), most);
+  for (std::size_t n = 0; n < time.size(); ++n) {
+    const double t = time[n], i = current[n];
+    if (!(t >= 0.0 && t <= kLongestQuery))
+      return format("%s time[%zu] is %g s, expected 0 to 86400", name, n, t);
+    if (n > 0 && !(t > time[n - 1]))
+      return format("%s time[%zu] is %g s, expected more than the one before", name, n, t);
+    const double step = n > 0 ? t - time[n - 1] : t;
+    if (step > 0.0 && step < kShortestStep)
+      return format("%s time[%zu] is %g s after the one before, expected at least %g s", name, n,
+                    step, kShortestStep);
+    if (!(std::abs(i) <= kMaxCurrent))
+      return format("%s current[%zu] is %g A, expected -5000 to 5000", name, n, i);
+  }
+  return "";
+}
+
+double supportedCharge(const Fit& fit, double capacity, bool charges) {
+  const double usual = (charges ? kConstantCharge : kSlopedCharge) * capacity;
+  return knowsOpenCircuitSlope(fit, capacity)
+             ? std::clamp(fit.excited.charge_swing, usual, capacity)
+             : usual;
+}
+
+ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity) {
+  const double beyond = drawn / capacity - kConstantCharge;
+  if (beyond <= 0.0 || knowsOpenCircuitSlope(fit, capacity)) return {};
+  const double share = beyond * seriesBlocksAt(fit.parameters.u_dc);
+  return {-kUsualSlope * share, std::pow(kSlopeSpread * share, 2)};
+}
+
+namespace {
+
+/// Why so much charge is too much; empty when it is not.
+std::string excessiveCharge(const Fit& fit, const QueryRange& range, double capacity) {
+  const double moved = range.charge_moved;
+  if (moved > capacity)
+    return format("it moves %.0f Ah, more than the battery's %g Ah", moved, capacity);
+  const double supported = supportedCharge(fit, capacity, range.charges);
+  if (moved <= supported) return "";
+  return format(
+      "it moves %.2f Ah, the model supports at most %.2f Ah (%d %% of %g Ah, or what the window "
+      "moved where it determined how the "
+      "open-circuit voltage follows the charge)",
+      moved, supported, range.charges ? 1 : 2, capacity);
+}
+
+}  // namespace
+
+std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
+  const Fit& fit = model.fit;
+  const ExcitedRange& seen = fit.excited;
+  const std::string excessive = excessiveCharge(fit, range, capacity);
+  Reasons reasons;
+  if (range.min_current)
+    reasons.add(*range.min_current < kCurrentReach * std::min(seen.min_current, 0.0),
+                format("it draws %.0f A but the window's largest discharge was %.0f A",
+                       *range.min_current, seen.min_current));
+  if (range.max_current && !range.evidence.is_supported)
+    reasons.add(*range.max_current > kCurrentReach * std::max(seen.max_current, 0.0),
+                format("it charges with %.0f A but the window's largest charge was %.0f A",
+                       *range.max_current, seen.max_current));
+  if (range.max_voltage)
+    reasons.add(
+        *range.max_voltage > fit.series_blocks * seen.max_voltage + blocksOf(fit) * kVoltageReach,
+        format("it goes to %.2f V but the window's highest voltage was %.2f V", *range.max_voltage,
+               fit.series_blocks * seen.max_voltage));
+  reasons.add(!excessive.empty(), excessive);
+  if (const auto u = range.answered_voltage) {
+    const bool is_possible = u->value >= 0.0 && u->value <= maxVoltage(fit);
+    const std::string says_nothing = voltageSaysNothing(fit, *u);
+    reasons.add(!is_possible, format("it comes to %.2f V, expected 0 to %.0f V of such a battery",
+                                     u->value, maxVoltage(fit)));
+    reasons.add(is_possible && !says_nothing.empty(), says_nothing);
+  }
+  reasons.add(!range.says_nothing.empty(), range.says_nothing);
+  reasons.add(range.beyond_identified > kDiscrepancyReach,
+              format("the discrepancy is held at its range's end, %.0f mV "
+                     "from where it would be",
+                     1e3 * fit.series_blocks * range.beyond_identified));
+  const auto temperature = range.temperature ? range.temperature : model.state.temperature;
+  if (temperature && seen.temperature)
+    reasons.add(std::abs(*temperature - *seen.temperature) > kTemperatureReach,
+                format("the battery is at %.0f degC, in the window it was at %.0f degC",
+                       *temperature - kZeroCelsius, *seen.temperature - kZeroCelsius));
+  addCharging(reasons, fit, range);
+  if (range.charges && range.evidence.is_supported) return reasons.text();
+  // With fresh_sulphate one resistance serves both signs.
+  const bool of_charging = range.charges && !contains(fit.effects, "fresh_sulphate");
+  const char* needed = of_charging ? "r_charge" : "r_discharge";
+  reasons.add(!isDetermined(fit, needed), format("the window did not determine %s", needed));
+  return reasons.text();
+}
+
+std::string voltageSaysNothing(const Fit& fit, const Interval& u) {
+  const double width = kSpanOfBlock * blocksOf(fit);
+  if (u.lower >= 0.0 && u.upper <= maxVoltage(fit) && u.upper - u.lower < width) return "";
+  return format(
+      "its 90 %% interval of %.2f to %.2f V says nothing, expected inside 0 to %.0f V and narrower "
+      "than %.0f V",
+      u.lower, u.upper, maxVoltage(fit), width);
+}
+
+std::string widthSaysNothing(const Interval& answer, double width, const char* unit,
+                             const std::string& whose) {
+  if (answer.upper - answer.lower < width) return "";
+  return format(
+             "its 90 %% interval of %.1f to %.1f %s says nothing, expected narrower than %.1f %s, ",
+             answer.lower, answer.upper, unit, width, unit) +
+         whose;
+}
+
+bool areNumbers(const Interval& answer) {
+  return std::isfinite(answer.value) && std::isfinite(answer.lower) && std::isfinite(answer.upper);
+}
+
+void hold(Simulation& simulation, double current, double duration) {
+  InputStep step;
+  step.duration = duration;
+  step.time = simulation.time() + duration;
+  step.held = step.current = current;
+  simulation.advance(step);
+}
 
 Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
                        const IntervalCalibration& scale) {
@@ -43,6 +269,16 @@ void update(IntervalCalibration& scale, double measured, const Interval& expecte
   if (inside) ++scale.inside;
   const double step = inside ? -kMissShare : 1.0 - kMissShare;
   scale.factor = std::clamp(scale.factor * std::exp(kRate * step), kLeast, kMost);
+}
+
+std::string toString(AnswerCode code) {
+  switch (code) {
+    case AnswerCode::kOk: return "ok";
+    case AnswerCode::kInvalidQuery: return "invalid_query";
+    case AnswerCode::kNoModel: return "no_model";
+    case AnswerCode::kExtrapolation: return "extrapolation";
+  }
+  return "unknown";
 }
 
 }  // namespace battery_sof

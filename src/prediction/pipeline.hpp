@@ -1,6 +1,14 @@
 #pragma once
 
-#include "prediction/query.hpp"
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/simulation.hpp"
+#include "prediction/event_corrections.hpp"
+#include "state/fitted_model.hpp"
+#include "state/residual_filter.hpp"
+#include "util/text.hpp"
 
 /**
  * The steps from a question to its answer, the same for cranks, stops and charges:
@@ -11,6 +19,113 @@
  * the covariance, and what it takes the battery through (QueryRange).
  */
 namespace battery_sof {
+
+/// A number of a request whose zero has no meaning: 0 and NaN, as in a request that was never
+/// filled in, request nothing.
+std::optional<double> askedFor(std::optional<double> given);
+
+/// @return the first fault of a current over time with what was expected; empty when sound. @param
+/// name for the sentence.  @param most points.
+std::string faultOf(const std::vector<double>& time, const std::vector<double>& current,
+                    const char* name, std::size_t most);
+
+/// Appends a fault to those there are; an empty one, and one of a value that is ok, is none.
+void addFault(std::string& faults, const std::string& fault);
+void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected);
+
+/// The longest stop or profile that a query may take [s]: a day.
+inline constexpr double kLongestQuery = 86400.0;
+
+/// How far beyond the currents of its window a model is relied on [1].
+inline constexpr double kCurrentReach = 1.25;
+
+/// What a query takes the battery through, for comparison with what its model's window did.
+struct QueryRange {
+  std::optional<double> min_current;      ///< [A], largest discharge
+  std::optional<double> max_current;      ///< [A], largest charge
+  std::optional<double> max_voltage;      ///< [V]
+  std::optional<double> charge_duration;  ///< [s]
+  double charge_moved = 0.0;              ///< [Ah], magnitude
+  /// [K], at which it will happen; else the model's state's
+  std::optional<double> temperature;
+  bool charges = false;                      ///< needs r_charge, else r_discharge
+  ChargeEvidence evidence = {};              ///< what past charges say of a charge
+  std::optional<Interval> answered_current;  ///< [A], of a charge
+  std::optional<Interval> answered_voltage;  ///< [V], what the model makes of it
+  /// of an interval of another quantity: why, see widthSaysNothing()
+  std::string says_nothing;
+  /// [V] of one block, most by which a discrepancy model was held inside what it was estimated on
+  double beyond_identified = 0.0;
+};
+
+/**
+ * @brief The most charge that a query may move [Ah].
+ *
+ *     2 % of the capacity: up to 1 % the open-circuit voltage is held constant (paper, section V),
+ *     beyond it falls by openCircuitFall();   1 % of a charge
+ *
+ * As far as the window itself moved charge (ExcitedRange::charge_swing), at most the capacity,
+ * where it determined how the open-circuit voltage follows the charge (ocv_slope of ocv_soc) and
+ * that slope is a battery's: 0.8 to 1.8 V of a block for a unit of state of charge
+ * (docs/physics.md#ocv_soc). acid_transport relaxes with time and holds no such slope.
+ */
+double supportedCharge(const Fit& fit, double capacity, bool charges = false);
+
+/**
+ * @brief What a charge drawn changes of the open-circuit voltage where the equations hold it
+ * constant.
+ *
+ *     -(12 +- 4) mV a block for each percent of the capacity beyond the first
+ *
+ * 12 mV is a lead-acid battery's between 50 and 90 % (docs/physics.md#ocv_soc). Nothing where the
+ * window determined it.
+ * @param drawn [Ah], positive out of the battery.
+ * @return of a block [V], [V^2].
+ */
+ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity);
+
+/**
+ * @brief Why a model should not be relied on for a query: what its window did not excite and its
+ * equations do not hold.
+ *
+ * A charge that past charges support (ChargeEvidence) may have more current than the window's, and
+ * needs no law of charge acceptance. Else a model with a source answers where its interval is of
+ * use: at most 10 A wide, or half of the window's largest charge. Before a window was fitted no
+ * charge is supported.
+ *
+ * Currents up to 1.25 times, voltages up to 0.3 V above and temperatures within 10 K of the
+ * window's; a charge moved of at most supportedCharge(); for charges beyond 10 s a limit of charge
+ * acceptance (charge_acceptance) and a charge as long as 10 s in the window (docs/physics.md#sof2).
+ *
+ * More than the capacity is never held, and no battery has a voltage below 0 or above 16 V a block
+ * of six cells: a model that answers with one is beyond what its equations hold for. An interval
+ * that says nothing is no answer (voltageSaysNothing()). A discrepancy model that would differ by
+ * more than 10 mV if it were not held inside its range is outside the identified range.
+ *
+ * @return reasons, joined by "; "; empty when there is none.
+ */
+std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity);
+
+/**
+ * @brief Why the 90 % interval of a voltage says nothing; empty when it says something.
+ *
+ * It does where it stays inside 0 to 16 V a block of six cells and is narrower than 10 V, from 6 V
+ * (1 V a cell: empty under load) to 16 V.
+ *
+ * @param voltage [V], of the model's series string.
+ */
+std::string voltageSaysNothing(const Fit& fit, const Interval& voltage);
+
+/// The same of a quantity whose values lie within a width. @param width in `unit`.  @param whose
+/// what has that width.
+std::string widthSaysNothing(const Interval& answer, double width, const char* unit,
+                             const std::string& whose);
+
+/// Moves on under a held current. @param duration >= 0.
+void hold(Simulation& simulation, double current, double duration);
+
+/// Whether a value and the ends of its interval are finite.
+bool areNumbers(const Interval& answer);
 
 /**
  * @brief Residual filter and calibration of a simulated voltage.

@@ -7,7 +7,6 @@
 
 #include "battery_sof/intake.hpp"
 #include "model/input_sequence.hpp"
-#include "prediction/pipeline.hpp"
 #include "state/state_tracker.hpp"
 #include "util/text.hpp"
 
@@ -18,36 +17,6 @@ constexpr double kSameTime = 1e-6;     // [s]
 constexpr double kSameCurrent = 1e-6;  // [A]
 // [s], samples that the first state is taken from
 constexpr double kStartSpan = 1.0;
-
-std::string describeSample(const char* name, std::size_t index, double value,
-                           const char* expected) {
-  return format("%s[%zu] is %g, expected %s", name, index, value, expected);
-}
-
-/// The first fault of a profile; empty when there is none.
-std::string faultOf(const std::vector<double>& time, const std::vector<double>& current) {
-  if (time.size() != current.size())
-    return "time has " + std::to_string(time.size()) + " values and current " +
-           std::to_string(current.size()) + ", expected the same number";
-  if (time.empty()) return "the profile is empty, expected at least one sample";
-  if (time.size() > kMaxProfileSamples)
-    return "the profile has " + std::to_string(time.size()) + " samples, expected at most " +
-           std::to_string(kMaxProfileSamples);
-  for (std::size_t n = 0; n < time.size(); ++n) {
-    if (!(time[n] >= 0.0 && time[n] <= kLongestQuery))
-      return describeSample("time", n, time[n], "0 to 86400 s after now");
-    if (n > 0 && !(time[n] > time[n - 1]))
-      return describeSample("time", n, time[n], "more than the time before it");
-    const double step = n > 0 ? time[n] - time[n - 1] : time[n];
-    if (step > 0.0 && step < kShortestStep)
-      return describeSample(
-          "time", n, time[n],
-          format("at least %g s after the time before it", kShortestStep).c_str());
-    if (!(std::abs(current[n]) <= kMaxCurrent))
-      return describeSample("current", n, current[n], "-5000 to 5000 A");
-  }
-  return "";
-}
 
 void append(PredictedVoltage& predicted, const Interval& u) {
   predicted.voltage.push_back(u.value);
@@ -150,7 +119,10 @@ ProfileAnswer brokenOff(std::size_t done, std::size_t samples, const std::string
 ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
                               const std::vector<double>& current, const WorkWatch& watch) {
   ProfileAnswer answer;
-  if (isRefused(answer, model.fit, faultOf(time, current))) return answer;
+  const std::string fault = time.empty() && current.empty()
+                                ? "the profile is empty, expected at least one sample"
+                                : faultOf(time, current, "profile", kMaxProfileSamples);
+  if (isRefused(answer, model.fit, fault)) return answer;
   Simulation simulation = uncertainSimulationOf(model);
   const ResidualFilter errors(model);
   const double own = model.fit.noise ? model.fit.noise->white_std : model.fit.scores.rmse;

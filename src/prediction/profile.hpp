@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "baseline/baseline_predictor.hpp"
 #include "battery_sof/series.hpp"
-#include "prediction/answer.hpp"
-#include "prediction/mixed_scores.hpp"
-#include "prediction/query.hpp"
+#include "prediction/event_corrections.hpp"
+#include "prediction/pipeline.hpp"
 #include "state/fitted_model.hpp"
 
 namespace battery_sof {

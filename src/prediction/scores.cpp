@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "baseline/charge_phases.hpp"
+#include "prediction/event_corrections.hpp"
+#include "recording/series_blocks.hpp"
 
 namespace battery_sof {
 namespace {
@@ -26,6 +31,14 @@ CrankScore scoreCrank(const Series& part, const PredictedVoltage& predicted, con
   return score;
 }
 
+std::optional<double> meanAbsError(const std::vector<CrankScore>& cranks) {
+  if (cranks.empty()) return std::nullopt;
+  double sum = 0.0;
+  for (const CrankScore& crank : cranks)
+    sum += std::abs(crank.measured_minimum - crank.predicted_minimum.value);
+  return sum / static_cast<double>(cranks.size());
+}
+
 }  // namespace
 
 PredictionScores scorePrediction(const Series& series, IndexRange range,
@@ -45,16 +58,283 @@ PredictionScores scorePrediction(const Series& series, IndexRange range,
     if (u >= predicted.lower[n] && u <= predicted.upper[n]) ++inside;
   }
   scores.coverage_90 = static_cast<double>(inside) / static_cast<double>(part.size());
-  double error = 0.0;
-  for (const Event& event : detectEvents(part, limits)) {
-    if (event.kind != EventKind::kCrank) continue;
-    scores.cranks.push_back(scoreCrank(part, predicted, event));
-    error += std::abs(scores.cranks.back().measured_minimum -
-                      scores.cranks.back().predicted_minimum.value);
-  }
-  if (!scores.cranks.empty())
-    scores.crank_mean_abs_error = error / static_cast<double>(scores.cranks.size());
+  for (const Event& event : detectEvents(part, limits))
+    if (event.kind == EventKind::kCrank)
+      scores.cranks.push_back(scoreCrank(part, predicted, event));
+  scores.crank_mean_abs_error = meanAbsError(scores.cranks);
   return scores;
+}
+
+namespace {
+
+constexpr std::size_t kFewestSamples = 6;
+constexpr double kDurations[] = {10.0, 60.0};  // [s]
+
+/// Squared errors of one quantity over the samples in which it is the battery's answer.
+struct Errors {
+  std::size_t samples = 0;
+  double squares = 0.0;   // of the errors
+  double variance = 0.0;  // of what was measured
+  bool judged() const { return samples >= kFewestSamples; }
+};
+
+Errors errorsOf(const std::vector<double>& measured, const std::vector<double>& predicted,
+                IndexRange range, const std::vector<char>& voltage_controlled, bool of_voltage) {
+  Errors errors;
+  double sum = 0.0;
+  const auto each = [&](auto visit) {
+    for (std::size_t k = range.first; k < range.last; ++k)
+      if ((voltage_controlled[k] != 0) == of_voltage) visit(k);
+  };
+  each([&](std::size_t k) {
+    ++errors.samples;
+    sum += measured[k];
+    if (predicted.empty()) return;
+    const double error = measured[k] - predicted[k - range.first];
+    errors.squares += error * error;
+  });
+  if (errors.samples == 0) return errors;
+  const double mean = sum / static_cast<double>(errors.samples);
+  each([&](std::size_t k) { errors.variance += (measured[k] - mean) * (measured[k] - mean); });
+  errors.variance /= static_cast<double>(errors.samples);
+  return errors;
+}
+
+/// 100 (1 - sqrt(mean of squared errors in units of the variance)).
+double percent(double relative_squares, std::size_t samples) {
+  return 100.0 * (1.0 - std::sqrt(relative_squares / static_cast<double>(samples)));
+}
+
+std::optional<double> shareOf(const Errors& errors, bool is_predicted) {
+  if (!is_predicted || !errors.judged() || !(errors.variance > 0.0)) return std::nullopt;
+  return percent(errors.squares / errors.variance, errors.samples);
+}
+
+std::optional<double> combined(const Errors& current, std::optional<double> current_share,
+                               const Errors& voltage, std::optional<double> voltage_share) {
+  const bool missing = (current.judged() && !current_share) || (voltage.judged() && !voltage_share);
+  if (missing || (!current_share && !voltage_share)) return std::nullopt;
+  double relative = 0.0;
+  if (current_share) relative += current.squares / current.variance;
+  if (voltage_share) relative += voltage.squares / voltage.variance;
+  return percent(relative, current.samples + voltage.samples);
+}
+
+/// Mean over samples; the measured current where the current is controlled.
+double meanCurrent(const Series& series, IndexRange range, IndexRange samples,
+                   const std::vector<char>& voltage_controlled,
+                   const std::vector<double>& predicted) {
+  double sum = 0.0;
+  for (std::size_t k = samples.first; k < samples.last; ++k)
+    sum += voltage_controlled[k] ? predicted[k - range.first] : series.current[k];
+  return sum / static_cast<double>(samples.size());
+}
+
+ChargeScore scoreCharge(const Series& series, IndexRange range, IndexRange samples,
+                        const std::vector<char>& voltage_controlled,
+                        const MixedPrediction& predicted) {
+  const auto mean = [&](const std::vector<double>& values) {
+    return meanCurrent(series, range, samples, voltage_controlled,
+                       values.empty() ? predicted.current : values);
+  };
+  ChargeScore score;
+  score.time = series.time[samples.first];
+  for (std::size_t k = samples.first; k < samples.last; ++k) {
+    score.measured += series.current[k];
+    score.mean_voltage += series.voltage[k] / static_cast<double>(samples.size());
+  }
+  score.first_voltage = series.voltage[samples.first];
+  score.measured /= static_cast<double>(samples.size());
+  score.predicted = {mean(predicted.current), mean(predicted.current_lower),
+                     mean(predicted.current_upper)};
+  return score;
+}
+
+void requireSizes(const Series& series, IndexRange range,
+                  const std::vector<char>& voltage_controlled, const MixedPrediction& predicted) {
+  const bool in_series = range.first < range.last && range.last <= series.size();
+  bool fits = in_series && voltage_controlled.size() == series.size();
+  for (const auto* values :
+       {&predicted.current, &predicted.current_lower, &predicted.current_upper, &predicted.voltage,
+        &predicted.voltage_lower, &predicted.voltage_upper})
+    fits = fits && (values->empty() || values->size() == range.size());
+  if (fits) return;
+  throw std::invalid_argument("scoreMixed: range " + std::to_string(range.first) + " to " +
+                              std::to_string(range.last) + " of " + std::to_string(series.size()) +
+                              " samples, a mask of " + std::to_string(voltage_controlled.size()) +
+                              ", " + std::to_string(predicted.current.size()) + " currents and " +
+                              std::to_string(predicted.voltage.size()) + " voltages");
+}
+
+}  // namespace
+
+MixedScores scoreMixed(const Series& series, IndexRange range,
+                       const std::vector<char>& voltage_controlled,
+                       const MixedPrediction& predicted) {
+  requireSizes(series, range, voltage_controlled, predicted);
+  const bool has_current = !predicted.current.empty(), has_voltage = !predicted.voltage.empty();
+  const Errors current =
+      errorsOf(series.current, predicted.current, range, voltage_controlled, true);
+  const Errors voltage =
+      errorsOf(series.voltage, predicted.voltage, range, voltage_controlled, false);
+  MixedScores scores;
+  scores.current_share_percent = shareOf(current, has_current);
+  scores.voltage_share_percent = shareOf(voltage, has_voltage);
+  scores.share_percent =
+      combined(current, scores.current_share_percent, voltage, scores.voltage_share_percent);
+  if (!has_current) return scores;
+  if (current.samples > 0)
+    scores.current_rmse = std::sqrt(current.squares / static_cast<double>(current.samples));
+  for (const std::size_t first : chargeBeginnings(series, range, voltage_controlled))
+    for (const double duration : kDurations) {
+      const auto samples = beginningOfCharge(series, range, first, duration, voltage_controlled);
+      if (!samples) continue;
+      scores.charges.push_back(scoreCharge(series, range, *samples, voltage_controlled, predicted));
+      scores.charges.back().duration = duration;
+    }
+  return scores;
+}
+
+namespace {
+
+std::vector<char> overSeries(const Series& series, IndexRange range,
+                             const std::vector<char>& flags) {
+  std::vector<char> mask(series.size(), 0);
+  std::copy(flags.begin(), flags.end(), mask.begin() + static_cast<std::ptrdiff_t>(range.first));
+  return mask;
+}
+
+}  // namespace
+
+BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range,
+                             const FollowedPrediction& predicted) {
+  BothWaysScores scores;
+  scores.mixed =
+      scoreMixed(series, range, overSeries(series, range, predicted.voltage_controlled), predicted);
+  for (ChargeScore& charge : scores.mixed.charges)
+    charge.predicted = correctChargePrediction(
+        model, {charge.mean_voltage, charge.first_voltage, charge.duration}, charge.predicted);
+  scores.cranks = scorePrediction(series, range,
+                                  {predicted.equations_voltage, predicted.voltage_lower,
+                                   predicted.voltage_upper})
+                      .cranks;
+  for (CrankScore& crank : scores.cranks)
+    crank.predicted_minimum = correctCrankPrediction(model, crank.current, crank.predicted_minimum);
+  scores.crank_mean_abs_error = meanAbsError(scores.cranks);
+  return scores;
+}
+
+BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& series,
+                             IndexRange range, const std::vector<char>& voltage_controlled) {
+  BothWaysScores scores;
+  const std::vector<char> mask = overSeries(series, range, voltage_controlled);
+  const MixedPrediction line = predictBaseline(baseline, series, range, mask);
+  scores.mixed = scoreMixed(series, range, mask, line);
+  for (ChargeScore& charge : scores.mixed.charges)
+    if (const auto current = baselineChargeCurrent(baseline, charge.mean_voltage, charge.duration))
+      charge.predicted = *current;
+  if (line.voltage.empty()) return scores;
+  scores.cranks = scorePrediction(series, range, line.voltages()).cranks;
+  for (CrankScore& crank : scores.cranks)
+    if (const auto minimum = baselineCrankMinimum(baseline, crank.current))
+      crank.predicted_minimum = *minimum;
+  scores.crank_mean_abs_error = meanAbsError(scores.cranks);
+  return scores;
+}
+
+namespace {
+
+void scale(double& voltage, double series_blocks) { voltage *= series_blocks; }
+
+void scale(std::optional<double>& voltage, double series_blocks) {
+  if (voltage) *voltage *= series_blocks;
+}
+
+void scale(Interval& voltage, double series_blocks) { voltage = ofSeries(voltage, series_blocks); }
+
+void scale(std::vector<CrankScore>& cranks, double series_blocks) {
+  for (CrankScore& crank : cranks) {
+    scale(crank.measured_minimum, series_blocks);
+    scale(crank.predicted_minimum, series_blocks);
+  }
+}
+
+void scale(PredictionScores& scores, double series_blocks) {
+  scale(scores.rmse, series_blocks);
+  scale(scores.max_abs, series_blocks);
+  scale(scores.cranks, series_blocks);
+  scale(scores.crank_mean_abs_error, series_blocks);
+}
+
+void scale(BothWaysScores& scores, double series_blocks) {
+  for (ChargeScore& charge : scores.mixed.charges) {
+    scale(charge.mean_voltage, series_blocks);
+    scale(charge.first_voltage, series_blocks);
+  }
+  scale(scores.cranks, series_blocks);
+  scale(scores.crank_mean_abs_error, series_blocks);
+}
+
+}  // namespace
+
+RangePrediction ofSeries(RangePrediction of_one, double series_blocks) {
+  FollowedPrediction& course = of_one.course;
+  for (std::vector<double>* voltages :
+       {&course.voltage, &course.voltage_lower, &course.voltage_upper, &course.equations_voltage})
+    for (double& voltage : *voltages) voltage *= series_blocks;
+  PredictionReport& report = of_one.report;
+  scale(report.from_current, series_blocks);
+  scale(report.baseline, series_blocks);
+  if (report.both_ways) scale(*report.both_ways, series_blocks);
+  if (report.baseline_from_current) scale(*report.baseline_from_current, series_blocks);
+  return of_one;
+}
+
+namespace {
+
+/// Whether the voltage is the input where a source controls it; gives the fit a source when it was
+/// fitted without.
+bool drivesBothWays(Fit& fit, const Series& series, PredictionMode mode) {
+  if (mode == PredictionMode::kCurrent) return false;
+  if (mode == PredictionMode::kAsFitted || fit.source) return fit.source.has_value();
+  const ControlModes source = detectControlMode(series);
+  if (!source.seen) throw NoSource("no source is seen in the recording: " + source.summary);
+  fit.source = source.rule;
+  return true;
+}
+
+PredictionReport scored(const Fit& fit, const Series& series, IndexRange range,
+                        const FollowedPrediction& from_current,
+                        const FollowedPrediction& predicted) {
+  PredictionReport report;
+  report.from_current = scorePrediction(series, range, from_current.voltages());
+  report.baseline = scoreBaseline(fit.baseline, series, range, predicted.voltage_controlled);
+  const PredictedVoltage line =
+      predictBaseline(fit.baseline, series, range, std::vector<char>(series.size(), 0)).voltages();
+  if (!line.voltage.empty()) report.baseline_from_current = scorePrediction(series, range, line);
+  return report;
+}
+
+}  // namespace
+
+RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range,
+                             PredictionMode mode) {
+  if (const double series_blocks = std::exchange(model.fit.series_blocks, 1.0);
+      series_blocks != 1.0)
+    return ofSeries(predictRange(std::move(model), perBlock(series, series_blocks), range, mode),
+                    series_blocks);
+  const bool both_ways = drivesBothWays(model.fit, series, mode);
+  const FollowedPrediction from_current = predictSeries(drivenByCurrent(model), series, range);
+  RangePrediction result;
+  result.course = both_ways ? predictSeries(model, series, range) : from_current;
+  PredictionReport& report = result.report;
+  report = scored(model.fit, series, range, from_current, result.course);
+  if (both_ways) {
+    report.both_ways = scoreBothWays(model, series, range, result.course);
+    report.from_current.cranks = report.both_ways->cranks;
+    report.from_current.crank_mean_abs_error = report.both_ways->crank_mean_abs_error;
+  }
+  return result;
 }
 
 }  // namespace battery_sof

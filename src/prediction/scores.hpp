@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include "battery_sof/series.hpp"
@@ -32,5 +33,105 @@ struct PredictionScores {
 /// @param range, predicted as given to and returned by predictSeries().
 PredictionScores scorePrediction(const Series& series, IndexRange range,
                                  const PredictedVoltage& predicted, const EventLimits& limits = {});
+
+/// Mean current at the beginning of a charge, measured and predicted.
+struct ChargeScore {
+  double time = 0.0;                               ///< [s], of the charge's first sample
+  double duration = 0.0;                           ///< [s], 10 or 60
+  double measured = 0.0;                           ///< [A]
+  double mean_voltage = 0.0, first_voltage = 0.0;  ///< [V]
+  /// [A]; bounds are means of bounds, the value itself where none are given
+  Interval predicted;
+};
+
+/// How a prediction in the mixed direction compares with what was measured.
+struct MixedScores {
+  std::optional<double> share_percent;          ///< both quantities together
+  std::optional<double> current_share_percent;  ///< where the voltage is controlled
+  std::optional<double> voltage_share_percent;  ///< where the current is controlled
+  std::optional<double> current_rmse;           ///< [A], where the voltage is controlled
+  std::vector<ChargeScore> charges;             ///< in the order of time, 10 s before 60 s
+};
+
+/**
+ * @brief Scores in the mixed direction: each sample by the quantity that is not controlled there.
+ *
+ *     share = 1 - RMS error / spread,  the explained variation; spread: standard deviation measured
+ *     combined = 1 - sqrt((sum e_i^2 / spread_i^2 + sum e_v^2 / spread_v^2) / n)
+ *
+ * A quantity with fewer than six samples has no share and adds no error to the combined one.
+ * Charges are those of chargeBeginnings and beginningOfCharge: nine in ten samples of the first 10
+ * s (60 s) have a controlled voltage; the others count as predicted exactly.
+ *
+ * @param voltage_controlled one a sample of series (ControlModes::voltage_controlled).
+ * @return numbers that a quantity without prediction, or without spread, would enter are none.
+ * @throws std::invalid_argument when sizes do not fit, or range is empty or outside the series.
+ */
+MixedScores scoreMixed(const Series& series, IndexRange range,
+                       const std::vector<char>& voltage_controlled,
+                       const MixedPrediction& predicted);
+
+/// How a predictor did in the direction that was controlled, sample by sample and event by event.
+struct BothWaysScores {
+  MixedScores mixed;
+  std::vector<CrankScore> cranks;
+  std::optional<double> crank_mean_abs_error;  ///< [V]; none without cranks
+};
+
+/**
+ * @brief Scores a model that followed a range: samples as predicted, cranks and charges as a query
+ * answers them, compared with the cranks and charges of the model's window
+ * (correctCrankPrediction(), correctChargePrediction()).
+ */
+BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range,
+                             const FollowedPrediction& predicted);
+
+/// The same of the baseline predictors of a model's window. @param voltage_controlled one a sample
+/// of the range.
+BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& series,
+                             IndexRange range, const std::vector<char>& voltage_controlled);
+
+/// The inputs of a model along a recording.
+enum class PredictionMode {
+  kAsFitted,  ///< both, where the model was fitted so; else the current
+  kMixed,     ///< the voltage where a source controls it, else the current
+  kCurrent,   ///< the current throughout
+};
+
+/// PredictionMode::kMixed was asked where no source is seen.
+class NoSource : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Scores of a prediction in every operating mode, with those of the baseline.
+struct PredictionReport {
+  /// as the paper has it; its cranks are those of both_ways where that is
+  PredictionScores from_current;
+  std::optional<BothWaysScores> both_ways;  ///< none when the current is the input throughout
+  BothWaysScores baseline;
+  /// of the baseline line; none without one
+  std::optional<PredictionScores> baseline_from_current;
+};
+
+/// A model's course through a range of a recording, and how well it did.
+struct RangePrediction {
+  FollowedPrediction course;  ///< one entry a sample of the range
+  PredictionReport report;
+};
+
+/**
+ * @brief Runs a model through a range of a recording and scores it.
+ *
+ * A model fitted without a source takes, for PredictionMode::kMixed, the one that is seen in the
+ * series.
+ * @param series at the rate to predict at, see atDesignRate().
+ * @throws NoSource; the message says why none is seen.
+ */
+RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range,
+                             PredictionMode mode = PredictionMode::kAsFitted);
+
+/// @return what was computed of one block with the voltages of a series string of them.
+RangePrediction ofSeries(RangePrediction of_one, double series_blocks);
 
 }  // namespace battery_sof

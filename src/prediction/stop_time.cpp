@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "prediction/pipeline.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 

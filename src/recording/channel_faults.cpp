@@ -1,4 +1,4 @@
-#include "channel_faults.hpp"
+#include "check_parts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,9 @@
 namespace battery_sof::check_parts {
 namespace {
 
-// 6.4 sigma of a difference: no move by chance in 1e9 samples
-constexpr double kNoiseSigmas = 9.0;
-constexpr double kMoveSteps = 2.5;       // quantisation alone moves by one step, with noise by two
-constexpr double kMoveShare = 0.05;      // of what the largest current does to the other channel
+constexpr double kNoiseSigmas = 9.0;  // 6.4 sigma of a difference: no move by chance in 1e9 samples
+constexpr double kMoveSteps = 2.5;    // quantisation alone moves by one step, with noise by two
+constexpr double kMoveShare = 0.05;   // of what the largest current does to the other channel
 constexpr double kMoveDuration = 0.05;   // [s], over which a move is taken; shorter than a crank
 constexpr std::size_t kFlatSamples = 3;  // docs/physics.md#clipping
 constexpr double kFlatDuration = 5.0;    // [s], a crank lasts no longer
@@ -21,8 +20,7 @@ constexpr std::size_t kStuckSamples = 10;
 constexpr std::size_t kStuckReversals = 3;
 constexpr std::size_t kPileUpSamples = 5;
 constexpr double kPileUpInterval = 0.2;  // [s], slower sampling shows cranks as single samples
-// white noise turns at 2/3 of its moves, curves hardly ever
-constexpr double kTurning = 0.4;
+constexpr double kTurning = 0.4;        // white noise turns at 2/3 of its moves, curves hardly ever
 constexpr double kVoltageSpread = 0.1;  // of the drop at the extreme current
 constexpr double kLoad = 0.05;          // of the largest current
 // channels that mostly stand still do so together when the battery does
@@ -30,19 +28,17 @@ constexpr double kMostlyStill = 0.8;
 constexpr double kFlickerShare = 0.1;  // of the recording
 constexpr double kChance = 1e-3;       // of one false claim in the whole recording
 
-/// The run without the samples at its ends in which a shift between the channels shows the
-/// neighbours' edges.
-IndexRange withoutSkew(const Evidence& evidence, IndexRange run) {
-  if (!evidence.edges || evidence.interval <= 0.0) return run;
-  const auto lag =
-      static_cast<std::size_t>(std::ceil(std::abs(evidence.edges->lag) / evidence.interval));
-  if (run.size() <= 2 * lag) return {run.first, run.first};
-  return {run.first + lag, run.last - lag};
-}
-
+/// How often another channel turns round during a run, but for the samples at its ends in which a
+/// shift between the channels shows the neighbours' edges.
 std::size_t reversalsDuring(const Evidence& evidence, const Channel& other, IndexRange run) {
+  if (evidence.edges && evidence.interval > 0.0) {
+    const auto lag =
+        static_cast<std::size_t>(std::ceil(std::abs(evidence.edges->lag) / evidence.interval));
+    run = run.size() <= 2 * lag ? IndexRange{run.first, run.first}
+                                : IndexRange{run.first + lag, run.last - lag};
+  }
   const Move move = realMove(evidence, other);
-  return countReversals(other.values, withoutSkew(evidence, run), move.stride, move.threshold);
+  return countReversals(other.values, run, move.stride, move.threshold);
 }
 
 bool isUnderLoad(const Evidence& evidence, std::size_t k) {
@@ -128,50 +124,31 @@ std::vector<IndexRange> silentTops(const Evidence& evidence, const Channel& chan
   return tops;
 }
 
-/// Samples of the current between half the extreme and 2 % short of it, and how many different
-/// values they have.
-struct Crowd {
-  std::size_t samples = 0, values = 0, near = 0;
-};
-
-Crowd crowdBelow(const Channel& channel, double extreme) {
-  std::vector<double> crowd;
-  for (const double value : channel.values) {
-    if (value != extreme && value / extreme > 0.5) crowd.push_back(value);
-  }
-  std::sort(crowd.begin(), crowd.end());
-  Crowd result;
-  result.samples = crowd.size();
-  result.near = std::count_if(crowd.begin(), crowd.end(),
-                              [extreme](double value) { return value / extreme > 0.98; });
-  crowd.erase(std::unique(crowd.begin(), crowd.end()), crowd.end());
-  result.values = crowd.size();
-  return result;
-}
-
-double voltageSpread(const Evidence& evidence, const std::vector<IndexRange>& runs) {
-  std::vector<double> voltages;
-  for (const IndexRange& run : runs) voltages.push_back(evidence.series.voltage[run.first]);
-  return quantile(voltages, 0.9) - quantile(voltages, 0.1);
-}
-
-/// Separate samples that share one extreme current, though the currents below it are scattered and
-/// the voltages differ.
+/// Separate samples that share one extreme current, though the currents below it, from half of it
+/// on, are scattered and the voltages differ.
 std::vector<IndexRange> pileUp(const Evidence& evidence, double extreme) {
   if (evidence.interval < kPileUpInterval || !evidence.edges) return {};
-  std::vector<IndexRange> runs = runsOf(evidence, evidence.current, 1);
-  runs.erase(std::remove_if(runs.begin(), runs.end(),
-                            [&](const IndexRange& run) {
-                              return !isAtExtreme(evidence.current, run, extreme);
-                            }),
-             runs.end());
-  const std::size_t samples = totalSamples(runs);
-  const Crowd crowd = crowdBelow(evidence.current, extreme);
+  std::vector<IndexRange> runs;
+  std::vector<double> voltages, crowd;
+  for (const IndexRange& run : runsOf(evidence, evidence.current, 1)) {
+    if (!isAtExtreme(evidence.current, run, extreme)) continue;
+    runs.push_back(run);
+    voltages.push_back(evidence.series.voltage[run.first]);
+  }
+  for (const double value : evidence.current.values)
+    if (value != extreme && value / extreme > 0.5) crowd.push_back(value);
+  const std::size_t samples = totalSamples(runs), below = crowd.size();
+  const auto near = static_cast<std::size_t>(std::count_if(
+      crowd.begin(), crowd.end(), [extreme](double value) { return value / extreme > 0.98; }));
+  std::sort(crowd.begin(), crowd.end());
+  const auto values =
+      static_cast<std::size_t>(std::unique(crowd.begin(), crowd.end()) - crowd.begin());
   const bool stands_out =
-      runs.size() >= kPileUpSamples && samples <= 2 * runs.size() && 3 * crowd.near <= samples;
-  const bool is_scattered = 4 * crowd.samples >= samples && 2 * crowd.values >= crowd.samples;
+      runs.size() >= kPileUpSamples && samples <= 2 * runs.size() && 3 * near <= samples;
+  const bool is_scattered = 4 * below >= samples && 2 * values >= below;
   const double drop = evidence.edges->resistance * std::abs(extreme);
-  const bool voltages_differ = voltageSpread(evidence, runs) >= kVoltageSpread * std::abs(drop);
+  const bool voltages_differ =
+      quantile(voltages, 0.9) - quantile(voltages, 0.1) >= kVoltageSpread * std::abs(drop);
   return stands_out && is_scattered && voltages_differ ? runs : std::vector<IndexRange>{};
 }
 
@@ -214,9 +191,8 @@ Move realMove(const Evidence& evidence, const Channel& channel) {
       is_voltage ? resistance * evidence.largest_current : evidence.largest_current;
   double threshold = std::max(
       {kNoiseSigmas * channel.noise, kMoveSteps * channel.step.value_or(0.0), kMoveShare * scale});
-  if (!is_voltage && resistance > 0.0) {
+  if (!is_voltage && resistance > 0.0)
     threshold = std::max(threshold, kMoveSteps * evidence.voltage.step.value_or(0.0) / resistance);
-  }
   const double stride = evidence.interval > 0.0 ? kMoveDuration / evidence.interval : 1.0;
   return {static_cast<std::size_t>(std::max(1L, std::lround(stride))), threshold};
 }

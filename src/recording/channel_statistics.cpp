@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iterator>
 #include <optional>
 
 #include "util/text.hpp"
@@ -156,14 +155,6 @@ constexpr std::size_t kProbes = 256;  // of many values, that tell roughly where
 // of a tail's share: three standard deviations of 5 % of the probes
 constexpr double kTailMargin = 1.6;
 
-/// Of every n-th value.
-Bounds roughRange(const std::vector<double>& values, double tail) {
-  std::vector<double> probes(kProbes);
-  for (std::size_t n = 0; n < kProbes; ++n) probes[n] = values[n * values.size() / kProbes];
-  const double share = std::min(kTailMargin * tail, 0.5);
-  return {quantile(probes, share), quantile(probes, 1.0 - share)};
-}
-
 /// The ends of both tails, unless one of them does not hold its. @param below, above so many values
 /// lie beyond the ends.
 std::optional<Bounds> endsOf(std::vector<double>& low, std::vector<double>& high, std::size_t below,
@@ -180,7 +171,10 @@ std::optional<Bounds> endsOf(std::vector<double>& low, std::vector<double>& high
 
 Bounds centralRange(const std::vector<double>& values, double tail) {
   if (values.size() < 8 * kProbes) return {quantile(values, tail), quantile(values, 1.0 - tail)};
-  const Bounds rough = roughRange(values, tail);
+  std::vector<double> probes(kProbes);  // every n-th value
+  for (std::size_t n = 0; n < kProbes; ++n) probes[n] = values[n * values.size() / kProbes];
+  const double share = std::min(kTailMargin * tail, 0.5);
+  const Bounds rough{quantile(probes, share), quantile(probes, 1.0 - share)};
   const double last = static_cast<double>(values.size() - 1);
   const auto below = static_cast<std::size_t>(std::lround(tail * last));
   const auto above = values.size() - 1 - static_cast<std::size_t>(std::lround((1.0 - tail) * last));

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "channel_faults.hpp"
 #include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
 
@@ -14,6 +13,7 @@ constexpr double kVeryCoarseVoltage = 0.05;  // [V]
 // [A], the least current offset worth finding (docs/physics.md#current_offset)
 constexpr double kCoarseCurrent = 0.05;
 constexpr double kVeryCoarseCurrent = 1.0;  // [A]
+constexpr double kAlmost = 1.0 - 1e-3;      // of a limit: printed steps are rounded
 
 std::vector<double> startsOf(const Evidence& evidence, const std::vector<IndexRange>& runs) {
   std::vector<double> starts;
@@ -24,36 +24,16 @@ std::vector<double> startsOf(const Evidence& evidence, const std::vector<IndexRa
 // ---------------------------------------------------------------------------------------------
 // quantisation
 
-std::vector<Finding> findCoarseStep(const Channel& channel, double coarse, double very_coarse,
-                                    const std::string& meaning) {
-  const double step = channel.step.value_or(0.0);
-  if (step < coarse * (1.0 - 1e-3)) return {};
-  return {Finding{
-      "quantisation", step < very_coarse * (1.0 - 1e-3) ? Severity::kNote : Severity::kWarning,
-      std::string(channel.name) + " has steps of " + number(step) + " " + channel.unit,
-      "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning, step,
-      channel.unit, channel.values.size()}};
-}
-
-// ---------------------------------------------------------------------------------------------
-// clipping
-
-Finding clippingAt(const Evidence& evidence, const Channel& channel, double extreme,
-                   const std::vector<IndexRange>& runs) {
+Finding coarseStep(const Channel& channel, double very_coarse, const std::string& meaning) {
+  const double step = *channel.step;
   return Finding{
-      "clipping",
-      Severity::kWarning,
-      std::string(channel.name) + " is cut off at " + number(extreme) + " " + channel.unit + ": " +
-          counted(totalSamples(runs), "sample") + " in " + counted(runs.size(), "place") +
-          " read exactly that",
-      &channel == &evidence.current
-          ? "the true current lay beyond: fits keep these samples, so their resistances come out "
-            "too large, and charge is missing"
-          : "the true voltage lay beyond: fits leave these samples out",
-      extreme,
+      "quantisation",
+      step < very_coarse * kAlmost ? Severity::kNote : Severity::kWarning,
+      std::string(channel.name) + " has steps of " + number(step) + " " + channel.unit,
+      "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning,
+      step,
       channel.unit,
-      totalSamples(runs),
-      startsOf(evidence, runs)};
+      channel.values.size()};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -76,46 +56,6 @@ std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel
                   longest, "s", totalSamples(frozen), startsOf(evidence, frozen)}};
 }
 
-std::vector<Finding> findRepeated(const Evidence& evidence) {
-  constexpr double kManyPercent = 0.5;
-  const std::vector<IndexRange> repeated = repeatedRuns(evidence);
-  if (repeated.empty()) return {};
-  const double percent = 100.0 * static_cast<double>(totalSamples(repeated)) /
-                         static_cast<double>(evidence.series.size());
-  double longest = 0.0;
-  for (const IndexRange& run : repeated)
-    longest =
-        std::max(longest, evidence.series.time[run.last - 1] - evidence.series.time[run.first - 1]);
-  return {Finding{
-      "stuck", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
-      "current and voltage both repeat the sample before under load, though both flicker: " +
-          counted(repeated.size(), "time") + ", " + counted(totalSamples(repeated), "sample") +
-          " (" + twoDigits(percent) + " %), the longest " + number(longest) + " s",
-      "nothing is measured there (the last message repeated); leave these samples out of fits and "
-      "of scores",
-      longest, "s", totalSamples(repeated), startsOf(evidence, repeated)}};
-}
-
-Finding enteredAt(const Evidence& evidence, const Channel& channel, const Flicker& flicker,
-                  const std::vector<IndexRange>& runs) {
-  const IndexRange longest = *std::max_element(
-      runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
-  const double duration = durationOf(evidence, longest);
-  return Finding{
-      "stuck",
-      Severity::kNote,
-      std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
-          channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
-          " s), though it flickers by " + number(flicker.size) + " " + channel.unit +
-          " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
-          counted(runs.size(), "such place"),
-      "set or entered there rather than measured; fits and counted charge take it as exact",
-      duration,
-      "s",
-      totalSamples(runs),
-      startsOf(evidence, runs)};
-}
-
 /// Values that stand still for a minute and more although the channel flickers at nearly every
 /// sample elsewhere.
 std::vector<Finding> findEntered(const Evidence& evidence, const Channel& channel) {
@@ -128,7 +68,18 @@ std::vector<Finding> findEntered(const Evidence& evidence, const Channel& channe
                      [&](const IndexRange& run) { return durationOf(evidence, run) < kShortest; }),
       runs.end());
   if (runs.empty() || !isNoisyOutside(channel, flicker)) return {};
-  return {enteredAt(evidence, channel, flicker, runs)};
+  const IndexRange longest = *std::max_element(
+      runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
+  const double duration = durationOf(evidence, longest);
+  return {Finding{
+      "stuck", Severity::kNote,
+      std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
+          channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
+          " s), though it flickers by " + number(flicker.size) + " " + channel.unit +
+          " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
+          counted(runs.size(), "such place"),
+      "set or entered there rather than measured; fits and counted charge take it as exact",
+      duration, "s", totalSamples(runs), startsOf(evidence, runs)}};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -173,24 +124,36 @@ bool movesWithoutCurrent(const Evidence& evidence) {
 }  // namespace
 
 std::vector<Finding> findQuantisation(const Evidence& evidence) {
-  std::vector<Finding> findings = findCoarseStep(
-      evidence.voltage, kCoarseVoltage, kVeryCoarseVoltage,
-      "differences between model and measurement below that say nothing sample by sample, "
-      "and slow effects of a few mV show only in averages");
-  const auto current = findCoarseStep(evidence.current, kCoarseCurrent, kVeryCoarseCurrent,
-                                      "small rest and float currents are known no better");
-  findings.insert(findings.end(), current.begin(), current.end());
+  const Channel &voltage = evidence.voltage, &current = evidence.current;
+  std::vector<Finding> findings;
+  if (voltage.step && *voltage.step >= kCoarseVoltage * kAlmost)
+    findings.push_back(
+        coarseStep(voltage, kVeryCoarseVoltage,
+                   "differences between model and measurement below that say nothing sample by "
+                   "sample, and slow effects of a few mV show only in averages"));
+  if (current.step && *current.step >= kCoarseCurrent * kAlmost)
+    findings.push_back(coarseStep(current, kVeryCoarseCurrent,
+                                  "small rest and float currents are known no better"));
   return findings;
 }
 
 std::vector<Finding> findClipping(const Evidence& evidence) {
   std::vector<Finding> findings;
-  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
+  for (const Channel* channel : {&evidence.current, &evidence.voltage})
     for (const double extreme : {channel->lowest, channel->highest}) {
       const std::vector<IndexRange> runs = clippedRuns(evidence, *channel, extreme);
-      if (!runs.empty()) findings.push_back(clippingAt(evidence, *channel, extreme, runs));
+      if (runs.empty()) continue;
+      findings.push_back(Finding{
+          "clipping", Severity::kWarning,
+          std::string(channel->name) + " is cut off at " + number(extreme) + " " + channel->unit +
+              ": " + counted(totalSamples(runs), "sample") + " in " +
+              counted(runs.size(), "place") + " read exactly that",
+          channel == &evidence.current
+              ? "the true current lay beyond: fits keep these samples, so their resistances come "
+                "out too large, and charge is missing"
+              : "the true voltage lay beyond: fits leave these samples out",
+          extreme, channel->unit, totalSamples(runs), startsOf(evidence, runs)});
     }
-  }
   return findings;
 }
 
@@ -201,9 +164,27 @@ std::vector<Finding> findStuck(const Evidence& evidence) {
     if (found.empty()) found = findEntered(evidence, *channel);
     findings.insert(findings.end(), found.begin(), found.end());
   }
-  const std::vector<Finding> repeated = findRepeated(evidence);
-  findings.insert(findings.end(), repeated.begin(), repeated.end());
   return findings;
+}
+
+std::vector<Finding> findRepeated(const Evidence& evidence) {
+  constexpr double kManyPercent = 0.5;
+  const std::vector<IndexRange> repeated = repeatedRuns(evidence);
+  if (repeated.empty()) return {};
+  const double percent = 100.0 * static_cast<double>(totalSamples(repeated)) /
+                         static_cast<double>(evidence.series.size());
+  double longest = 0.0;
+  for (const IndexRange& run : repeated)
+    longest =
+        std::max(longest, evidence.series.time[run.last - 1] - evidence.series.time[run.first - 1]);
+  return {Finding{
+      "stuck", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
+      "current and voltage both repeat the sample before under load, though both flicker: " +
+          counted(repeated.size(), "time") + ", " + counted(totalSamples(repeated), "sample") +
+          " (" + twoDigits(percent) + " %), the longest " + number(longest) + " s",
+      "nothing is measured there (the last message repeated); leave these samples out of fits and "
+      "of scores",
+      longest, "s", totalSamples(repeated), startsOf(evidence, repeated)}};
 }
 
 std::size_t updateInterval(const Evidence& evidence) {

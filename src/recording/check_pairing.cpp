@@ -19,9 +19,8 @@ constexpr double kMinSkew = 0.003;       // [s]; leaves 1.5 mV at 100 Hz (docs/p
 constexpr double kMinSkewSamples = 0.3;  // what noise and unfiltered edges move the lag by
 // how much better a shift by a whole sample must explain the edges
 constexpr double kWholeSampleGain = 1.5;
-constexpr double kLowestBlock = 10.5;  // [V], 1.75 V a cell: discharged under load
-// [V], 2.58 V a cell: end of charge without voltage limit
-constexpr double kHighestBlock = 15.5;
+constexpr double kLowestBlock = 10.5;   // [V], 1.75 V a cell: discharged under load
+constexpr double kHighestBlock = 15.5;  // [V], 2.58 V a cell: end of charge without voltage limit
 constexpr double kRestShare = 0.01;     // of the largest current
 constexpr double kRestDuration = 60.0;  // [s]
 constexpr std::size_t kRestSamples = 20;
@@ -44,11 +43,6 @@ bool isEven(const Evidence& evidence, IndexRange range) {
   return std::abs(current_change) <=
              std::max(6.0 * evidence.current.noise, 0.2 * kRestShare * evidence.largest_current) &&
          std::abs(voltage_change) <= kRestDrift && median(series.voltage, range) < kRestVoltage;
-}
-
-bool isLongEnough(const Evidence& evidence, IndexRange range) {
-  return range.size() >= kRestSamples &&
-         evidence.series.time[range.last - 1] - evidence.series.time[range.first] >= kRestDuration;
 }
 
 /// Ranges within a stretch where the magnitude of the current stays at or below limit.
@@ -97,39 +91,6 @@ Finding excitation(Severity severity, const std::string& what, const std::string
   return Finding{"excitation", severity, what, meaning, value, "A"};
 }
 
-Finding constantCurrent(const Channel& current) {
-  return excitation(Severity::kProblem,
-                    "the current does not change: " + number(current.lowest) + " A to " +
-                        number(current.highest) + " A",
-                    "neither resistance nor dynamics can be identified from it, and sign and skew "
-                    "cannot be checked",
-                    current.highest - current.lowest);
-}
-
-Finding neverCharged(double highest) {
-  return excitation(
-      Severity::kWarning,
-      "the battery is never charged: current stays at or below " + number(highest) + " A",
-      "charging resistance and charge acceptance cannot be identified; check that the sensor "
-      "shows both directions",
-      highest);
-}
-
-Finding neverDischarged(double lowest) {
-  return excitation(
-      Severity::kWarning,
-      "the battery is never discharged: current stays at or above " + number(lowest) + " A",
-      "discharging resistance and cranking capability cannot be identified; check that the "
-      "sensor shows both directions",
-      lowest);
-}
-
-Finding neverCranked(double lowest) {
-  return excitation(
-      Severity::kNote, "the largest discharging current is " + number(lowest) + " A",
-      "there is no engine start to identify from: a predicted start is an extrapolation", lowest);
-}
-
 }  // namespace
 
 double typicalVoltage(const Evidence& evidence) { return quantile(evidence.series.voltage, 0.5); }
@@ -144,7 +105,9 @@ std::vector<IndexRange> apparentRests(const Evidence& evidence) {
   std::vector<IndexRange> rests;
   for (const IndexRange& stretch : evidence.stretches) {
     for (const IndexRange& range : quietRanges(evidence.series, stretch, limit)) {
-      if (isLongEnough(evidence, range) && isEven(evidence, range)) rests.push_back(range);
+      if (range.size() >= kRestSamples && durationOf(evidence, range) >= kRestDuration &&
+          isEven(evidence, range))
+        rests.push_back(range);
     }
   }
   return rests;
@@ -152,25 +115,20 @@ std::vector<IndexRange> apparentRests(const Evidence& evidence) {
 
 std::vector<Finding> findSign(const Evidence& evidence) {
   if (!evidence.excited || !evidence.edges || evidence.edges->edges < kEdgesForSign) return {};
-  const EdgeResponse& edges = *evidence.edges;
-  Finding finding;
-  finding.id = "sign";
-  finding.value = edges.correlation;
-  finding.samples = edges.edges;
-  if (edges.correlation <= -clearCorrelation(edges.edges)) {
-    finding.severity = Severity::kProblem;
-    finding.what = "voltage falls when current rises: correlation " + number(edges.correlation) +
-                   " at " + counted(edges.edges, "edge");
-    finding.meaning =
-        "discharge is counted as positive here; read the file as such (--discharge-positive)";
-    return {finding};
-  }
-  if (std::abs(edges.correlation) >= kNoCorrelation || edges.edges < kEdgesForDoubt) return {};
-  finding.severity = Severity::kWarning;
-  finding.what = "voltage does not answer to current: correlation " + number(edges.correlation) +
-                 " at " + counted(edges.edges, "edge");
-  finding.meaning = "these may not be current and voltage of one battery, or not on one clock";
-  return {finding};
+  const std::size_t edges = evidence.edges->edges;
+  const double correlation = evidence.edges->correlation;
+  const bool is_reversed = correlation <= -clearCorrelation(edges);
+  if (!is_reversed && (std::abs(correlation) >= kNoCorrelation || edges < kEdgesForDoubt))
+    return {};
+  return {Finding{
+      "sign", is_reversed ? Severity::kProblem : Severity::kWarning,
+      (is_reversed ? "voltage falls when current rises: correlation "
+                   : "voltage does not answer to current: correlation ") +
+          number(correlation) + " at " + counted(edges, "edge"),
+      is_reversed
+          ? "discharge is counted as positive here; read the file as such (--discharge-positive)"
+          : "these may not be current and voltage of one battery, or not on one clock",
+      correlation, "", edges}};
 }
 
 std::vector<Finding> findSkew(const Evidence& evidence) {
@@ -232,17 +190,36 @@ std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
 
 std::vector<Finding> findExcitation(const Evidence& evidence) {
   const Channel& current = evidence.current;
-  if (!evidence.excited) return {constantCurrent(current)};
+  const double low = current.lowest, high = current.highest;
+  if (!evidence.excited)
+    return {excitation(
+        Severity::kProblem,
+        "the current does not change: " + number(low) + " A to " + number(high) + " A",
+        "neither resistance nor dynamics can be identified from it, and sign and skew cannot be "
+        "checked",
+        high - low)};
   const double negligible =
       evidence.largest_current *
       std::clamp(6.0 * current.noise / evidence.largest_current, kRestShare, 0.05);
   std::vector<Finding> findings;
-  if (current.highest <= negligible) findings.push_back(neverCharged(current.highest));
-  if (current.lowest >= -negligible) {
-    findings.push_back(neverDischarged(current.lowest));
-  } else if (current.lowest > kCrankCurrent) {
-    findings.push_back(neverCranked(current.lowest));
-  }
+  if (high <= negligible)
+    findings.push_back(excitation(
+        Severity::kWarning,
+        "the battery is never charged: current stays at or below " + number(high) + " A",
+        "charging resistance and charge acceptance cannot be identified; check that the sensor "
+        "shows both directions",
+        high));
+  if (low >= -negligible)
+    findings.push_back(excitation(
+        Severity::kWarning,
+        "the battery is never discharged: current stays at or above " + number(low) + " A",
+        "discharging resistance and cranking capability cannot be identified; check that the "
+        "sensor shows both directions",
+        low));
+  else if (low > kCrankCurrent)
+    findings.push_back(excitation(
+        Severity::kNote, "the largest discharging current is " + number(low) + " A",
+        "there is no engine start to identify from: a predicted start is an extrapolation", low));
   return findings;
 }
 

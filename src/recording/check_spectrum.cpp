@@ -15,9 +15,8 @@ constexpr double kUneven = 0.5;  // of an interval; more and the phase is lost
 // [V], what a fit's residual is judged by (docs/physics.md#aliasing)
 constexpr double kMinAmplitude = 0.001;
 constexpr double kMinNoiseShare = 0.5;  // of the noise, from the same place
-// of the resistance at edges, within which impedances lie
-constexpr double kProportion = 2.0;
-constexpr int kTaps = 2;  // samples to either side of the shift between channels
+constexpr double kProportion = 2.0;     // of the resistance at edges, within which impedances lie
+constexpr int kTaps = 2;                // samples to either side of the shift between channels
 constexpr int kColumns = 2 * (2 * kTaps + 1);
 
 using Row = Eigen::Matrix<double, kColumns, 1>;
@@ -49,9 +48,8 @@ std::vector<IndexRange> evenRanges(const Evidence& evidence) {
 template <typename Value>
 std::vector<double> changesOf(const std::vector<double>& values, Value value) {
   std::vector<double> changes(values.size(), 0.0);
-  for (std::size_t k = 1; k < values.size(); ++k) {
+  for (std::size_t k = 1; k < values.size(); ++k)
     changes[k] = value(values[k]) - value(values[k - 1]);
-  }
   return changes;
 }
 
@@ -95,81 +93,48 @@ std::vector<double> unexplainedChanges(const Evidence& evidence, const Regressor
   }
   const Row weights = products.completeOrthogonalDecomposition().solve(projection);
   for (const IndexRange& range : ranges) {
-    for (std::size_t k = range.first; k < range.last; ++k) {
+    for (std::size_t k = range.first; k < range.last; ++k)
       changes[k] -= weights.dot(regressors.at(k));
-    }
   }
   return changes;
-}
-
-/// Amplitude of a tone's changes from sample to sample, over that of the tone.
-double differenceGain(double frequency) { return 2.0 * std::sin(kPi * frequency); }
-
-bool isInProportion(const Evidence& evidence, const SpectralLine& line, double current_change) {
-  return line.amplitude <= kProportion * std::abs(evidence.edges->resistance) * current_change;
-}
-
-struct Tones {
-  std::size_t blocks = 0;
-  std::vector<SpectralLine> tones;  ///< amplitudes in [V]
-};
-
-Tones findTones(const Evidence& evidence) {
-  const Regressors regressors(evidence);
-  const std::vector<IndexRange> ranges = evenRanges(evidence);
-  const LineSearch search =
-      findSpectralLines(unexplainedChanges(evidence, regressors, ranges), ranges);
-  const double least = std::max(kMinAmplitude, kMinNoiseShare * evidence.voltage.noise);
-  Tones result{search.blocks, {}};
-  for (SpectralLine line : search.lines) {
-    if (isInProportion(evidence, line, amplitudeAt(regressors.current, ranges, line.frequency))) {
-      continue;
-    }
-    line.amplitude /= differenceGain(line.frequency);
-    if (line.amplitude >= least) result.tones.push_back(line);
-  }
-  return result;
-}
-
-std::string describeTone(const Evidence& evidence, const SpectralLine& tone) {
-  return number(tone.frequency / evidence.interval) + " Hz (amplitude " +
-         twoDigits(1e3 * tone.amplitude) + " mV)";
-}
-
-Finding aliasingOf(const Evidence& evidence, const Tones& found) {
-  const SpectralLine& tone =
-      *std::max_element(found.tones.begin(), found.tones.end(),
-                        [](const auto& a, const auto& b) { return a.amplitude < b.amplitude; });
-  const double samples = tone.share * static_cast<double>(found.blocks * kLineBlock);
-  Finding finding;
-  finding.id = "aliasing";
-  finding.severity = Severity::kWarning;
-  finding.what = "voltage carries a steady tone of " + describeTone(evidence, tone) +
-                 " that current does not carry in proportion, in " +
-                 number(std::round(100.0 * tone.share)) + " % of " +
-                 counted(found.blocks, "block") + " of " + number(kLineBlock * evidence.interval) +
-                 " s";
-  if (found.tones.size() > 1) {
-    finding.what += "; " + counted(found.tones.size() - 1, "weaker tone") + " besides";
-  }
-  finding.meaning =
-      "ripple from above half the sampling rate, an alternator's for instance, folded down "
-      "without an anti-alias filter; or a real load that switches at this rate and is not in the "
-      "measured current: the recording cannot show which. Fits take it for noise, and the lowest "
-      "voltage of a crank is off by up to its amplitude";
-  finding.value = tone.frequency / evidence.interval;
-  finding.unit = "Hz";
-  finding.samples = static_cast<std::size_t>(std::lround(samples));
-  return finding;
 }
 
 }  // namespace
 
 std::vector<Finding> findAliasing(const Evidence& evidence) {
   if (!evidence.excited || !evidence.edges) return {};
-  const Tones found = findTones(evidence);
-  if (found.tones.empty()) return {};
-  return {aliasingOf(evidence, found)};
+  const Regressors regressors(evidence);
+  const std::vector<IndexRange> ranges = evenRanges(evidence);
+  const LineSearch search =
+      findSpectralLines(unexplainedChanges(evidence, regressors, ranges), ranges);
+  const double least = std::max(kMinAmplitude, kMinNoiseShare * evidence.voltage.noise),
+               max_ohmic = kProportion * std::abs(evidence.edges->resistance);
+  std::vector<SpectralLine> tones;  // amplitudes in [V]
+  for (SpectralLine line : search.lines) {
+    if (line.amplitude <= max_ohmic * amplitudeAt(regressors.current, ranges, line.frequency))
+      continue;
+    // amplitude of a tone's changes from sample to sample, over that of the tone
+    line.amplitude /= 2.0 * std::sin(kPi * line.frequency);
+    if (line.amplitude >= least) tones.push_back(line);
+  }
+  if (tones.empty()) return {};
+  const SpectralLine& tone =
+      *std::max_element(tones.begin(), tones.end(),
+                        [](const auto& a, const auto& b) { return a.amplitude < b.amplitude; });
+  const double samples = tone.share * static_cast<double>(search.blocks * kLineBlock),
+               frequency = tone.frequency / evidence.interval;
+  return {Finding{
+      "aliasing", Severity::kWarning,
+      "voltage carries a steady tone of " + number(frequency) + " Hz (amplitude " +
+          twoDigits(1e3 * tone.amplitude) + " mV) that current does not carry in proportion, in " +
+          number(std::round(100.0 * tone.share)) + " % of " + counted(search.blocks, "block") +
+          " of " + number(kLineBlock * evidence.interval) + " s" +
+          (tones.size() > 1 ? "; " + counted(tones.size() - 1, "weaker tone") + " besides" : ""),
+      "ripple from above half the sampling rate, an alternator's for instance, folded down "
+      "without an anti-alias filter; or a real load that switches at this rate and is not in the "
+      "measured current: the recording cannot show which. Fits take it for noise, and the lowest "
+      "voltage of a crank is off by up to its amplitude",
+      frequency, "Hz", static_cast<std::size_t>(std::lround(samples))}};
 }
 
 std::size_t evenBlocks(const Evidence& evidence) {

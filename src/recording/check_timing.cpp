@@ -4,6 +4,7 @@
 
 #include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
+#include "util/text.hpp"
 
 /// Findings about when samples were taken, and which were not.
 namespace battery_sof::check_parts {
@@ -18,67 +19,6 @@ constexpr double kAlikeShare = 0.8;
 constexpr double kLargeGapShare = 0.1;  // of the recording
 // [s], a clock set back by less disturbs nothing slower than a crank
 constexpr double kHarmlessStep = 1.0;
-
-std::vector<double> intervalsOf(const Series& series) {
-  std::vector<double> intervals;
-  for (std::size_t k = 1; k < series.size(); ++k) {
-    intervals.push_back(series.time[k] - series.time[k - 1]);
-  }
-  return intervals;
-}
-
-std::string describeRate(double interval) {
-  return interval > 2.0 ? "every " + number(interval) + " s"
-                        : "at " + number(1.0 / interval) + " Hz";
-}
-
-std::vector<Finding> findSlowRate(const Evidence& evidence) {
-  if (evidence.interval <= kFineInterval) return {};
-  Finding finding;
-  finding.id = "rate";
-  finding.what = "sampled " + describeRate(evidence.interval);
-  finding.value = evidence.interval;
-  finding.unit = "s";
-  finding.samples = evidence.series.size();
-  if (evidence.interval <= kSlowInterval) {
-    finding.meaning = "a crank of " + number(kCrankDuration) + " s shows in " +
-                      number(std::floor(kCrankDuration / evidence.interval)) +
-                      " samples or so; its lowest voltage is read too high";
-    return {finding};
-  }
-  finding.severity = Severity::kWarning;
-  finding.meaning =
-      "a crank shows in one sample or in none, at no particular instant of it: its lowest voltage, "
-      "fast polarisation "
-      "and any shift between the channels are not in this recording; slow behaviour is";
-  return {finding};
-}
-
-std::vector<Finding> findUnevenRate(const Evidence& evidence) {
-  const std::vector<double> intervals = intervalsOf(evidence.series);
-  const double low = quantile(intervals, 0.05), high = quantile(intervals, 0.95);
-  if (high < kUnevenSpread * low) return {};
-  return {Finding{
-      "rate", Severity::kNote,
-      "the sampling interval changes between " + number(low) + " s and " + number(high) +
-          " s (5th to 95th percentile)",
-      "logged at several rates or on change: what happens in the long intervals is not seen",
-      high / low, "", evidence.series.size()}};
-}
-
-std::vector<Finding> findHeldValues(const Evidence& evidence) {
-  if (evidence.hold == 1) return {};
-  const double held = static_cast<double>(evidence.hold) * evidence.interval;
-  return {Finding{
-      "rate", Severity::kWarning,
-      "the current channel is updated only every " + counted(evidence.hold, "sample") + " (" +
-          number(held) + " s), the voltage channel at every sample",
-      "between updates the current is old: voltage edges without a current edge look like fast "
-      "polarisation and bias "
-      "resistances; filter both channels below " +
-          number(0.25 / held) + " Hz before fitting",
-      held, "s", evidence.series.size()}};
-}
 
 struct Gaps {
   std::vector<double> from, length;
@@ -103,13 +43,10 @@ bool areAlike(const std::vector<double>& lengths) {
   return lengths.size() >= kManyGaps && alike >= kAlikeShare * lengths.size();
 }
 
-double durationOf(const Series& series) { return series.time.back() - series.time.front(); }
-
 std::string meaningOf(const Gaps& gaps) {
-  if (!areAlike(gaps.length)) {
+  if (!areAlike(gaps.length))
     return "each stretch between gaps stands alone: models take them as rest at 0 A, and charge is "
            "not counted";
-  }
   return "nearly all are of " + number(quantile(gaps.length, 0.5)) +
          " s: a slower logging rate rather than lost samples; they still cut the recording, "
          "because "
@@ -122,17 +59,6 @@ std::string describeClock(const RejectedCounts& rejected, double step) {
   if (rejected.clock_step_back == 0) return text;
   return text + (text.empty() ? "" : ", ") + counted(rejected.clock_step_back, "sample") +
          " behind a step back of the clock by up to " + number(step) + " s";
-}
-
-std::string describeRefusals(const RejectedCounts& rejected) {
-  std::string text;
-  const auto add = [&text](std::size_t count, const char* reason) {
-    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
-  };
-  add(rejected.missing_value, "without current or voltage");
-  add(rejected.not_finite, "infinite");
-  add(rejected.out_of_range, "beyond anything a battery sensor shows");
-  return text;
 }
 
 struct Losses {
@@ -171,46 +97,52 @@ Losses lossesOf(const Evidence& evidence) {
   return regular >= kRegular * all && single >= kUnbroken * all ? losses : Losses{};
 }
 
-std::vector<Finding> findLost(const Evidence& evidence) {
-  // fewer are single events, reported as gaps if they are long
-  constexpr std::size_t kFewestPlaces = 20;
-  // a loss in every crank and a few seconds of each drive
-  constexpr double kManyPercent = 0.5;
-  const Losses losses = lossesOf(evidence);
-  if (losses.from.size() < kFewestPlaces) return {};
-  const auto lost = static_cast<double>(losses.samples);
-  const double percent = 100.0 * lost / (lost + static_cast<double>(evidence.series.size()));
-  return {Finding{
-      "missing", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
-      counted(losses.samples, "sample") + " (" + twoDigits(percent) +
-          " %) lost from a regular grid of " + number(evidence.interval) + " s, in " +
-          counted(losses.from.size(), "place"),
-      "the logger or the bus drops messages; a crank may have lost its peak, nothing is put in "
-      "their place",
-      percent, "%", losses.samples, someTimes(losses.from)}};
-}
-
-std::vector<Finding> findRefused(const Evidence& evidence) {
-  const RejectedCounts& rejected = evidence.recording->rejected;
-  const std::size_t count = rejected.missing_value + rejected.not_finite + rejected.out_of_range;
-  if (count == 0) return {};
-  const double percent =
-      100.0 * static_cast<double>(count) / static_cast<double>(evidence.recording->offered);
-  return {Finding{"missing", percent > 1.0 ? Severity::kWarning : Severity::kNote,
-                  counted(count, "sample") + " of " + std::to_string(evidence.recording->offered) +
-                      " refused: " + describeRefusals(rejected),
-                  "they are left out, nothing is put in their place", percent, "%", count}};
-}
-
 }  // namespace
 
-std::vector<Finding> findRate(const Evidence& evidence) {
-  std::vector<Finding> findings = findSlowRate(evidence);
-  for (const auto part : {findUnevenRate, findHeldValues}) {
-    const std::vector<Finding> found = part(evidence);
-    findings.insert(findings.end(), found.begin(), found.end());
-  }
-  return findings;
+std::vector<Finding> findSlowRate(const Evidence& evidence) {
+  const double interval = evidence.interval;
+  if (interval <= kFineInterval) return {};
+  const bool is_slow = interval > kSlowInterval;
+  return {Finding{
+      "rate", is_slow ? Severity::kWarning : Severity::kNote,
+      interval > 2.0 ? "sampled every " + number(interval) + " s"
+                     : "sampled at " + number(1.0 / interval) + " Hz",
+      is_slow
+          ? "a crank shows in one sample or in none, at no particular instant of it: its lowest "
+            "voltage, fast polarisation and any shift between the channels are not in this "
+            "recording; slow behaviour is"
+          : "a crank of " + number(kCrankDuration) + " s shows in " +
+                number(std::floor(kCrankDuration / interval)) +
+                " samples or so; its lowest voltage is read too high",
+      interval, "s", evidence.series.size()}};
+}
+
+std::vector<Finding> findUnevenRate(const Evidence& evidence) {
+  std::vector<double> intervals;
+  const std::vector<double>& time = evidence.series.time;
+  for (std::size_t k = 1; k < time.size(); ++k) intervals.push_back(time[k] - time[k - 1]);
+  const double low = quantile(intervals, 0.05), high = quantile(intervals, 0.95);
+  if (high < kUnevenSpread * low) return {};
+  return {Finding{
+      "rate", Severity::kNote,
+      "the sampling interval changes between " + number(low) + " s and " + number(high) +
+          " s (5th to 95th percentile)",
+      "logged at several rates or on change: what happens in the long intervals is not seen",
+      high / low, "", evidence.series.size()}};
+}
+
+std::vector<Finding> findHeldValues(const Evidence& evidence) {
+  if (evidence.hold == 1) return {};
+  const double held = static_cast<double>(evidence.hold) * evidence.interval;
+  return {Finding{
+      "rate", Severity::kWarning,
+      "the current channel is updated only every " + counted(evidence.hold, "sample") + " (" +
+          number(held) + " s), the voltage channel at every sample",
+      "between updates the current is old: voltage edges without a current edge look like fast "
+      "polarisation and bias "
+      "resistances; filter both channels below " +
+          number(0.25 / held) + " Hz before fitting",
+      held, "s", evidence.series.size()}};
 }
 
 std::vector<Finding> findGaps(const Evidence& evidence) {
@@ -219,7 +151,8 @@ std::vector<Finding> findGaps(const Evidence& evidence) {
   const double total = std::accumulate(gaps.length.begin(), gaps.length.end(), 0.0);
   const double longest = *std::max_element(gaps.length.begin(), gaps.length.end());
   return {Finding{"gaps",
-                  total > kLargeGapShare * durationOf(evidence.series) && !areAlike(gaps.length)
+                  total > kLargeGapShare * durationOf(evidence, {0, evidence.series.size()}) &&
+                          !areAlike(gaps.length)
                       ? Severity::kWarning
                       : Severity::kNote,
                   counted(gaps.length.size(), "gap") + " without samples, " + number(total) +
@@ -242,11 +175,38 @@ std::vector<Finding> findClock(const Evidence& evidence) {
       step, "s", count}};
 }
 
-std::vector<Finding> findMissing(const Evidence& evidence) {
-  std::vector<Finding> findings = findRefused(evidence);
-  const std::vector<Finding> lost = findLost(evidence);
-  findings.insert(findings.end(), lost.begin(), lost.end());
-  return findings;
+std::vector<Finding> findRefused(const Evidence& evidence) {
+  const RejectedCounts& rejected = evidence.recording->rejected;
+  const std::size_t count = rejected.missing_value + rejected.not_finite + rejected.out_of_range,
+                    offered = evidence.recording->offered;
+  if (count == 0) return {};
+  const double percent = 100.0 * static_cast<double>(count) / static_cast<double>(offered);
+  return {
+      Finding{"missing", percent > 1.0 ? Severity::kWarning : Severity::kNote,
+              counted(count, "sample") + " of " + std::to_string(offered) + " refused: " +
+                  countsText({{rejected.missing_value, "without current or voltage"},
+                              {rejected.not_finite, "infinite"},
+                              {rejected.out_of_range, "beyond anything a battery sensor shows"}}),
+              "they are left out, nothing is put in their place", percent, "%", count}};
+}
+
+std::vector<Finding> findLost(const Evidence& evidence) {
+  // fewer are single events, reported as gaps if they are long
+  constexpr std::size_t kFewestPlaces = 20;
+  // a loss in every crank and a few seconds of each drive
+  constexpr double kManyPercent = 0.5;
+  const Losses losses = lossesOf(evidence);
+  if (losses.from.size() < kFewestPlaces) return {};
+  const auto lost = static_cast<double>(losses.samples);
+  const double percent = 100.0 * lost / (lost + static_cast<double>(evidence.series.size()));
+  return {Finding{
+      "missing", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
+      counted(losses.samples, "sample") + " (" + twoDigits(percent) +
+          " %) lost from a regular grid of " + number(evidence.interval) + " s, in " +
+          counted(losses.from.size(), "place"),
+      "the logger or the bus drops messages; a crank may have lost its peak, nothing is put in "
+      "their place",
+      percent, "%", losses.samples, someTimes(losses.from)}};
 }
 
 }  // namespace battery_sof::check_parts

@@ -74,11 +74,12 @@ namespace {
 using Part = std::vector<Finding> (*)(const check_parts::Evidence&);
 
 constexpr Part kParts[] = {
-    check_parts::findVoltageLevel, check_parts::findSign,         check_parts::findExcitation,
-    check_parts::findRate,         check_parts::findSkew,         check_parts::findStuck,
-    check_parts::findClipping,     check_parts::findMissing,      check_parts::findClock,
-    check_parts::findGaps,         check_parts::findQuantisation, check_parts::findOffset,
-    check_parts::findAliasing};
+    check_parts::findVoltageLevel, check_parts::findSign,       check_parts::findExcitation,
+    check_parts::findSlowRate,     check_parts::findUnevenRate, check_parts::findHeldValues,
+    check_parts::findSkew,         check_parts::findStuck,      check_parts::findRepeated,
+    check_parts::findClipping,     check_parts::findRefused,    check_parts::findLost,
+    check_parts::findClock,        check_parts::findGaps,       check_parts::findQuantisation,
+    check_parts::findOffset,       check_parts::findAliasing};
 
 }  // namespace
 
@@ -92,9 +93,8 @@ std::string toString(Severity severity) {
 }
 
 CheckReport checkRecording(const Recording& recording) {
-  if (recording.series.empty()) {
+  if (recording.series.empty())
     throw std::invalid_argument("checkRecording: " + recording.name + " has no sample");
-  }
   const check_parts::Evidence evidence(recording.series, &recording);
   CheckReport report;
   report.samples = recording.series.size();

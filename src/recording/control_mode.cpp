@@ -1,7 +1,6 @@
 #include "recording/control_mode.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -102,11 +101,6 @@ ControlModeRule instrumentOf(const Series& series, double& voltage_noise) {
   if (edges && edges->resistance > 0.0 && edges->correlation > 0.0)
     rule.resistance = edges->resistance;
   return rule;
-}
-
-double wellPosedAbove(const ControlModeRule& rule, double voltage_noise) {
-  const double worth = voltage_noise > 0.0 ? rule.current_noise / (kBeta * voltage_noise) : 0.0;
-  return -(kClearlyCurrent * rule.current_noise + worth);
 }
 
 /// Small changes within discharges compared with large ones: a battery answers to both, a held
@@ -377,7 +371,10 @@ ControlModes detectControlMode(const Series& series) {
   double voltage_noise = 0.0;
   rule = instrumentOf(series, voltage_noise);
   source.seen = rule.present = chargeShare(series, rule) >= kMinChargeShare;
-  if (source.seen) rule.min_current = wellPosedAbove(rule, voltage_noise);
+  if (source.seen)  // above it a driven current is well posed
+    rule.min_current =
+        -(kClearlyCurrent * rule.current_noise +
+          (voltage_noise > 0.0 ? rule.current_noise / (kBeta * voltage_noise) : 0.0));
   Judged judged = judgeAll(series, rule);
   if (source.seen) {
     const bool constant = judged.charges > 0 && 2 * judged.constant_charges >= judged.charges;
@@ -398,17 +395,6 @@ ControlModes detectControlMode(const Series& series) {
   source.summary = summaryOf(source);
   return source;
 }
-
-namespace {
-
-/// Where a stretch ends: at the first sample behind it, unless there is none or a gap lies between.
-double endOf(const ControlModeStretch& stretch, const Series& series, double max_gap) {
-  const std::size_t last = stretch.range.last;
-  const bool goes_on = last < series.size() && series.time[last] - series.time[last - 1] <= max_gap;
-  return series.time[goes_on ? last : last - 1];
-}
-
-}  // namespace
 
 std::string toString(ControlMode controlled) {
   return controlled == ControlMode::kVoltage ? "voltage" : "current";
@@ -437,8 +423,11 @@ ControlModeOverview overviewOf(const ControlModes& source, const Series& series)
   std::vector<ControlledTime>& times = overview.voltage_controlled;
   for (const ControlModeStretch& stretch : source.stretches) {
     if (stretch.mode != ControlMode::kVoltage) continue;
+    const std::size_t last = stretch.range.last;
+    const bool goes_on =
+        last < series.size() && series.time[last] - series.time[last - 1] <= source.rule.max_gap;
     const double from = series.time[stretch.range.first],
-                 to = endOf(stretch, series, source.rule.max_gap);
+                 to = series.time[goes_on ? last : last - 1];
     if (!times.empty() && times.back().to == from)
       times.back().to = to;
     else

@@ -39,18 +39,15 @@ std::string toString(ControlModeReason reason);
  * A default-constructed rule knows no source: every sample's current is controlled.
  */
 struct ControlModeRule {
-  bool present = false;  ///< something charges the battery
-  /// [A]; below it a load controls the current. Negative, as a source
-  double min_current = 0.0;
+  bool present = false;      ///< something charges the battery
+  double min_current = 0.0;  ///< [A]; below it a load controls the current. Negative, as a source
   ///< may let the battery help out
   /// taken for a charge as long as nothing is known of it
   ControlMode charge_begins = ControlMode::kVoltage;
-  /// [A], standard deviation; at least what the channel's steps make
-  double current_noise = 0.0;
-  double voltage_noise = 0.0;        ///< [V], the same, at least half a step
+  double current_noise = 0.0;  ///< [A], standard deviation; at least what the channel's steps make
+  double voltage_noise = 0.0;  ///< [V], the same, at least half a step
   std::optional<double> resistance;  ///< [Ohm], dv/di at edges of the current
-  /// [s]; what was known before a longer gap says nothing of what follows
-  double max_gap = 5.0;
+  double max_gap = 5.0;  ///< [s]; what was known before a longer gap says nothing of what follows
 };
 
 /// [s], of a source's past that its judgement rests on

@@ -13,8 +13,8 @@
 
 #include "battery_sof/intake.hpp"
 #include "battery_sof/sample_list.hpp"
-#include "util/atomic_file.hpp"
 #include "util/constants.hpp"
+#include "util/files.hpp"
 #include "util/number_text.hpp"
 #include "util/printable.hpp"
 #include "util/text.hpp"
@@ -81,14 +81,12 @@ std::string separatorHint(const Layout& layout) {
 
 std::size_t columnIndex(const Layout& layout, const std::string& name) {
   const auto first = std::find(layout.names.begin(), layout.names.end(), name);
-  if (first == layout.names.end()) {
+  if (first == layout.names.end())
     throw RecordingError(layout.path.string() + ": has no column \"" + shortened(name) +
                          "\"; its columns are: " + someOf(layout.names) + separatorHint(layout));
-  }
-  if (std::find(first + 1, layout.names.end(), name) != layout.names.end()) {
+  if (std::find(first + 1, layout.names.end(), name) != layout.names.end())
     throw RecordingError(layout.path.string() + ": has column \"" + shortened(name) +
                          "\" more than once; its columns are: " + someOf(layout.names));
-  }
   return first - layout.names.begin();
 }
 
@@ -100,10 +98,9 @@ void takeNames(std::string_view line, Layout& layout) {
 }
 
 Layout readLayout(const std::filesystem::path& path, TextLines& lines, const CsvColumns& columns) {
-  if (!lines.next()) {
+  if (!lines.next())
     throw RecordingError(path.string() + ": is empty, expected a header line with the columns " +
                          columns.time + ", " + columns.current + ", " + columns.voltage);
-  }
   Layout layout{path, {}};
   takeNames(lines.line(), layout);
   const bool has_time =
@@ -117,9 +114,8 @@ Layout readLayout(const std::filesystem::path& path, TextLines& lines, const Csv
   layout.voltage = columnIndex(layout, columns.voltage);
   const std::string temperature = columns.temperature.value_or("temperature_c");
   const auto found = std::find(layout.names.begin(), layout.names.end(), temperature);
-  if (columns.temperature || found != layout.names.end()) {
+  if (columns.temperature || found != layout.names.end())
     layout.temperature = columnIndex(layout, temperature);
-  }
   return layout;
 }
 
@@ -142,17 +138,6 @@ std::optional<double> parseNumber(std::string_view cell) {
   return cell.empty() ? kMissing : numberOf(cell);
 }
 
-/// Days from 1970-01-01 to a date of the Gregorian calendar; nothing for a date it does not have.
-std::optional<double> daysSinceEpoch(int year, int month, int day) {
-  std::tm date{};
-  date.tm_year = year - 1900;
-  date.tm_mon = month - 1;
-  date.tm_mday = day;
-  const std::time_t seconds = timegm(&date);  // makes 3 March of 31 February
-  if (date.tm_mon != month - 1 || date.tm_mday != day) return std::nullopt;
-  return static_cast<double>(seconds) / 86400.0;
-}
-
 /// "2017-03-25 07:00:06.900", with T for the space and with a closing Z too, as seconds since
 /// 1970-01-01 UTC.
 std::optional<double> parseDateTime(std::string_view cell) {
@@ -163,11 +148,16 @@ std::optional<double> parseDateTime(std::string_view cell) {
                                &separator, &hour, &minute, &used);
   if (read != 6 || used == 0 || (separator != ' ' && separator != 'T')) return std::nullopt;
   const std::optional<double> second = parseNumber(std::string_view(text).substr(used));
-  const std::optional<double> days = daysSinceEpoch(year, month, day);
-  const bool valid = days && hour >= 0 && hour <= 24 && minute >= 0 && minute <= 59 && second &&
+  std::tm date{};
+  date.tm_year = year - 1900;
+  date.tm_mon = month - 1;
+  date.tm_mday = day;
+  const double days = static_cast<double>(timegm(&date)) / 86400.0;  // makes 3 March of 31 February
+  const bool is_date = date.tm_mon == month - 1 && date.tm_mday == day;
+  const bool valid = is_date && hour >= 0 && hour <= 24 && minute >= 0 && minute <= 59 && second &&
                      *second >= 0.0 && *second < 61.0;
   if (!valid) return std::nullopt;
-  return 86400.0 * *days + 3600.0 * hour + 60.0 * minute + *second;
+  return 86400.0 * days + 3600.0 * hour + 60.0 * minute + *second;
 }
 
 /// One row of the file, whose faults are reported with their place.
@@ -238,86 +228,50 @@ void readRows(TextLines& lines, const Layout& layout, const CsvColumns& columns,
   }
 }
 
-// --------------------------------------------------------------------------------------------- the
-// whole file
-
-void requireSamples(const std::filesystem::path& path, const Recording& recording) {
-  if (recording.offered == 0) {
-    throw RecordingError(path.string() + ": has a header line but no sample below it");
-  }
-  requireUsable(path.string(), recording);
-}
+// ---------------------------------------------------------------------------------------------
+// the whole file
 
 /// Fewest digits whose value satisfies is_exact; 17 always tell two doubles apart.
 template <typename Exact>
-void appendDigits(std::string& text, double value, Exact is_exact) {
+std::string digitsOf(double value, Exact is_exact) {
   std::string number;
   for (int digits = 15; digits <= 17; ++digits) {
     number = format("%.*g", digits, value);
     if (is_exact(*numberOf(number))) break;
   }
-  text += number;
+  return number;
 }
 
-void appendNumber(std::string& text, double value) {
-  appendDigits(text, value, [value](double read) { return read == value; });
-}
-
-void appendCelsius(std::string& text, double kelvin) {
-  appendDigits(text, kelvin - kZeroCelsius,
-               [kelvin](double read) { return read + kZeroCelsius == kelvin; });
-}
-
-/// Writes series in order of time, merging the samples with the temperatures' own time base.
-class CsvWriter {
- public:
-  explicit CsvWriter(const Series& series) : series_(series), warm_(!series.temperature.empty()) {}
-
-  std::string text() {
-    text_ = "time_s,current_a,voltage_v";
-    text_ += warm_ ? ",temperature_c\n" : "\n";
-    while (sample_ < series_.size() || temperature_ < series_.temperature.size()) writeRow();
-    return std::move(text_);
-  }
-
- private:
-  static double timeOf(const std::vector<double>& time, std::size_t k) {
+/// A series in order of time, the samples merged with the temperatures' own time base.
+std::string csvOf(const Series& series) {
+  const bool is_warm = !series.temperature.empty();
+  const auto time_of = [](const std::vector<double>& time, std::size_t k) {
     return k < time.size() ? time[k] : std::numeric_limits<double>::infinity();
+  };
+  std::string text = "time_s,current_a,voltage_v";
+  text += is_warm ? ",temperature_c\n" : "\n";
+  for (std::size_t n = 0, w = 0; n < series.size() || w < series.temperature.size();) {
+    const double sample_time = time_of(series.time, n),
+                 temperature_time = time_of(series.temperature_time, w);
+    text += formatExactly(std::min(sample_time, temperature_time)) + ",";
+    if (sample_time <= temperature_time) text += formatExactly(series.current[n]);
+    text += ",";
+    if (sample_time <= temperature_time) text += formatExactly(series.voltage[n++]);
+    if (is_warm) text += ",";
+    if (is_warm && temperature_time <= sample_time) {
+      const double kelvin = series.temperature[w++];
+      text += digitsOf(kelvin - kZeroCelsius,
+                       [kelvin](double read) { return read + kZeroCelsius == kelvin; });
+    }
+    text += '\n';
   }
-
-  void writeRow() {
-    const double sample_time = timeOf(series_.time, sample_);
-    const double temperature_time = timeOf(series_.temperature_time, temperature_);
-    appendNumber(text_, std::min(sample_time, temperature_time));
-    writeSample(sample_time <= temperature_time);
-    if (warm_) writeTemperature(temperature_time <= sample_time);
-    text_ += '\n';
-  }
-
-  void writeSample(bool present) {
-    text_ += ',';
-    if (present) appendNumber(text_, series_.current[sample_]);
-    text_ += ',';
-    if (present) appendNumber(text_, series_.voltage[sample_++]);
-  }
-
-  void writeTemperature(bool present) {
-    text_ += ',';
-    if (present) appendCelsius(text_, series_.temperature[temperature_++]);
-  }
-
-  const Series& series_;
-  bool warm_;
-  std::size_t sample_ = 0, temperature_ = 0;
-  std::string text_;
-};
+  return text;
+}
 
 }  // namespace
 
 std::string formatExactly(double value) {
-  std::string text;
-  appendNumber(text, value);
-  return text;
+  return digitsOf(value, [value](double read) { return read == value; });
 }
 
 Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns, BytesSeen seen) {
@@ -326,13 +280,15 @@ Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns, 
   Recording recording;
   recording.name = printable(path.filename().string());
   readRows(lines, layout, columns, recording);
-  requireSamples(path, recording);
+  if (recording.offered == 0)
+    throw RecordingError(path.string() + ": has a header line but no sample below it");
+  requireUsable(path.string(), recording);
   return recording;
 }
 
 void writeCsv(const std::filesystem::path& path, const Series& series) {
   try {
-    writeFileAtomically(path, CsvWriter(series).text());
+    writeFileAtomically(path, csvOf(series));
   } catch (const std::runtime_error& error) {
     throw RecordingError(error.what());
   }

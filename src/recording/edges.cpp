@@ -31,6 +31,7 @@ std::vector<double> changesOver(const Series& series, const std::vector<double>&
   return changes;
 }
 
+/// Changes of one sign that follow each other, kMaxEdges at most and evenly spread.
 std::vector<IndexRange> findEdges(const std::vector<double>& changes, double threshold) {
   std::vector<IndexRange> edges;
   for (std::size_t k = 0; k < changes.size(); ++k) {
@@ -40,10 +41,6 @@ std::vector<IndexRange> findEdges(const std::vector<double>& changes, double thr
     if (!continues) edges.push_back({k, k});
     edges.back().last = k + 1;
   }
-  return edges;
-}
-
-std::vector<IndexRange> thinned(const std::vector<IndexRange>& edges) {
   if (edges.size() <= kMaxEdges) return edges;
   std::vector<IndexRange> kept(kMaxEdges);
   for (std::size_t k = 0; k < kMaxEdges; ++k) kept[k] = edges[k * edges.size() / kMaxEdges];
@@ -112,8 +109,8 @@ struct Comparison {
     const auto [low, high] = std::minmax_element(series.current.begin(), series.current.end());
     const auto current = changesOver(series, series.current, span, interval);
     const auto voltage = changesOver(series, series.voltage, span, interval);
-    const auto found = *low == *high ? std::vector<IndexRange>{}
-                                     : thinned(findEdges(current, kEdgeShare * (*high - *low)));
+    const auto found =
+        *low == *high ? std::vector<IndexRange>{} : findEdges(current, kEdgeShare * (*high - *low));
     edges = found.size();
     for (std::size_t k = 0; k < edges; ++k) {
       all.add(found[k], current, voltage);
@@ -127,18 +124,6 @@ struct Comparison {
 
 std::size_t samplesIn(double duration, double interval) {
   return static_cast<std::size_t>(std::max(1L, std::lround(duration / interval)));
-}
-
-EdgeResponse respond(const Comparison& comparison, double interval) {
-  EdgeResponse response;
-  response.edges = comparison.edges;
-  response.correlation = comparison.all.correlation(comparison.all.best());
-  response.correlation_unshifted = comparison.all.correlation(0);
-  response.resistance = comparison.all.resistance();
-  response.lag = interval * static_cast<double>(comparison.all.best());
-  response.lag_first = interval * static_cast<double>(comparison.first.best());
-  response.lag_second = interval * static_cast<double>(comparison.second.best());
-  return response;
 }
 
 void refineLags(const Comparison& comparison, double interval, EdgeResponse& response) {
@@ -172,7 +157,14 @@ std::optional<EdgeResponse> edgeResponse(const Series& series) {
   const Lag longest = is_fast ? static_cast<Lag>(samplesIn(kLongestLag, interval)) : 1;
   const Comparison coarse(series, interval, span, 0, longest);
   if (coarse.edges == 0) return std::nullopt;
-  EdgeResponse response = respond(coarse, interval);
+  EdgeResponse response;
+  response.edges = coarse.edges;
+  response.correlation = coarse.all.correlation(coarse.all.best());
+  response.correlation_unshifted = coarse.all.correlation(0);
+  response.resistance = coarse.all.resistance();
+  response.lag = interval * static_cast<double>(coarse.all.best());
+  response.lag_first = interval * static_cast<double>(coarse.first.best());
+  response.lag_second = interval * static_cast<double>(coarse.second.best());
   if (!is_fast) return response;
   refineLags(coarse, interval, response);
   const Comparison fine(series, interval, samplesIn(kFineSpan, interval), coarse.all.best(),

@@ -9,15 +9,13 @@ namespace battery_sof {
 
 /// How voltage answers to the steep changes of current in a series.
 struct EdgeResponse {
-  std::size_t edges = 0;  ///< steep changes of current that were looked at
-  /// of the changes of voltage and current at the lag below; -1 to 1
-  double correlation = 0.0;
+  std::size_t edges = 0;     ///< steep changes of current that were looked at
+  double correlation = 0.0;  ///< of the changes of voltage and current at the lag below; -1 to 1
   /// [Ohm], change of voltage per change of current at that lag
   double resistance = 0.0;
-  /// [s], by which voltage follows current; negative: voltage is first
-  double lag = 0.0;
-  double lag_first = 0.0;              ///< [s], the same from the first half of the edges
-  double lag_second = 0.0;             ///< [s], and from the second half
+  double lag = 0.0;         ///< [s], by which voltage follows current; negative: voltage is first
+  double lag_first = 0.0;   ///< [s], the same from the first half of the edges
+  double lag_second = 0.0;  ///< [s], and from the second half
   double correlation_unshifted = 0.0;  ///< as correlation, at lag 0
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "util/text.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -12,19 +14,8 @@ constexpr double kStopCurrent = -2.0;   // [A], more than an idle network's
 constexpr double kChargeCurrent = 2.0;  // [A], docs/physics.md#regimes
 
 void requireValid(const EventLimits& limits) {
-  const bool valid = std::isfinite(limits.crank_current) && limits.crank_current < 0.0 &&
-                     std::isfinite(limits.crank_max_duration) && limits.crank_max_duration >= 0.0 &&
-                     std::isfinite(limits.rest_current) && limits.rest_current >= 0.0;
-  if (valid) return;
-  throw std::invalid_argument(
-      "EventLimits: crank_current is " + std::to_string(limits.crank_current) +
-      " A (expected below 0), crank_max_duration " + std::to_string(limits.crank_max_duration) +
-      " s and rest_current " + std::to_string(limits.rest_current) + " A (expected at least 0)");
-}
-
-EventKind kindBySign(double current, const EventLimits& limits) {
-  if (std::abs(current) < limits.rest_current) return EventKind::kRest;
-  return current > 0.0 ? EventKind::kCharge : EventKind::kDischarge;
+  requireThat(limits.crank_current < 0.0, "EventLimits: crank_current [A]", limits.crank_current,
+              "below 0");
 }
 
 std::vector<IndexRange> crankRanges(const Series& series, IndexRange bounds,
@@ -46,20 +37,14 @@ std::vector<IndexRange> crankRanges(const Series& series, IndexRange bounds,
 std::vector<EventKind> kindOfEverySample(const Series& series, const EventLimits& limits,
                                          double max_gap) {
   std::vector<EventKind> kinds(series.size());
-  std::transform(series.current.begin(), series.current.end(), kinds.begin(),
-                 [&](double current) { return kindBySign(current, limits); });
+  std::transform(series.current.begin(), series.current.end(), kinds.begin(), [&](double current) {
+    return std::abs(current) < limits.rest_current ? EventKind::kRest
+           : current > 0.0                         ? EventKind::kCharge
+                                                   : EventKind::kDischarge;
+  });
   for (const IndexRange& range : crankRanges(series, {0, series.size()}, limits, max_gap))
     std::fill(kinds.begin() + range.first, kinds.begin() + range.last, EventKind::kCrank);
   return kinds;
-}
-
-double chargeOf(const Series& series, IndexRange range) {
-  double charge = 0.0;
-  for (std::size_t k = range.first + 1; k < range.last; ++k) {
-    charge +=
-        0.5 * (series.current[k] + series.current[k - 1]) * (series.time[k] - series.time[k - 1]);
-  }
-  return charge;
 }
 
 Event describeEvent(const Series& series, IndexRange range, EventKind kind) {
@@ -71,11 +56,11 @@ Event describeEvent(const Series& series, IndexRange range, EventKind kind) {
   event.range = range;
   event.from = series.time[range.first];
   event.to = series.time[range.last - 1];
-  event.charge = chargeOf(series, range);
+  for (std::size_t k = range.first + 1; k < range.last; ++k)
+    event.charge +=
+        0.5 * (series.current[k] + series.current[k - 1]) * (series.time[k] - series.time[k - 1]);
   event.peak_current =
       *std::max_element(current + range.first, current + range.last, lower_magnitude);
-  event.mean_current =
-      range.size() == 1 ? series.current[range.first] : event.charge / event.duration();
   event.min_voltage = *extremes.first;
   event.max_voltage = *extremes.second;
   return event;
@@ -89,30 +74,6 @@ void cutIntoEvents(const Series& series, IndexRange stretch, const std::vector<E
     events.push_back(describeEvent(series, {first, k}, kinds[first]));
     first = k;
   }
-}
-
-/// The time an event lasts until the next one begins; its own span when a gap or the end follows.
-double timeUntilNext(const std::vector<Event>& events, std::size_t k, double max_gap) {
-  if (k + 1 == events.size()) return events[k].duration();
-  const bool joined = events[k + 1].from - events[k].to <= max_gap;
-  return joined ? events[k + 1].from - events[k].from : events[k].duration();
-}
-
-void addCharge(const Series& series, double max_gap, EventSummary& summary) {
-  for (std::size_t k = 1; k < series.size(); ++k) {
-    const double interval = series.time[k] - series.time[k - 1];
-    if (interval > max_gap) continue;
-    const double charge = 0.5 * (series.current[k] + series.current[k - 1]) * interval;
-    (charge > 0.0 ? summary.charge_in : summary.charge_out) += charge;
-  }
-}
-
-void addChargeEvent(const Event& event, double duration, EventSummary& summary) {
-  summary.longest_charge = std::max(summary.longest_charge, duration);
-  if (duration > kLongCharge) ++summary.long_charges;
-  const double low = event.min_voltage, high = event.max_voltage;
-  summary.min_charge_voltage = std::min(summary.min_charge_voltage.value_or(low), low);
-  summary.max_charge_voltage = std::max(summary.max_charge_voltage.value_or(high), high);
 }
 
 }  // namespace
@@ -179,13 +140,25 @@ std::vector<Event> detectCranks(const Series& series, IndexRange range, const Ev
 EventSummary summarise(const Series& series, const std::vector<Event>& events) {
   const double max_gap = gapThreshold(series);
   EventSummary summary;
-  addCharge(series, max_gap, summary);
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    const double interval = series.time[k] - series.time[k - 1];
+    if (interval > max_gap) continue;
+    const double charge = 0.5 * (series.current[k] + series.current[k - 1]) * interval;
+    (charge > 0.0 ? summary.charge_in : summary.charge_out) += charge;
+  }
   for (std::size_t k = 0; k < events.size(); ++k) {
-    const double duration = timeUntilNext(events, k, max_gap);
-    EventTotals& totals = summary.of(events[k].kind);
+    const Event& event = events[k];
+    const bool is_joined = k + 1 < events.size() && events[k + 1].from - event.to <= max_gap;
+    const double duration = is_joined ? events[k + 1].from - event.from : event.duration();
+    EventTotals& totals = summary.of(event.kind);
     ++totals.count;
     totals.duration += duration;
-    if (events[k].kind == EventKind::kCharge) addChargeEvent(events[k], duration, summary);
+    if (event.kind != EventKind::kCharge) continue;
+    summary.longest_charge = std::max(summary.longest_charge, duration);
+    if (duration > kLongCharge) ++summary.long_charges;
+    const double low = event.min_voltage, high = event.max_voltage;
+    summary.min_charge_voltage = std::min(summary.min_charge_voltage.value_or(low), low);
+    summary.max_charge_voltage = std::max(summary.max_charge_voltage.value_or(high), high);
   }
   return summary;
 }

@@ -22,9 +22,9 @@ inline constexpr double kEngineTurns = -60.0;
 
 /// Limits that distinguish events.
 struct EventLimits {
-  double crank_current = kCrankCurrent;  ///< [A]; a crank falls to this or below
-  double crank_max_duration = 5.0;       ///< [s]; longer stretches are discharges
-  double rest_current = 0.5;             ///< [A]; |current| below it is rest
+  double crank_current = kCrankCurrent;              ///< [A]; a crank falls to this or below
+  static constexpr double crank_max_duration = 5.0;  ///< [s]; longer stretches are discharges
+  static constexpr double rest_current = 0.5;        ///< [A]; |current| below it is rest
 };
 
 /// [A]; below it a discharge is under way that a charge may follow
@@ -84,7 +84,6 @@ struct Event {
   IndexRange range;
   double from = 0.0;          ///< [s], time of the first sample
   double to = 0.0;            ///< [s], time of the last sample
-  double mean_current = 0.0;  ///< [A], over time
   double peak_current = 0.0;  ///< [A], the value of largest magnitude
   double charge = 0.0;        ///< [As], trapezoidal; positive into the battery
   double min_voltage = 0.0;   ///< [V]
@@ -100,8 +99,7 @@ struct Event {
  * cut by the sign of the current with rest_current as dead band. Events never span a gap
  * (gapThreshold).
  *
- * @throws std::invalid_argument when crank_current is not negative or a limit is not finite or
- * below zero.
+ * @throws std::invalid_argument when crank_current is not finite and below zero.
  */
 std::vector<Event> detectEvents(const Series& series, const EventLimits& limits = {});
 
@@ -126,12 +124,10 @@ struct EventTotals {
 /// sample before a gap.
 struct EventSummary {
   std::array<EventTotals, 4> totals;  ///< in the order of EventKind
-  /// [As], what flowed into the battery; gaps count nothing
-  double charge_in = 0.0;
-  /// [As], negative, what flowed out of it
-  double charge_out = 0.0;
-  double longest_charge = 0.0;                                   ///< [s]
-  std::size_t long_charges = 0;                                  ///< charges longer than 10 s
+  double charge_in = 0.0;             ///< [As], what flowed into the battery; gaps count nothing
+  double charge_out = 0.0;            ///< [As], negative, what flowed out of it
+  double longest_charge = 0.0;        ///< [s]
+  std::size_t long_charges = 0;       ///< charges longer than 10 s
   std::optional<double> min_charge_voltage, max_charge_voltage;  ///< [V], none without a charge
   EventTotals& of(EventKind kind) { return totals[static_cast<std::size_t>(kind)]; }
   const EventTotals& of(EventKind kind) const { return totals[static_cast<std::size_t>(kind)]; }

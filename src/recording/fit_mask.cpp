@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "channel_faults.hpp"
+#include "check_parts.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -12,21 +12,16 @@ namespace {
 using check_parts::Channel;
 using check_parts::Evidence;
 
-/// Masks the range; returns how many of its samples were not masked before.
-std::size_t mask(std::vector<char>& masked, IndexRange range, SampleFault fault) {
-  std::size_t added = 0;
-  for (std::size_t k = range.first; k < range.last; ++k) {
-    if (masked[k]) continue;
-    masked[k] = static_cast<char>(fault);
-    ++added;
-  }
-  return added;
-}
-
+/// Masks ranges; returns how many of their samples were not masked before.
 std::size_t mask(std::vector<char>& masked, const std::vector<IndexRange>& ranges,
                  SampleFault fault) {
   std::size_t added = 0;
-  for (const IndexRange& range : ranges) added += mask(masked, range, fault);
+  for (const IndexRange& range : ranges)
+    for (std::size_t k = range.first; k < range.last; ++k) {
+      if (masked[k]) continue;
+      masked[k] = static_cast<char>(fault);
+      ++added;
+    }
   return added;
 }
 
@@ -39,23 +34,6 @@ std::vector<IndexRange> samplesAt(const std::vector<double>& limits, const Chann
     }
   }
   return samples;
-}
-
-double roundingDeviation(const Channel& channel) {
-  return channel.step.value_or(0.0) / std::sqrt(12.0);
-}
-
-std::string describeMasked(const InstrumentLimits& limits) {
-  std::string causes;
-  const auto add = [&causes](std::size_t count, const char* cause) {
-    if (count > 0) causes += (causes.empty() ? "" : ", ") + std::to_string(count) + " " + cause;
-  };
-  add(limits.clipped, "clipped");
-  add(limits.stuck, "stuck");
-  add(limits.repeated, "repeated");
-  if (causes.empty()) return "";
-  return check_parts::counted(limits.maskedSamples(), "sample") + " of " +
-         std::to_string(limits.masked.size()) + " left out of the fit: " + causes + ".";
 }
 
 }  // namespace
@@ -71,13 +49,15 @@ InstrumentLimits instrumentLimits(const Series& series) {
                         SampleFault::kClipped) +
                    mask(limits.masked, samplesAt(limits.voltage_limits, evidence.voltage),
                         SampleFault::kClipped);
-  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
+  for (const Channel* channel : {&evidence.current, &evidence.voltage})
     limits.stuck += mask(limits.masked, frozenRuns(evidence, *channel), SampleFault::kStuck);
-  }
   limits.repeated = mask(limits.masked, repeatedRuns(evidence), SampleFault::kRepeated);
-  limits.voltage_lsb_std = roundingDeviation(evidence.voltage);
-  limits.current_lsb_std = roundingDeviation(evidence.current);
-  limits.message = describeMasked(limits);
+  limits.voltage_lsb_std = evidence.voltage.step.value_or(0.0) / std::sqrt(12.0);
+  const std::string causes = countsText(
+      {{limits.clipped, "clipped"}, {limits.stuck, "stuck"}, {limits.repeated, "repeated"}});
+  if (!causes.empty())
+    limits.message = check_parts::counted(limits.maskedSamples(), "sample") + " of " +
+                     std::to_string(series.size()) + " left out of the fit: " + causes + ".";
   return limits;
 }
 
@@ -162,11 +142,10 @@ void maskBehindUnknownCharge(const Series& series, InstrumentLimits& limits) {
                     [&](double voltage) { return contains(limits.voltage_limits, voltage); });
     if (!is_unknown) continue;
     const double until = series.time[stretch.last - 1] + kRemembered;
-    for (std::size_t k = stretch.last; k < series.size() && series.time[k] <= until; ++k) {
-      if (limits.masked[k]) continue;
-      limits.masked[k] = static_cast<char>(SampleFault::kBehindClipped);
-      ++limits.behind_clipped;
-    }
+    std::size_t last = stretch.last;
+    while (last < series.size() && series.time[last] <= until) ++last;
+    limits.behind_clipped +=
+        mask(limits.masked, {{stretch.last, last}}, SampleFault::kBehindClipped);
   }
 }
 

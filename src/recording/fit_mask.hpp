@@ -30,7 +30,6 @@ struct InstrumentLimits {
   std::vector<double> current_limits, voltage_limits;
   /// [V], step / sqrt(12) when quantised, else 0: white noise
   double voltage_lsb_std = 0.0;
-  double current_lsb_std = 0.0;  ///< [A], the same of the current
   /// one sentence with the counts; empty when nothing is masked
   std::string message;
 

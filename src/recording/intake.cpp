@@ -4,20 +4,16 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "battery_sof/sample_list.hpp"
+#include "util/printable.hpp"
+#include "util/text.hpp"
+
 namespace battery_sof {
 namespace {
 
 bool isTemperatureAlone(const RawSample& sample) {
   return std::isnan(sample.current) && std::isnan(sample.voltage) && sample.temperature &&
          std::isfinite(*sample.temperature);
-}
-
-void requireClockAhead(const Series& series, double time) {
-  if (series.empty() || time > series.time.back()) return;
-  throw std::invalid_argument("append: time " + std::to_string(time) +
-                              " s is not after the recording's last sample at " +
-                              std::to_string(series.time.back()) +
-                              " s; the intake and the recording do not belong together");
 }
 
 void appendTemperature(Series& series, double time, double temperature) {
@@ -27,57 +23,32 @@ void appendTemperature(Series& series, double time, double temperature) {
 }
 
 void appendSample(Series& series, const RawSample& sample) {
-  requireClockAhead(series, sample.time);
+  if (!series.empty() && sample.time <= series.time.back())
+    throw std::invalid_argument("append: time " + std::to_string(sample.time) +
+                                " s is not after the recording's last sample at " +
+                                std::to_string(series.time.back()) +
+                                " s; the intake and the recording do not belong together");
   series.time.push_back(sample.time);
   series.current.push_back(sample.current);
   series.voltage.push_back(sample.voltage);
-  if (sample.temperature && std::isfinite(*sample.temperature)) {
+  if (sample.temperature && std::isfinite(*sample.temperature))
     appendTemperature(series, sample.time, *sample.temperature);
-  }
 }
 
 }  // namespace
 
-std::string toString(SampleFate fate) {
-  switch (fate) {
-    case SampleFate::kAccepted: return "accepted";
-    case SampleFate::kTemperatureOnly: return "temperature only";
-    case SampleFate::kMissingValue: return "missing value";
-    case SampleFate::kNotFinite: return "not finite";
-    case SampleFate::kDuplicateStamp: return "duplicate stamp";
-    case SampleFate::kClockStepBack: return "clock step back";
-    case SampleFate::kOutOfRange: return "out of range";
-  }
-  throw std::invalid_argument("describe: not a sample fate");
+std::string reasonsOf(const RejectedCounts& rejected) {
+  return countsText({{rejected.missing_value, "missing value"},
+                     {rejected.not_finite, "not finite"},
+                     {rejected.duplicate_stamp, "duplicate stamp"},
+                     {rejected.clock_step_back, "clock step back"},
+                     {rejected.out_of_range, "out of range"}});
 }
 
 std::string toString(const RejectedCounts& rejected) {
-  std::string reasons;
-  const auto add = [&](std::size_t count, SampleFate fate) {
-    if (count > 0)
-      reasons += (reasons.empty() ? "" : ", ") + std::to_string(count) + " " + toString(fate);
-  };
-  add(rejected.missing_value, SampleFate::kMissingValue);
-  add(rejected.not_finite, SampleFate::kNotFinite);
-  add(rejected.duplicate_stamp, SampleFate::kDuplicateStamp);
-  add(rejected.clock_step_back, SampleFate::kClockStepBack);
-  add(rejected.out_of_range, SampleFate::kOutOfRange);
+  const std::string reasons = reasonsOf(rejected);
   return std::to_string(rejected.total()) + " rejected" +
          (reasons.empty() ? "" : " (" + reasons + ")");
-}
-
-Intake::Intake(IntakeLimits limits) : limits_(limits) {
-  if (!(limits.max_abs_current > 0.0) || !(limits.max_abs_voltage > 0.0)) {
-    throw std::invalid_argument("IntakeLimits: max_abs_current is " +
-                                std::to_string(limits.max_abs_current) + " A and max_abs_voltage " +
-                                std::to_string(limits.max_abs_voltage) +
-                                " V; both must be above 0");
-  }
-  if (!(limits.max_abs_time > 0.0) || !(limits.min_interval > 0.0)) {
-    throw std::invalid_argument("IntakeLimits: max_abs_time is " +
-                                std::to_string(limits.max_abs_time) + " s and min_interval " +
-                                std::to_string(limits.min_interval) + " s; both must be above 0");
-  }
 }
 
 SampleFate Intake::judge(const RawSample& sample) {
@@ -94,24 +65,23 @@ SampleFate Intake::judge(const RawSample& sample) {
 SampleFate Intake::judgeTime(double time) const {
   if (std::isnan(time)) return SampleFate::kMissingValue;
   if (std::isinf(time)) return SampleFate::kNotFinite;
-  return std::abs(time) <= limits_.max_abs_time ? SampleFate::kAccepted : SampleFate::kOutOfRange;
+  return std::abs(time) <= IntakeLimits::max_abs_time ? SampleFate::kAccepted
+                                                      : SampleFate::kOutOfRange;
 }
 
 SampleFate Intake::judgeValues(const RawSample& sample) const {
-  if (std::isnan(sample.time) || std::isnan(sample.current) || std::isnan(sample.voltage)) {
+  if (std::isnan(sample.time) || std::isnan(sample.current) || std::isnan(sample.voltage))
     return SampleFate::kMissingValue;
-  }
-  if (std::isinf(sample.time) || std::isinf(sample.current) || std::isinf(sample.voltage)) {
+  if (std::isinf(sample.time) || std::isinf(sample.current) || std::isinf(sample.voltage))
     return SampleFate::kNotFinite;
-  }
-  const bool in_range = std::abs(sample.current) <= limits_.max_abs_current &&
-                        std::abs(sample.voltage) <= limits_.max_abs_voltage &&
-                        std::abs(sample.time) <= limits_.max_abs_time;
+  const bool in_range = std::abs(sample.current) <= IntakeLimits::max_abs_current &&
+                        std::abs(sample.voltage) <= IntakeLimits::max_abs_voltage &&
+                        std::abs(sample.time) <= IntakeLimits::max_abs_time;
   return in_range ? SampleFate::kAccepted : SampleFate::kOutOfRange;
 }
 
 SampleFate Intake::judgeOrder(double time, const std::optional<double>& last) {
-  if (!last || time - *last >= limits_.min_interval) return SampleFate::kAccepted;
+  if (!last || time - *last >= IntakeLimits::min_interval) return SampleFate::kAccepted;
   if (time >= *last) return SampleFate::kDuplicateStamp;
   largest_step_back_ = std::max(largest_step_back_, *last - time);
   return SampleFate::kClockStepBack;
@@ -146,6 +116,31 @@ SampleFate append(Recording& recording, Intake& intake, const RawSample& sample)
   recording.rejected = intake.rejected();
   recording.largest_step_back = intake.largestStepBack();
   return fate;
+}
+
+Recording recordingOf(const std::string& name, const std::vector<RawSample>& samples) {
+  if (samples.empty()) throw RecordingError(name + ": has no sample, expected at least one");
+  Recording recording;
+  recording.name = printable(name);
+  Intake intake;
+  for (const RawSample& sample : samples) append(recording, intake, sample);
+  requireUsable(name, recording);
+  return recording;
+}
+
+void requireUsable(const std::string& name, const Recording& recording) {
+  constexpr double kUnsortedShare = 0.1;  // more clock steps back than this are not a clock's
+  const RejectedCounts& rejected = recording.rejected;
+  if (rejected.clock_step_back > kUnsortedShare * recording.offered)
+    throw RecordingError(name +
+                         ": is not sorted by time: " + std::to_string(rejected.clock_step_back) +
+                         " of " + std::to_string(recording.offered) + " samples go back in time");
+  if (recording.series.empty())
+    throw RecordingError(name + ": holds no usable sample: of " +
+                         std::to_string(recording.offered) + ", " +
+                         std::to_string(rejected.missing_value) + " lack a value, " +
+                         std::to_string(rejected.not_finite) + " are not finite, " +
+                         std::to_string(rejected.out_of_range) + " are out of range");
 }
 
 }  // namespace battery_sof

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "util/constants.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -34,14 +35,8 @@ Biquad sectionOf(const Complex& pole, double rate) {
   return {gain, 2.0 * gain, gain, a1, a2};
 }
 
-void requirePositive(const char* name, double value) {
-  if (std::isfinite(value) && value > 0.0) return;
-  throw std::invalid_argument(std::string("Decimator: ") + name + " is " + std::to_string(value) +
-                              " Hz, expected above 0");
-}
-
-bool isAtLeastTwice(double input_rate, double rate) {
-  return input_rate * (1.0 + kRateTolerance) >= 2.0 * rate;
+bool isAtLeastTwice(double input_rate) {
+  return input_rate * (1.0 + kRateTolerance) >= 2.0 * kDesignRate;
 }
 
 double interpolate(double before, double after, double weight) {
@@ -51,11 +46,10 @@ double interpolate(double before, double after, double weight) {
 }  // namespace
 
 std::array<Biquad, 4> designBessel8(double cutoff, double rate) {
-  if (!(rate > 0.0) || !(cutoff > 0.0) || !(cutoff < 0.5 * rate)) {
+  if (!(rate > 0.0) || !(cutoff > 0.0) || !(cutoff < 0.5 * rate))
     throw std::invalid_argument("designBessel8: cutoff is " + std::to_string(cutoff) +
                                 " Hz, expected within (0, rate / 2) for rate " +
                                 std::to_string(rate) + " Hz");
-  }
   const double warped = 2.0 * rate * std::tan(kPi * cutoff / rate);
   std::array<Biquad, 4> sections{};
   std::transform(std::begin(kUpperPoles), std::end(kUpperPoles), sections.begin(),
@@ -65,24 +59,16 @@ std::array<Biquad, 4> designBessel8(double cutoff, double rate) {
 
 double groupDelayAtZero(const std::array<Biquad, 4>& sections, double rate) {
   double samples = 0.0;
-  for (const Biquad& s : sections) {
+  for (const Biquad& s : sections)
     samples +=
         (s.b1 + 2.0 * s.b2) / (s.b0 + s.b1 + s.b2) - (s.a1 + 2.0 * s.a2) / (1.0 + s.a1 + s.a2);
-  }
   return samples / rate;
 }
 
-Decimator::Decimator(double input_rate, ResampleOptions options)
-    : input_rate_(input_rate), options_(options) {
-  requirePositive("input rate", input_rate);
-  requirePositive("rate", options.rate);
-  requirePositive("cutoff", options.cutoff);
-  if (!isAtLeastTwice(input_rate, options.rate)) {
-    throw std::invalid_argument("Decimator: input rate is " + std::to_string(input_rate) +
-                                " Hz, expected at least twice the rate " +
-                                std::to_string(options.rate) + " Hz");
-  }
-  sections_ = designBessel8(options.cutoff, input_rate);
+Decimator::Decimator(double input_rate) : input_rate_(input_rate) {
+  requireThat(isAtLeastTwice(input_rate), "Decimator: input rate [Hz]", input_rate,
+              "at least twice the design rate of 100 Hz");
+  sections_ = designBessel8(kDesignCutoff, input_rate);
   delay_ = groupDelayAtZero(sections_, input_rate);
 }
 
@@ -138,34 +124,32 @@ bool Decimator::isReached(double time, double now) const {
 double Decimator::inputTime() const { return start_ + static_cast<double>(inputs_) / input_rate_; }
 
 double Decimator::outputStamp() const {
-  return start_ + static_cast<double>(outputs_) / options_.rate;
+  return start_ + static_cast<double>(outputs_) / kDesignRate;
 }
 
 std::vector<Decimator::Output> Decimator::push(double time, double current, double voltage) {
   const Output sample{time, current, voltage};
   if (!std::isfinite(time) || !std::isfinite(current) || !std::isfinite(voltage) ||
-      (previous_ && time <= previous_->time)) {
+      (previous_ && time <= previous_->time))
     throw std::invalid_argument("Decimator: sample (" + std::to_string(time) + " s, " +
                                 std::to_string(current) + " A, " + std::to_string(voltage) +
                                 " V) is not finite or not after the one before");
-  }
   const bool gap = !previous_ || time - previous_->time > kGapIntervals / input_rate_;
   if (gap) startAt(sample);
   const Output before = gap ? sample : *previous_;
   std::vector<Output> due;
-  for (; isReached(inputTime(), time); ++inputs_) {
+  for (; isReached(inputTime(), time); ++inputs_)
     advance(between(before, sample, inputTime()), due);
-  }
   previous_ = sample;
   return due;
 }
 
 void Decimator::reset() { previous_.reset(); }
 
-Series resample(const Series& series, const ResampleOptions& options) {
+Series resample(const Series& series) {
   const double interval = medianInterval(series);
-  if (interval <= 0.0 || !isAtLeastTwice(1.0 / interval, options.rate)) return series;
-  Decimator decimator(1.0 / interval, options);
+  if (interval <= 0.0 || !isAtLeastTwice(1.0 / interval)) return series;
+  Decimator decimator(1.0 / interval);
   Series result;
   for (std::size_t k = 0; k < series.size(); ++k) {
     for (const auto& output :

@@ -29,12 +29,9 @@ std::array<Biquad, 4> designBessel8(double cutoff, double rate);
 /// @return group delay of the filter at 0 Hz [s].
 double groupDelayAtZero(const std::array<Biquad, 4>& sections, double rate);
 
-/// What to filter to. The default is the paper's 100 Hz; 20 Hz is "well below half the Nyquist
+/// [Hz], of the result and of its filter: the paper's 100 Hz; 20 Hz is "well below half the Nyquist
 /// frequency" (25 Hz).
-struct ResampleOptions {
-  double rate = 100.0;   ///< [Hz], of the result
-  double cutoff = 20.0;  ///< [Hz]
-};
+inline constexpr double kDesignRate = 100.0, kDesignCutoff = 20.0;
 
 /**
  * @brief Streaming anti-alias filter and decimator for one battery's current and voltage.
@@ -43,13 +40,12 @@ struct ResampleOptions {
  * so edges stay where they were. Input samples are put on a regular grid of the input rate by
  * linear interpolation, which bridges up to ten missing samples. A longer gap is not bridged: the
  * filter starts again in the steady state of the first sample behind it, and the last group delay
- * (25 ms at the defaults) before it is lost.
+ * (25 ms) before it is lost.
  */
 class Decimator {
  public:
-  /// @param input_rate [Hz], at least twice options.rate.
-  /// @throws std::invalid_argument otherwise, or for options outside their ranges.
-  Decimator(double input_rate, ResampleOptions options = {});
+  /// @param input_rate [Hz], at least twice kDesignRate. @throws std::invalid_argument otherwise.
+  explicit Decimator(double input_rate);
 
   struct Output {
     double time, current, voltage;  ///< [s], [A], [V]
@@ -76,13 +72,11 @@ class Decimator {
   double outputStamp() const;
 
   double input_rate_;
-  ResampleOptions options_;
   std::array<Biquad, 4> sections_{};
   double delay_ = 0.0;
   Channel current_channel_, voltage_channel_;
   std::optional<Output> previous_;  // the last sample pushed
-  // the last point of the filtered signal, before its delay is taken off
-  Output filtered_{};
+  Output filtered_{};        // the last point of the filtered signal, before its delay is taken off
   double start_ = 0.0;       // time of the first sample since the last gap
   std::size_t inputs_ = 0;   // grid points filtered since start_
   std::size_t outputs_ = 0;  // results given since start_
@@ -90,10 +84,10 @@ class Decimator {
 
 /**
  * @brief Low-pass and decimate a whole series; temperatures are carried over.
- * @return the series unchanged when its rate is below twice options.rate (then there is nothing to
+ * @return the series unchanged when its rate is below twice kDesignRate (then there is nothing to
  * gain).
  */
-Series resample(const Series& series, const ResampleOptions& options = {});
+Series resample(const Series& series);
 
 /// @return the series at 100 Hz when it is sampled above 200 Hz (paper, section V), unchanged
 /// otherwise: what models are fitted to.

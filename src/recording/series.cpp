@@ -10,17 +10,14 @@ std::size_t firstNotBefore(const std::vector<double>& time, double instant) {
   return std::lower_bound(time.begin(), time.end(), instant) - time.begin();
 }
 
-std::size_t firstAfter(const std::vector<double>& time, double instant) {
-  return std::upper_bound(time.begin(), time.end(), instant) - time.begin();
-}
-
 std::vector<double> copyRange(const std::vector<double>& values, IndexRange range) {
   return {values.begin() + range.first, values.begin() + range.last};
 }
 
 IndexRange rangeBetween(const std::vector<double>& time, double from, double to) {
   const std::size_t first = firstNotBefore(time, from);
-  return {first, std::max(first, firstAfter(time, to))};
+  const auto behind = std::upper_bound(time.begin(), time.end(), to) - time.begin();
+  return {first, std::max(first, static_cast<std::size_t>(behind))};
 }
 
 /// Median of some of the intervals, evenly spread; n of them are there.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 
 #include "battery_sof/series.hpp"
 #include "util/text.hpp"

@@ -22,7 +22,6 @@ constexpr double kShare = 0.8;
 constexpr double kSteadiness = 0.8;
 
 using Complex = std::complex<double>;
-using Window = std::array<double, kLineBlock>;
 
 struct Block {
   std::size_t range;  ///< index of the range it lies in
@@ -30,17 +29,14 @@ struct Block {
   std::vector<double> excess;  ///< power over the threshold, by bin
 };
 
-Window hannWindow() {
-  Window window;
-  for (std::size_t k = 0; k < kLineBlock; ++k) {
-    window[k] = 0.5 - 0.5 * std::cos(2.0 * kPi * static_cast<double>(k) / kLineBlock);
-  }
-  return window;
-}
-
 /// The block's values without their linear trend, times the window.
 std::vector<double> windowed(const std::vector<double>& values, std::size_t first) {
-  static const Window window = hannWindow();
+  static const auto window = [] {
+    std::array<double, kLineBlock> hann;
+    for (std::size_t k = 0; k < kLineBlock; ++k)
+      hann[k] = 0.5 - 0.5 * std::cos(2.0 * kPi * static_cast<double>(k) / kLineBlock);
+    return hann;
+  }();
   constexpr double kMiddle = 0.5 * (kLineBlock - 1);
   constexpr double kSquares = kLineBlock * (static_cast<double>(kLineBlock) * kLineBlock - 1) / 12;
   double mean = 0.0, slope = 0.0;
@@ -82,10 +78,8 @@ std::vector<double> excessOf(const std::vector<Complex>& spectrum) {
 template <typename Visit>
 void forEachBlock(const std::vector<IndexRange>& ranges, Visit visit) {
   for (std::size_t range = 0; range < ranges.size(); ++range) {
-    for (std::size_t k = ranges[range].first; k + kLineBlock <= ranges[range].last;
-         k += kLineBlock) {
+    for (std::size_t k = ranges[range].first; k + kLineBlock <= ranges[range].last; k += kLineBlock)
       visit(range, k);
-    }
   }
 }
 
@@ -121,12 +115,6 @@ Complex meanAdvance(const std::vector<Block>& blocks, std::size_t bin) {
   return pairs > 0 ? sum / static_cast<double>(pairs) : 0.0;
 }
 
-/// Magnitude of the Hann window's transform, offset [bins] from its centre, over that at it.
-double windowGain(double offset) {
-  if (std::abs(offset) < 1e-6) return 1.0;
-  return std::sin(kPi * offset) / (kPi * offset) / (1.0 - offset * offset);
-}
-
 double medianMagnitude(const std::vector<Block>& blocks, std::size_t bin) {
   std::vector<double> magnitudes;
   for (const Block& block : blocks) magnitudes.push_back(std::abs(block.spectrum[bin]));
@@ -139,7 +127,11 @@ SpectralLine lineAt(const std::vector<Block>& blocks, std::size_t bin) {
   const double offset = std::arg(advance) / (2.0 * kPi);
   SpectralLine line;
   line.frequency = (static_cast<double>(bin) + offset) / kLineBlock;
-  line.amplitude = 2.0 * medianMagnitude(blocks, bin) / kWindowSum / windowGain(offset);
+  // magnitude of the Hann window's transform, offset [bins] from its centre, over that at it
+  const double gain = std::abs(offset) < 1e-6
+                          ? 1.0
+                          : std::sin(kPi * offset) / (kPi * offset) / (1.0 - offset * offset);
+  line.amplitude = 2.0 * medianMagnitude(blocks, bin) / kWindowSum / gain;
   line.share = shareStandingOut(blocks, bin);
   line.steadiness = std::abs(advance);
   return line;
@@ -162,9 +154,8 @@ std::vector<std::size_t> standingBins(const std::vector<Block>& blocks) {
 
 double magnitudeAt(const std::vector<double>& block, double frequency) {
   Complex sum = 0.0;
-  for (std::size_t k = 0; k < block.size(); ++k) {
+  for (std::size_t k = 0; k < block.size(); ++k)
     sum += block[k] * std::polar(1.0, -2.0 * kPi * frequency * static_cast<double>(k));
-  }
   return std::abs(sum);
 }
 

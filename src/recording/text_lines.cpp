@@ -38,10 +38,6 @@ int opened(const fs::path& path) {
   return descriptor;
 }
 
-bool isBlank(std::string_view line) {
-  return line.find_first_not_of(" \t\r") == std::string_view::npos;
-}
-
 }  // namespace
 
 TextLines::TextLines(const fs::path& path, BytesSeen seen)
@@ -51,7 +47,7 @@ TextLines::~TextLines() { ::close(descriptor_); }
 
 bool TextLines::next() {
   while (nextOfAny())
-    if (!isBlank(line_)) return true;
+    if (line_.find_first_not_of(" \t\r") != std::string_view::npos) return true;
   return false;
 }
 

@@ -18,19 +18,13 @@ constexpr int kFirstLag = -2, kLastLag = 3;
 constexpr double kMinChange = 2.0, kMaxChange = 40.0;  // [A]
 constexpr double kMinCorrelation = 0.3;
 
-std::size_t shifted(std::size_t n, int by, std::size_t size) {
-  const auto at = static_cast<std::ptrdiff_t>(n) + by;
-  return static_cast<std::size_t>(
-      std::clamp<std::ptrdiff_t>(at, 1, static_cast<std::ptrdiff_t>(size) - 1));
-}
-
 /// Correlation of changes of current with those of voltage `lag` samples later.
 double correlation(const Series& series, const std::vector<double>& voltage, int lag) {
   double both = 0.0, currents = 0.0, voltages = 0.0;
   for (std::size_t n = 4; n + 4 < series.size(); ++n) {
     const double di = series.current[n] - series.current[n - 1];
     if (!(std::abs(di) > kMinChange && std::abs(di) < kMaxChange)) continue;
-    const std::size_t m = shifted(n, lag, series.size());
+    const auto m = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(n) + lag);
     const double du = voltage[m] - voltage[m - 1];
     both += di * du;
     currents += di * di;

@@ -25,23 +25,19 @@ std::string cell(const Answer& answer, const std::optional<Interval>& interval, 
   return format("%25s", text.c_str());
 }
 
-template <typename Map, typename Value>
+template <typename Answer>
 std::string table(const std::string& corner, const std::vector<double>& rows,
-                  const std::vector<double>& columns, const Map& map, int digits, Value&& value) {
+                  const std::vector<double>& columns, const std::vector<Answer>& answers,
+                  std::optional<Interval> Answer::*value, int digits) {
   std::string text = format("%-18s", corner.c_str());
   for (const double column : columns) text += format("%25g", column);
   text += '\n';
-  for (std::size_t k = 0; k < map.answers.size(); ++k) {
+  for (std::size_t k = 0; k < answers.size(); ++k) {
     if (k % columns.size() == 0) text += format("%-18g", rows[k / columns.size()]);
-    text += cell(map.answers[k], value(map.answers[k]), digits);
+    text += cell(answers[k], answers[k].*value, digits);
     if ((k + 1) % columns.size() == 0) text += '\n';
   }
   return text;
-}
-
-const std::optional<Interval>& lowestVoltage(const CrankingAnswer& answer) { return answer.u_min; }
-const std::optional<Interval>& meanCurrent(const ChargeAcceptanceAnswer& answer) {
-  return answer.i_boost;
 }
 
 }  // namespace
@@ -98,13 +94,13 @@ std::string resultText(const MapResult& result) {
   std::string text;
   if (result.cranking) {
     text += "lowest voltage of the crank [V], 90 % interval; * outside the identified range\n";
-    text +=
-        table("i_load \\ t_stop", result.i_load, result.t_stop, *result.cranking, 2, lowestVoltage);
+    text += table("i_load \\ t_stop", result.i_load, result.t_stop, result.cranking->answers,
+                  &CrankingAnswer::u_min, 2);
   }
   if (result.charge) {
     text += "mean charge current [A], 90 % interval; * outside the identified range\n";
-    text +=
-        table("u_boost \\ t_sof2", result.u_boost, result.t_sof2, *result.charge, 1, meanCurrent);
+    text += table("u_boost \\ t_sof2", result.u_boost, result.t_sof2, result.charge->answers,
+                  &ChargeAcceptanceAnswer::i_boost, 1);
   }
   return text + lastLine(verdictOf(result.cranking, result.charge));
 }

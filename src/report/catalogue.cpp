@@ -1,12 +1,11 @@
-#include "report/catalogue.hpp"
+#include "report/results.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "descriptions.hpp"
 #include "model/mechanism.hpp"
-#include "wording.hpp"
 
 #include "util/text.hpp"
 
@@ -32,19 +31,16 @@ std::string withUnit(const std::string& value, const std::string& unit) {
   return unit == "1" ? value : value + " " + unit;
 }
 
-std::string priorOf(const ParameterInfo& info) {
-  if (!info.prior_std) return "";
-  return info.logarithmic ? "known to a factor of " + number(std::exp(*info.prior_std))
-                          : "known to +- " + withUnit(number(*info.prior_std), info.unit);
-}
-
 /// What a fit does with a parameter, in words.
 std::vector<std::string> rolesOf(const ParameterInfo& info) {
   std::vector<std::string> roles = {info.held ? "held" : "free"};
   if (info.logarithmic) roles.push_back("searched as a logarithm");
   if (info.linear) roles.push_back("linear");
   if (info.vanishes_at) roles.push_back("no effect at " + number(*info.vanishes_at));
-  if (info.prior_std) roles.push_back(priorOf(info));
+  if (info.prior_std)
+    roles.push_back(info.logarithmic
+                        ? "known to a factor of " + number(std::exp(*info.prior_std))
+                        : "known to +- " + withUnit(number(*info.prior_std), info.unit));
   return roles;
 }
 
@@ -69,50 +65,18 @@ std::vector<std::pair<std::string, StateInfo>> namedStates(const EffectInfo& eff
   return named;
 }
 
-template <typename T>
-nlohmann::json orNull(const std::optional<T>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
-}
+}  // namespace
 
-nlohmann::json parameterJson(const ParameterInfo& info) {
-  return {{"name", info.name},
-          {"symbol", info.symbol},
-          {"unit", info.unit},
-          {"magnitude", info.magnitude},
-          {"lower", info.lower},
-          {"upper", info.upper},
-          {"source", info.source},
-          {"held", info.held},
-          {"logarithmic", info.logarithmic},
-          {"linear", info.linear},
-          {"prior_std", orNull(info.prior_std)},
-          {"vanishes_at", orNull(info.vanishes_at)}};
-}
+DESCRIBED(ParameterInfo, MEMBERS("", name, symbol, unit, magnitude, lower, upper, source, held),
+          MEMBERS("", logarithmic, linear, prior_std, vanishes_at))
 
-nlohmann::json stateJson(const StateInfo& info) {
-  return {{"name", info.name},
-          {"unit", info.unit},
-          {"rest", info.rest},
-          {"initial_std", orNull(info.initial_std)},
-          {"begins_as_u_c2", info.begins_as_u_c2}};
-}
+DESCRIBED(StateInfo, MEMBERS("", name, unit, rest, initial_std, begins_as_u_c2))
 
-nlohmann::json effectJson(const EffectInfo& effect) {
-  nlohmann::json parameters = nlohmann::json::array(), states = nlohmann::json::array();
-  for (const ParameterInfo& info : effect.parameters) parameters.push_back(parameterJson(info));
-  for (const StateInfo& info : effect.states) states.push_back(stateJson(info));
-  return {{"id", effect.id},
-          {"code", effect.code},
-          {"mechanism", mechanismId(mechanismOf(effect.id))},
-          {"title", effect.title},
-          {"equations", linesOf(effect.equations)},
-          {"parameters", parameters},
-          {"states", states},
-          {"look_alikes", effect.look_alikes},
-          {"tells_apart", effect.distinguished_by},
-          {"needs", effect.needs},
-          {"is_nonlinear", effect.is_nonlinear}};
-}
+DESCRIBED(EffectInfo, MEMBERS("", id, code, title, parameters, states, look_alikes, needs),
+          MEMBERS("", is_nonlinear), visit("mechanism", mechanismId(mechanismOf(of.id))),
+          visit("equations", linesOf(of.equations)), visit("tells_apart", of.distinguished_by))
+
+namespace {
 
 nlohmann::json mechanismsJson() {
   nlohmann::json list = nlohmann::json::array();
@@ -148,18 +112,15 @@ std::string linked(const std::string& source) {
   return text + source.substr(done);
 }
 
-std::string parameterRow(const ParameterInfo& info) {
-  return "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " +
-         number(info.magnitude) + " | " + number(info.lower) + " to " + number(info.upper) + " | " +
-         join(rolesOf(info)) + " | " + linked(info.source) + " |\n";
-}
-
 std::string effectMarkdown(const EffectInfo& effect) {
   std::string text = "### " + effect.code + " " + code(effect.id) + ": " + effect.title + "\n\n";
   for (const std::string& line : linesOf(effect.equations)) text += "    " + line + "\n";
   text += "\n| parameter | symbol | unit | magnitude | bounds | in a fit | source |\n";
   text += "|---|---|---|---|---|---|---|\n";
-  for (const ParameterInfo& info : effect.parameters) text += parameterRow(info);
+  for (const ParameterInfo& info : effect.parameters)
+    text += "| " + code(info.name) + " | " + info.symbol + " | " + info.unit + " | " +
+            number(info.magnitude) + " | " + number(info.lower) + " to " + number(info.upper) +
+            " | " + join(rolesOf(info)) + " | " + linked(info.source) + " |\n";
   text += "\n";
   for (const auto& [name, state] : namedStates(effect))
     text += "- State " + code(name) + " [" + state.unit + "] " + beginningOf(state) + ".\n";
@@ -170,14 +131,12 @@ std::string effectMarkdown(const EffectInfo& effect) {
   return text + "- Distinguished by: " + effect.distinguished_by + ".\n\n";
 }
 
-int tierRank(char tier) { return tier == 'S' ? 0 : tier == 'P' ? 1 : 2; }
-
 }  // namespace
 
 std::vector<EffectInfo> effectsByTier() {
   std::vector<EffectInfo> effects = effectCatalogue();
   const auto rank = [](const EffectInfo& effect) {
-    return std::pair(tierRank(effect.tier()), std::atoi(effect.code.c_str() + 1));
+    return std::pair(std::string("SPI").find(effect.tier()), std::stoi(effect.code.substr(1)));
   };
   std::stable_sort(effects.begin(), effects.end(),
                    [&](const EffectInfo& a, const EffectInfo& b) { return rank(a) < rank(b); });
@@ -222,9 +181,9 @@ std::string effectText(const EffectInfo& effect) {
 }
 
 nlohmann::json catalogueJson(const std::vector<EffectInfo>& effects) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const EffectInfo& effect : effects) list.push_back(effectJson(effect));
-  return {{"schema", "battery_sof/effects/1"}, {"effects", list}, {"mechanisms", mechanismsJson()}};
+  return {{"schema", "battery_sof/effects/1"},
+          {"effects", jsonOf(effects)},
+          {"mechanisms", mechanismsJson()}};
 }
 
 std::string catalogueMarkdown(const std::vector<EffectInfo>& effects) {

@@ -1,10 +1,11 @@
-#include "report/check_report.hpp"
+#include "report/results.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <vector>
 
+#include "battery_sof/intake.hpp"
+#include "descriptions.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/events.hpp"
 #include "util/constants.hpp"
@@ -13,8 +14,6 @@
 
 namespace battery_sof {
 namespace {
-
-using nlohmann::json;
 
 constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventKind::kCharge,
                                 EventKind::kRest};
@@ -60,25 +59,6 @@ std::string entry(const std::string& label, const std::string& text) {
   return wrapped(lead, text);
 }
 
-std::string describeRate(double interval) {
-  if (interval <= 0.0) return "a single sample";
-  std::string text = "one every " + number(interval) + " s";
-  return interval <= 2.0 ? text + " (" + number(1.0 / interval) + " Hz)" : text;
-}
-
-std::string describeRejected(const RejectedCounts& rejected) {
-  std::string text;
-  const auto add = [&text](std::size_t count, const char* reason) {
-    if (count > 0) text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
-  };
-  add(rejected.missing_value, "missing value");
-  add(rejected.not_finite, "not finite");
-  add(rejected.duplicate_stamp, "duplicate stamp");
-  add(rejected.clock_step_back, "clock step back");
-  add(rejected.out_of_range, "out of range");
-  return text.empty() ? "none" : text;
-}
-
 std::string describeRange(const std::vector<double>& values, std::optional<double> step,
                           const std::string& unit) {
   const Extremes extremes = extremesOf(values);
@@ -87,24 +67,22 @@ std::string describeRange(const std::vector<double>& values, std::optional<doubl
   return step ? text + ", in steps of " + threeDigits(*step) + " " + unit : text;
 }
 
-std::string temperatureText(const Series& series) {
-  if (series.temperature.empty()) return "";
-  const Extremes kelvin = extremesOf(series.temperature);
-  return entry("temperature", number(kelvin.low - kZeroCelsius) + " degC to " +
-                                  number(kelvin.high - kZeroCelsius) + " degC");
-}
-
 std::string overviewText(const Recording& recording, const CheckReport& report) {
   const Series& series = recording.series;
-  return entry("samples", std::to_string(report.samples) + " of " +
-                              std::to_string(recording.offered) + " over " +
-                              duration(report.to - report.from) + ", " +
-                              describeRate(report.median_interval)) +
-         entry("time", number(report.from) + " s to " + number(report.to) + " s") +
-         entry("refused", describeRejected(recording.rejected)) +
-         entry("current", describeRange(series.current, report.current_lsb, "A")) +
-         entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V")) +
-         temperatureText(series);
+  const double interval = report.median_interval;
+  std::string rate = interval <= 0.0 ? "a single sample" : "one every " + number(interval) + " s";
+  if (interval > 0.0 && interval <= 2.0) rate += " (" + number(1.0 / interval) + " Hz)";
+  std::string text =
+      entry("samples", std::to_string(report.samples) + " of " + std::to_string(recording.offered) +
+                           " over " + duration(report.to - report.from) + ", " + rate) +
+      entry("time", number(report.from) + " s to " + number(report.to) + " s") +
+      entry("refused", recording.rejected.total() > 0 ? reasonsOf(recording.rejected) : "none") +
+      entry("current", describeRange(series.current, report.current_lsb, "A")) +
+      entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V"));
+  if (series.temperature.empty()) return text;
+  const Extremes kelvin = extremesOf(series.temperature);
+  return text + entry("temperature", number(kelvin.low - kZeroCelsius) + " degC to " +
+                                         number(kelvin.high - kZeroCelsius) + " degC");
 }
 
 std::string eventsText(const EventSummary& summary) {
@@ -135,136 +113,93 @@ std::string sourceText(const ControlModes& source) {
   return text;
 }
 
-std::string timesText(const Finding& finding) {
-  std::string text = "at ";
-  for (std::size_t k = 0; k < finding.at.size(); ++k) {
-    text += (k == 0 ? "" : ", ") + number(finding.at[k]) + " s";
-  }
-  return text;
-}
-
 std::string findingText(const Finding& finding) {
   std::string lead = "    " + toString(finding.severity);
   lead.resize(13, ' ');
   const std::string indent(lead.size(), ' ');
-  std::string text = wrapped(lead, finding.id + ": " + finding.what);
-  text += wrapped(indent, finding.meaning);
-  if (!finding.at.empty()) text += wrapped(indent, timesText(finding));
-  return text;
-}
-
-std::string findingsText(const CheckReport& report) {
-  if (report.findings.empty()) return "\n  findings: none\n";
-  std::string text = "\n  findings\n";
-  for (const Finding& finding : report.findings) text += findingText(finding);
-  return text;
-}
-
-std::string notJudgedText(const CheckReport& report) {
-  if (report.not_judged.empty()) return "";
-  std::string text = "\n  not judged\n";
-  for (const std::string& line : report.not_judged) text += wrapped("    ", line);
-  return text;
-}
-
-// ---------------------------------------------------------------------------------------------
-// JSON
-
-json orNull(std::optional<double> value) { return value ? json(*value) : json(nullptr); }
-
-json rangeJson(const std::vector<double>& values) {
-  const Extremes extremes = extremesOf(values);
-  return {extremes.low, extremes.high};
-}
-
-json temperatureJson(const Series& series) {
-  if (series.temperature.empty()) return nullptr;
-  const Extremes kelvin = extremesOf(series.temperature);
-  return {kelvin.low - kZeroCelsius, kelvin.high - kZeroCelsius};
-}
-
-json rejectedJson(const RejectedCounts& rejected) {
-  return {{"missing_value", rejected.missing_value},
-          {"not_finite", rejected.not_finite},
-          {"duplicate_stamp", rejected.duplicate_stamp},
-          {"clock_step_back", rejected.clock_step_back},
-          {"out_of_range", rejected.out_of_range}};
-}
-
-json eventsJson(const EventSummary& summary) {
-  json events = {{"charge_in_ah", summary.charge_in / kSecondsPerHour},
-                 {"charge_out_ah", summary.charge_out / kSecondsPerHour},
-                 {"longest_charge_s", summary.longest_charge},
-                 {"charges_over_10_s", summary.long_charges},
-                 {"charge_voltage_range_v", nullptr}};
-  if (summary.min_charge_voltage && summary.max_charge_voltage) {
-    events["charge_voltage_range_v"] = {*summary.min_charge_voltage, *summary.max_charge_voltage};
-  }
-  for (const EventKind kind : kKinds) {
-    const EventTotals& totals = summary.of(kind);
-    events[toString(kind)] = {{"count", totals.count}, {"duration_s", totals.duration}};
-  }
-  return events;
-}
-
-json sourceJson(const ControlModes& source) {
-  json reasons = json::array();
-  for (const ControlModeTotals& totals : totalsOf(source))
-    reasons.push_back({{"reason", totals.reason},
-                       {"mode", toString(totals.mode)},
-                       {"stretches", totals.stretches},
-                       {"samples", totals.samples}});
-  return {{"seen", source.seen},
-          {"share", source.share},
-          {"min_current_a", source.seen ? json(source.rule.min_current) : json(nullptr)},
-          {"charges_begin_with", toString(source.rule.charge_begins)},
-          {"stretches", source.stretches.size()},
-          {"reasons", reasons},
-          {"summary", source.summary}};
-}
-
-json findingJson(const Finding& finding) {
-  return {{"id", finding.id},
-          {"severity", toString(finding.severity)},
-          {"what", finding.what},
-          {"meaning", finding.meaning},
-          {"value", orNull(finding.value)},
-          {"unit", finding.unit},
-          {"samples", finding.samples},
-          {"at_s", finding.at}};
+  std::vector<std::string> times;
+  for (const double at : finding.at) times.push_back(number(at) + " s");
+  return wrapped(lead, finding.id + ": " + finding.what) + wrapped(indent, finding.meaning) +
+         (times.empty() ? "" : wrapped(indent, "at " + join(times)));
 }
 
 }  // namespace
 
-std::string checkReportText(const std::string& name, const Recording& recording,
-                            const CheckReport& report) {
-  return name + "\n" + overviewText(recording, report) + eventsText(summaryOf(recording)) +
-         sourceText(detectControlMode(recording.series)) + findingsText(report) +
-         notJudgedText(report);
+// ---------------------------------------------------------------------------------------------
+// JSON
+
+DESCRIBED(RejectedCounts, MEMBERS("", missing_value, not_finite, duplicate_stamp),
+          MEMBERS("", clock_step_back, out_of_range))
+
+DESCRIBED(EventTotals, MEMBERS("", count), MEMBERS("s", duration))
+
+template <typename Visit>
+void describe(Visit& visit, const EventSummary& summary) {
+  using Range = std::optional<std::vector<double>>;
+  const auto &low = summary.min_charge_voltage, &high = summary.max_charge_voltage;
+  visit("charge_in", summary.charge_in / kSecondsPerHour, "ah");
+  visit("charge_out", summary.charge_out / kSecondsPerHour, "ah");
+  visit("longest_charge", summary.longest_charge, "s");
+  visit("charges_over_10", summary.long_charges, "s");
+  visit("charge_voltage_range", low && high ? Range({*low, *high}) : Range(), "v");
+  for (const EventKind kind : kKinds) visit(toString(kind), summary.of(kind));
 }
 
-json checkReportJson(const std::string& name, const Recording& recording,
-                     const CheckReport& report) {
-  json findings = json::array();
-  for (const Finding& finding : report.findings) findings.push_back(findingJson(finding));
-  return {{"schema", "battery_sof/check/1"},
-          {"recording", name},
-          {"samples", report.samples},
-          {"offered", recording.offered},
-          {"from_s", report.from},
-          {"to_s", report.to},
-          {"median_interval_s", report.median_interval},
-          {"largest_step_back_s", recording.largest_step_back},
-          {"rejected", rejectedJson(recording.rejected)},
-          {"voltage_lsb_v", orNull(report.voltage_lsb)},
-          {"current_lsb_a", orNull(report.current_lsb)},
-          {"voltage_range_v", rangeJson(recording.series.voltage)},
-          {"current_range_a", rangeJson(recording.series.current)},
-          {"temperature_range_c", temperatureJson(recording.series)},
-          {"events", eventsJson(summaryOf(recording))},
-          {"source", sourceJson(detectControlMode(recording.series))},
-          {"findings", findings},
-          {"not_judged", report.not_judged}};
+template <typename Visit>
+void describe(Visit& visit, const ControlModes& source) {
+  const double least = source.rule.min_current;
+  visit("seen", source.seen);
+  visit("share", source.share);
+  visit("min_current", source.seen ? std::optional<double>(least) : std::nullopt, "a");
+  visit("charges_begin_with", toString(source.rule.charge_begins));
+  visit("stretches", source.stretches.size());
+  visit("reasons", totalsOf(source));
+  visit("summary", source.summary);
+}
+
+DESCRIBED(Finding, MEMBERS("", id, what, meaning, value, unit, samples), MEMBERS("s", at),
+          visit("severity", toString(of.severity)))
+
+DESCRIBED(CheckReport, MEMBERS("", samples, findings, not_judged),
+          MEMBERS("s", from, to, median_interval), MEMBERS("v", voltage_lsb),
+          MEMBERS("a", current_lsb))
+
+std::string checkReportText(const std::string& name, const Recording& recording,
+                            const CheckReport& report) {
+  std::string text = name + "\n" + overviewText(recording, report) +
+                     eventsText(summaryOf(recording)) +
+                     sourceText(detectControlMode(recording.series)) +
+                     (report.findings.empty() ? "\n  findings: none\n" : "\n  findings\n");
+  for (const Finding& finding : report.findings) text += findingText(finding);
+  if (!report.not_judged.empty()) text += "\n  not judged\n";
+  for (const std::string& line : report.not_judged) text += wrapped("    ", line);
+  return text;
+}
+
+nlohmann::json checkReportJson(const std::string& name, const Recording& recording,
+                               const CheckReport& report) {
+  const auto range = [](const std::vector<double>& values) {
+    const Extremes extremes = extremesOf(values);
+    return std::vector<double>{extremes.low, extremes.high};
+  };
+  const Series& series = recording.series;
+  std::optional<std::vector<double>> celsius;
+  if (!series.temperature.empty()) celsius = range(series.temperature);
+  if (celsius)
+    for (double& end : *celsius) end -= kZeroCelsius;
+  JsonFields visit;
+  describe(visit, report);
+  visit("schema", "battery_sof/check/1");
+  visit("recording", name);
+  visit("offered", recording.offered);
+  visit("largest_step_back", recording.largest_step_back, "s");
+  visit("rejected", recording.rejected);
+  visit("voltage_range", range(series.voltage), "v");
+  visit("current_range", range(series.current), "a");
+  visit("temperature_range", celsius, "c");
+  visit("events", summaryOf(recording));
+  visit("source", detectControlMode(series));
+  return visit.json;
 }
 
 }  // namespace battery_sof

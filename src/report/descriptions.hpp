@@ -1,18 +1,109 @@
 #pragma once
 
+#include <boost/preprocessor/seq/for_each.hpp>
+#include <boost/preprocessor/variadic/to_seq.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "diagnosis/diagnosis.hpp"
 #include "prediction/charge_acceptance.hpp"
 #include "prediction/maps.hpp"
 #include "prediction/stop_time.hpp"
-#include "report/fields.hpp"
 #include "wording.hpp"
 
-/// What results consist of, for JSON and messages alike: see fields.hpp.
 namespace battery_sof {
+
+// A result is described once, for JSON and messages alike: describe(visit, result) calls
+//
+//     visit(FIELD(rmse), result.rmse, "v")       field, value, unit
+//
+// for each of its numbers; DESCRIBED(Result, MEMBERS("v", rmse, max_abs), ...) writes those calls.
+// JSON has the name with the unit behind it as key, JSON null for what is missing or not finite. A
+// message has a field of that name or leaves the number out; NaN is what is missing. What no message
+// has is named by its text alone.
+
+/// A name, and the access to the field of that name in whatever has one.
+template <typename Access>
+struct Field {
+  const char* name;
+  Access access;
+};
+template <typename Access>
+Field(const char*, Access) -> Field<Access>;
+
+#define FIELD(name) FIELD_AS(#name, name)
+/// The same where JSON has another name than the message.
+#define FIELD_AS(name, field)                                                \
+  battery_sof::Field {                                                       \
+    name, [](auto& owner) -> decltype((owner.field)) { return owner.field; } \
+  }
+
+/// Members of a result that go by their own names, all in one unit.
+#define MEMBERS(unit, ...) \
+  (BOOST_PP_SEQ_FOR_EACH(DESCRIBED_MEMBER, unit, BOOST_PP_VARIADIC_TO_SEQ(__VA_ARGS__)) void())
+#define DESCRIBED_MEMBER(_, unit, name) visit(FIELD(name), of.name, unit),
+/// describe() of a result `of`: MEMBERS(), and visit() of what has another name.
+#define DESCRIBED(Result, ...)                    \
+  template <typename Visit>                       \
+  void describe(Visit& visit, const Result& of) { \
+    __VA_ARGS__;                                  \
+  }
+
+template <typename Part>
+nlohmann::json jsonOf(const Part& part);
+
+/// Makes a description JSON.
+class JsonFields {
+ public:
+  template <typename Value>
+  void operator()(const std::string& name, const Value& value, const std::string& unit = "") {
+    json[unit.empty() ? name : name + "_" + unit] = jsonOf(value);
+  }
+  template <typename Access, typename Value>
+  void operator()(const Field<Access>& field, const Value& value, const std::string& unit = "") {
+    (*this)(field.name, value, unit);
+  }
+  nlohmann::json json = nlohmann::json::object();
+};
+
+template <typename>
+struct IsOptional : std::false_type {};
+template <typename Value>
+struct IsOptional<std::optional<Value>> : std::true_type {};
+
+template <typename>
+struct IsVector : std::false_type {};
+template <typename Value>
+struct IsVector<std::vector<Value>> : std::true_type {};
+
+/// @return a number, text or list as it is; what is described as an object; what is called with
+/// JsonFields as the object that it makes.
+template <typename Part>
+nlohmann::json jsonOf(const Part& part) {
+  if constexpr (std::is_floating_point_v<Part>) {
+    return std::isfinite(part) ? nlohmann::json(part) : nlohmann::json(nullptr);
+  } else if constexpr (IsOptional<Part>::value) {
+    return part ? jsonOf(*part) : nlohmann::json(nullptr);
+  } else if constexpr (IsVector<Part>::value) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const auto& each : part) list.push_back(jsonOf(each));
+    return list;
+  } else if constexpr (std::is_arithmetic_v<Part> || std::is_convertible_v<Part, std::string> ||
+                       std::is_same_v<Part, nlohmann::json>) {
+    return part;
+  } else {
+    JsonFields fields;
+    if constexpr (std::is_invocable_v<const Part&, JsonFields&>)
+      part(fields);
+    else
+      describe(fields, part);
+    return fields.json;
+  }
+}
 
 // ---------------------------------------------------------------------------------------------
 // answers
@@ -35,36 +126,20 @@ void describeCode(Visit& visit, bool valid, AnswerCode code, const std::string& 
   visit(FIELD(message), message);
 }
 
-template <typename Visit>
-void describe(Visit& visit, const CrankingAnswer& answer) {
-  describeInterval(visit, FIELD(u_min), answer.u_min);
-  visit(FIELD(capable), answer.capable);
-  describeCode(visit, answer.valid, answer.code, answer.message);
-}
+DESCRIBED(CrankingAnswer, describeInterval(visit, FIELD(u_min), of.u_min), MEMBERS("", capable),
+          describeCode(visit, of.valid, of.code, of.message))
 
-template <typename Visit>
-void describe(Visit& visit, const StopTimeAnswer& answer) {
-  describeInterval(visit, FIELD(t_stop), answer.t_stop);
-  std::optional<std::string> outcome;
-  if (answer.t_stop) outcome = toString(answer.outcome);
-  visit(FIELD(outcome), outcome);
-  visit(FIELD(monotone), answer.t_stop ? std::optional<bool>(answer.monotone) : std::nullopt);
-  describeCode(visit, answer.valid, answer.code, answer.message);
-}
+DESCRIBED(StopTimeAnswer, describeInterval(visit, FIELD(t_stop), of.t_stop),
+          visit(FIELD(outcome), of.t_stop ? std::optional(toString(of.outcome)) : std::nullopt),
+          visit(FIELD(monotone), of.t_stop ? std::optional<bool>(of.monotone) : std::nullopt),
+          describeCode(visit, of.valid, of.code, of.message))
 
-template <typename Visit>
-void describe(Visit& visit, const ChargeAcceptanceAnswer& answer) {
-  describeInterval(visit, FIELD(i_boost), answer.i_boost);
-  describeCode(visit, answer.valid, answer.code, answer.message);
-}
+DESCRIBED(ChargeAcceptanceAnswer, describeInterval(visit, FIELD(i_boost), of.i_boost),
+          describeCode(visit, of.valid, of.code, of.message))
 
-template <typename Visit>
-void describe(Visit& visit, const ProfileAnswer& answer) {
-  visit(FIELD(voltage), answer.predicted.voltage);
-  visit(FIELD(lower), answer.predicted.lower);
-  visit(FIELD(upper), answer.predicted.upper);
-  describeCode(visit, answer.valid, answer.code, answer.message);
-}
+DESCRIBED(ProfileAnswer, visit(FIELD(voltage), of.predicted.voltage),
+          visit(FIELD(lower), of.predicted.lower), visit(FIELD(upper), of.predicted.upper),
+          describeCode(visit, of.valid, of.code, of.message))
 
 /// What `sof map` and ~predict_map were asked and got; a map that was not asked has no answers.
 struct MapResult {
@@ -122,22 +197,10 @@ void describe(Visit& visit, const MapResult& result) {
 // ---------------------------------------------------------------------------------------------
 // models
 
-template <typename Visit>
-void describe(Visit& visit, const ParameterEstimate& estimate) {
-  visit(FIELD(name), estimate.name);
-  visit(FIELD(value), estimate.value);
-  visit(FIELD_AS("std_error", std), estimate.std);
-  visit(FIELD(unit), estimate.unit);
-  visit(FIELD(held), estimate.held);
-  visit(FIELD(at_bound), estimate.at_bound);
-  visit(FIELD(determined), estimate.determined);
-}
+DESCRIBED(ParameterEstimate, MEMBERS("", name, value, unit, held, at_bound, determined),
+          visit(FIELD_AS("std_error", std), of.std))
 
-template <typename Visit>
-void describe(Visit& visit, const FitWindow& window) {
-  visit(FIELD(from), window.from, "s");
-  visit(FIELD(to), window.to, "s");
-}
+DESCRIBED(FitWindow, MEMBERS("s", from, to))
 
 /// What `sof identify` and ~model report of an identification.
 template <typename Visit>
@@ -154,83 +217,35 @@ void describe(Visit& visit, const FittedModel& model) {
 // ---------------------------------------------------------------------------------------------
 // diagnoses
 
-template <typename Visit>
-void describe(Visit& visit, const DiagnosedParameter& parameter) {
-  visit(FIELD(name), parameter.name);
-  visit(FIELD(value), parameter.value);
-  visit(FIELD(std), parameter.std);
-  visit(FIELD(unit), parameter.unit);
-  visit(FIELD(lower), parameter.lower);
-  visit(FIELD(upper), parameter.upper);
-  visit(FIELD(at_bound), parameter.at_bound);
-}
+DESCRIBED(DiagnosedParameter, MEMBERS("", name, value, std, unit, lower, upper, at_bound))
 
-template <typename Visit>
-void describe(Visit& visit, const NamedEffect& effect) {
-  visit(FIELD(id), effect.id);
-  visit("title", titleOf(effect.id));
-  visit(FIELD(mechanism), effect.mechanism);
-  visit(FIELD(probability), effect.probability);
-  visit(FIELD(confidence), effect.confidence);
-  visit(FIELD_AS("absorbed_into", biased_parameters), effect.biased_parameters);
-  visit(FIELD(parameters), effect.parameters);
-  visit(FIELD(evidence), effect.evidence);
-  visit(FIELD(voltage_rms), effect.voltage_rms, "v");
-  visit(FIELD(indistinguishable_from), effect.indistinguishable_from);
-}
+DESCRIBED(NamedEffect, MEMBERS("", id, mechanism, probability, confidence, parameters, evidence),
+          MEMBERS("", indistinguishable_from), MEMBERS("v", voltage_rms),
+          visit("title", titleOf(of.id)),
+          visit(FIELD_AS("absorbed_into", biased_parameters), of.biased_parameters))
 
-template <typename Visit>
-void describe(Visit& visit, const Candidate& candidate) {
-  visit(FIELD(id), candidate.id);
-  visit("title", titleOf(candidate.id));
-  visit(FIELD(mechanism), candidate.mechanism);
-  visit("probability", candidate.confidence);
-  visit(FIELD(holdout_gain_percent), candidate.holdout_gain_percent);
-  visit(FIELD(evidence), candidate.evidence);
-  visit(FIELD(confidence), candidate.confidence);
-  visit(FIELD(rejected_because), candidate.rejected_because);
-}
+DESCRIBED(Candidate, MEMBERS("", id, mechanism, holdout_gain_percent, evidence, confidence),
+          MEMBERS("", rejected_because), visit("title", titleOf(of.id)),
+          visit("probability", of.confidence))
 
-template <typename Visit>
-void describe(Visit& visit, const MismatchSegment& segment) {
-  visit(FIELD(from), segment.from, "s");
-  visit(FIELD(to), segment.to, "s");
-  visit(FIELD(regime), segment.regime);
-  visit(FIELD(mean_error), segment.mean_error, "v");
-  visit(FIELD(peak_error), segment.peak_error, "v");
-  visit(FIELD(p_value), segment.p_value);
-}
+DESCRIBED(MismatchSegment, MEMBERS("s", from, to), MEMBERS("", regime, p_value),
+          MEMBERS("v", mean_error, peak_error))
 
-template <typename Visit>
-void describe(Visit& visit, const ErrorMetrics& metrics) {
-  visit(FIELD(q_dyn_percent), metrics.q_dyn_percent);
-  visit(FIELD(rmse), metrics.rmse, "v");
-  visit(FIELD(max_abs), metrics.max_abs, "v");
-  visit(FIELD(crank_mae), metrics.crank_mae, "v");
-  visit(FIELD(cranks), metrics.cranks);
-  visit(FIELD(charge_bias), metrics.charge_bias, "v");
-  visit(FIELD(charge_current_error), metrics.charge_current_error, "a");
-  visit(FIELD(share_percent), metrics.share_percent);
-  visit(FIELD(current_share_percent), metrics.current_share_percent);
-  visit(FIELD(voltage_share_percent), metrics.voltage_share_percent);
-}
+DESCRIBED(ErrorMetrics, MEMBERS("v", rmse, max_abs, crank_mae, charge_bias),
+          MEMBERS("a", charge_current_error), MEMBERS("", q_dyn_percent, cranks, share_percent),
+          MEMBERS("", current_share_percent, voltage_share_percent))
+
+DESCRIBED(ControlModeTotals, MEMBERS("", reason, stretches, samples),
+          visit("mode", toString(of.mode)))
 
 inline std::optional<std::string> idOf(const std::optional<Mechanism>& mechanism) {
   return mechanism ? std::optional(mechanismId(*mechanism)) : std::nullopt;
 }
 
 /// What JSON and ~diagnosis have at their top.
-template <typename Visit>
-void describe(Visit& visit, const Diagnosis& d) {
-  visit(FIELD(verdict), toString(d.verdict));
-  visit(FIELD(summary), d.summary);
-  visit(FIELD(mechanism), idOf(d.mechanism));
-  visit(FIELD(effects), d.effects);
-  visit(FIELD(candidates), d.candidates);
-  visit(FIELD(mismatch), d.mismatch);
-  visit(FIELD(next_experiment), d.next_experiment);
-  visit(FIELD(instrument), d.instrument);
-  visit(FIELD(unobservable), d.outside);
-}
+DESCRIBED(Diagnosis,
+          MEMBERS("", summary, effects, candidates, mismatch, next_experiment, instrument),
+          visit(FIELD(verdict), toString(of.verdict)), visit(FIELD(mechanism), idOf(of.mechanism)),
+          visit(FIELD(unobservable), of.outside))
 
 }  // namespace battery_sof

@@ -3,9 +3,8 @@
 #include <stdexcept>
 
 #include "battery_sof/version.hpp"
-#include "html.hpp"
+#include "page.hpp"
 #include "page_assets.hpp"
-#include "page_sections.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
 
@@ -68,19 +67,19 @@ std::string figuresHtml(const Diagnosis& d) {
   if (base.charge_bias && extended.charge_bias)
     html += figureHtml("bias in charges", millivolts(base.charge_bias),
                        millivolts(extended.charge_bias), "mV");
-  return element("dl", html, "class=\"figures\"");
+  return element("dl.figures", html);
 }
 
 std::string headerHtml(const Recording& recording, const Diagnosis& d) {
   const std::string badge =
-      element("p", escaped(verdictWords(d.verdict)), "class=\"badge " + toString(d.verdict) + "\"");
+      element("p.badge " + toString(d.verdict), escaped(verdictWords(d.verdict)));
   std::string origin = "Diagnosis of " + element("strong", escaped(recording.name));
   if (!recording.series.empty())
     origin += format(", %.0f s, %zu samples",
                      recording.series.time.back() - recording.series.time.front(),
                      recording.series.size());
-  return element("header", element("p", origin, "class=\"origin\"") + badge +
-                               element("h1", escaped(d.summary)) + figuresHtml(d)) +
+  return element("header", element("p.origin", origin) + badge + element("h1", escaped(d.summary)) +
+                               figuresHtml(d)) +
          "\n";
 }
 
@@ -88,6 +87,14 @@ std::string scripts(bool zoomable) {
   if (!zoomable) return "";
   return "<!--\n" + escaped(kDygraphsNotice) + "-->\n" + element("script", kDygraphsJs) + "\n" +
          element("script", kPageJs) + "\n";
+}
+
+/// Titles stand as the cells below them do.
+std::string titleCell(const std::string& title, const std::vector<std::vector<Cell>>& rows,
+                      std::size_t column) {
+  const bool is_number = !rows.empty() && column < rows[0].size() &&
+                         rows[0][column].attributes.find("\"number") != std::string::npos;
+  return element("th", title, std::string("scope=\"col\" ") + (is_number ? kNumber : ""));
 }
 
 }  // namespace
@@ -111,6 +118,75 @@ std::string diagnosisPage(const Recording& recording, const Diagnosis& diagnosis
          element("style", std::string(kDygraphsCss) + "\n" + kPageCss) + "\n</head>\n" +
          element("body", "\n" + element("main", "\n" + body) + "\n" + scripts(zoomable)) +
          "\n</html>\n";
+}
+
+std::string escaped(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    switch (c) {
+      case '&': safe += "&amp;"; break;
+      case '<': safe += "&lt;"; break;
+      case '>': safe += "&gt;"; break;
+      case '"': safe += "&quot;"; break;
+      case '\'': safe += "&#39;"; break;
+      default: safe += c;
+    }
+  }
+  return safe;
+}
+
+std::string element(const std::string& name, const std::string& content,
+                    const std::string& attributes) {
+  const std::size_t dot = name.find('.');
+  const std::string tag = name.substr(0, dot);
+  std::string opening = "<" + tag;
+  if (dot != std::string::npos) opening += " class=\"" + name.substr(dot + 1) + "\"";
+  if (!attributes.empty()) opening += " " + attributes;
+  return opening + ">" + content + "</" + tag + ">";
+}
+
+std::string figure(const std::string& name, const std::string& what, const std::string& legend,
+                   const std::string& drawing) {
+  return element(name, element("figcaption", what + legend) + drawing);
+}
+
+std::string keyEntry(const std::string& name, const std::string& style) {
+  return element("span", element("i", "", "style=\"" + style + "\"") + name);
+}
+
+std::string details(const std::string& summary, const std::string& content) {
+  return element("details", element("summary", summary) + content);
+}
+
+std::string withMinusSigns(std::string text) {
+  for (std::size_t at = text.find('-'); at != std::string::npos; at = text.find('-', at + 1)) {
+    const bool leads = at == 0 || text[at - 1] == ' ';
+    const bool is_sign =
+        leads && at + 1 < text.size() && text[at + 1] >= '0' && text[at + 1] <= '9';
+    if (is_sign) text.replace(at, 1, "\xe2\x88\x92");
+  }
+  return text;
+}
+
+Cell numberCell(const std::string& text) { return {escaped(withMinusSigns(text)), kNumber}; }
+
+std::string table(const std::vector<std::string>& head, const std::vector<std::vector<Cell>>& rows,
+                  const std::string& attributes) {
+  std::string titles, body;
+  for (std::size_t k = 0; k < head.size(); ++k) titles += titleCell(head[k], rows, k);
+  for (const auto& row : rows) {
+    std::string cells;
+    for (std::size_t k = 0; k < row.size(); ++k)
+      cells += k == 0 ? element("th", row[k].html, "scope=\"row\" " + row[k].attributes)
+                      : element("td", row[k].html, row[k].attributes);
+    body += element("tr", cells) + "\n";
+  }
+  return element("div.scroll",
+                 element("table",
+                         element("thead", element("tr", titles)) + "\n" + element("tbody", body),
+                         attributes),
+                 "tabindex=\"0\"") +
+         "\n";
 }
 
 }  // namespace battery_sof

@@ -18,10 +18,6 @@ constexpr double kNotableZ = 4.0;               // of an absorption: 1 in 16,000
 
 constexpr char kIndent[] = "             ";
 
-std::string timesText(const FitWindow& window) {
-  return format("%.1f to %.1f s", window.from, window.to);
-}
-
 /// Effects found in a mechanism that only its regressors represent.
 std::string partOfIt(const Diagnosis& d) {
   std::vector<std::string> ids;
@@ -41,8 +37,8 @@ std::string verdictText(const Diagnosis& d) {
   if (!d.base.provenance.recording.empty())
     text += "recording    " + d.base.provenance.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
-    text += "             trained on " + timesText(d.fit.train) + ", compared on " +
-            timesText(d.fit.holdout) + " that no fit has seen\n";
+    text += format("%strained on %.1f to %.1f s, compared on %.1f to %.1f s that no fit has seen\n",
+                   kIndent, d.fit.train.from, d.fit.train.to, d.fit.holdout.from, d.fit.holdout.to);
   return text;
 }
 
@@ -96,31 +92,25 @@ std::string regimesText(const Diagnosis& d) {
   return text.empty() ? text : "\nregimes in which the base model deviates\n" + text;
 }
 
-std::string neededChange(const ParameterBias& a) {
-  return a.parameter == "u_dc" ? millivolts(a.change) + " mV"
-                               : format("%+.0f %%", 100.0 * a.change);
-}
-
 std::string parameterBiasText(const Diagnosis& d) {
   std::string text;
   for (const ParameterBias& a : d.parameter_bias)
     if (std::abs(a.z) >= kNotableZ)
       text += format("%s%-12s needs %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(),
-                     neededChange(a).c_str(), plainName(a.regime).c_str(), a.z);
+                     (a.parameter == "u_dc" ? millivolts(a.change) + " mV"
+                                            : format("%+.0f %%", 100.0 * a.change))
+                         .c_str(),
+                     plainName(a.regime).c_str(), a.z);
   return text.empty() ? text : "\nwhat the base model's parameters have taken up\n" + text;
-}
-
-std::string intervalText(const DiagnosedParameter& p) {
-  if (p.lower && p.upper) return "95 % " + threeDigits(*p.lower) + " to " + threeDigits(*p.upper);
-  if (p.lower) return "at least " + threeDigits(*p.lower);
-  return p.upper ? "at most " + threeDigits(*p.upper) : "";
 }
 
 std::string parameterText(const DiagnosedParameter& p) {
   const std::string error = p.std ? "+- " + threeDigits(*p.std) : "";
+  const std::string interval = intervalText(p.lower, p.upper, threeDigits);
   return format("%s%-24s %10s %-10s %-6s %s%s\n", kIndent, p.name.c_str(),
                 threeDigits(p.value).c_str(), error.c_str(), p.unit.c_str(),
-                intervalText(p).c_str(), p.at_bound ? " (at a bound)" : "");
+                (p.lower && p.upper ? "95 % " + interval : interval).c_str(),
+                p.at_bound ? " (at a bound)" : "");
 }
 
 std::string effectsText(const Diagnosis& d) {
@@ -150,15 +140,14 @@ std::string rejectedText(const Diagnosis& d) {
   return text.empty() ? text : "\nweighed and rejected\n" + text;
 }
 
-std::string cell(const std::optional<double>& value, double scale) {
-  return value ? format("%.1f", scale * *value) : "-";
-}
-
 std::string comparisonText(const Diagnosis& d) {
   if (!(d.fit.train.to > d.fit.train.from)) return "";
   std::string text = format("\n%-26s %10s %10s   %10s %10s\n", "", "training", "", "hold-out", "");
   text += format("%-26s %10s %10s   %10s %10s\n", "before and after", "base", "extended", "base",
                  "extended");
+  const auto cell = [](const std::optional<double>& value, double scale) {
+    return value ? format("%.1f", scale * *value) : "-";
+  };
   for (const MetricRow& row : metricRows(d.fit))
     text += format(
         "%-26s %10s %10s   %10s %10s\n", ("  " + row.title + " [" + row.unit + "]").c_str(),
@@ -219,37 +208,13 @@ std::string restText(const Diagnosis& d) {
 // ---------------------------------------------------------------------------------------------
 // JSON: what messages do not have (descriptions.hpp has the rest). Schema battery_sof/diagnosis/2.
 
-template <typename Visit>
-void describe(Visit& visit, const RegimeFinding& finding) {
-  visit("regime", finding.regime);
-  visit("statistic", finding.statistic);
-  visit("unit", finding.statistic == "slope" ? "V/s" : "V");
-  visit("episodes", finding.episodes);
-  visit("value", finding.value);
-  visit("lower", finding.lower);
-  visit("upper", finding.upper);
-  visit("p_value", finding.p_value);
-  visit("alarm", finding.is_significant);
-}
+DESCRIBED(RegimeFinding, MEMBERS("", regime, statistic, episodes, value, lower, upper, p_value),
+          visit("unit", of.statistic == "slope" ? "V/s" : "V"), visit("alarm", of.is_significant))
 
-template <typename Visit>
-void describe(Visit& visit, const ParameterBias& bias) {
-  visit("parameter", bias.parameter);
-  visit("regime", bias.regime);
-  visit("z", bias.z);
-  visit("change", bias.change);
-}
+DESCRIBED(ParameterBias, MEMBERS("", parameter, regime, z, change))
 
-template <typename Visit>
-void describe(Visit& visit, const RegimeComparison& regime) {
-  visit("regime", regime.regime);
-  visit("samples", regime.samples);
-  visit("base_rmse", regime.base_rmse, "v");
-  visit("extended_rmse", regime.extended_rmse, "v");
-  visit("change", regime.change, "v");
-  visit("change_lower", regime.change_lower, "v");
-  visit("change_upper", regime.change_upper, "v");
-}
+DESCRIBED(RegimeComparison, MEMBERS("", regime, samples),
+          MEMBERS("v", base_rmse, extended_rmse, change, change_lower, change_upper))
 
 template <typename Visit>
 void describe(Visit& visit, const Comparison& fit) {
@@ -266,132 +231,55 @@ void describe(Visit& visit, const Comparison& fit) {
   visit("regimes", fit.regimes);
 }
 
-template <typename Visit>
-void describe(Visit& visit, const DiscrepancyAnswer& answer) {
-  visit("time", answer.time, "s");
-  visit("charging", answer.charging, "v");
-  visit("discharging", answer.discharging, "v");
-  visit("charging_std", answer.charging_std, "v");
-  visit("discharging_std", answer.discharging_std, "v");
-}
+DESCRIBED(DiscrepancyAnswer, MEMBERS("s", time),
+          MEMBERS("v", charging, discharging, charging_std, discharging_std))
 
-template <typename Visit>
-void describe(Visit& visit, const DiscrepancyAtCurrent& at) {
-  visit("current", at.current, "a");
-  visit("early", at.early, "v");
-  visit("late", at.late, "v");
-  visit("early_std", at.early_std, "v");
-  visit("late_std", at.late_std, "v");
-}
+DESCRIBED(DiscrepancyAtCurrent, MEMBERS("a", current),
+          MEMBERS("v", early, late, early_std, late_std))
 
-template <typename Visit>
-void describe(Visit& visit, const MechanismProbability& one) {
-  visit("id", mechanismId(one.mechanism));
-  visit("probability",
-        one.probability > 0.0 ? std::optional<double>(one.probability) : std::nullopt);
-}
+DESCRIBED(MechanismProbability, visit("id", mechanismId(of.mechanism)),
+          visit("probability",
+                of.probability > 0.0 ? std::optional<double>(of.probability) : std::nullopt))
 
-template <typename Visit>
-void describe(Visit& visit, const MechanismWeight& weight) {
-  visit("mechanism", mechanismId(weight.mechanism));
-  visit("gain", weight.gain);
-  visit("rms", weight.rms, "v");
-}
+DESCRIBED(MechanismWeight, MEMBERS("", gain), MEMBERS("v", rms),
+          visit("mechanism", mechanismId(of.mechanism)))
 
-template <typename Visit>
-void describe(Visit& visit, const DiscrepancyFinding& discrepancy) {
-  visit("used", discrepancy.is_used);
-  visit("rms", discrepancy.rms, "v");
-  visit("left_out_base_rmse", discrepancy.left_out.base, "v");
-  visit("left_out_rmse", discrepancy.left_out.discrepancy, "v");
-  visit("mechanisms", discrepancy.mechanisms);
-  visit("terms", discrepancy.terms);
-  visit("answers_to", discrepancy.answer_current, "a");
-  visit("answers", discrepancy.answers);
-  visit("curve", discrepancy.curve);
-  visit("description", discrepancy.description);
-}
+DESCRIBED(DiscrepancyFinding, MEMBERS("", mechanisms, terms, answers, curve, description),
+          MEMBERS("v", rms), visit("used", of.is_used), visit("answers_to", of.answer_current, "a"),
+          visit("left_out_base_rmse", of.left_out.base, "v"),
+          visit("left_out_rmse", of.left_out.discrepancy, "v"))
 
-template <typename Visit>
-void describe(Visit& visit, const Relevance& limits) {
-  visit("crank", limits.crank, "v");
-  visit("charge_share", limits.charge_share);
-  visit("rmse", limits.rmse, "v");
-}
+DESCRIBED(Relevance, MEMBERS("v", crank, rmse), MEMBERS("", charge_share))
 
-template <typename Visit>
-void describe(Visit& visit, const UnexplainedPart& left) {
-  visit("crank", left.crank, "v");
-  visit("charge_share", left.charge_share);
-  visit("rmse", left.rmse, "v");
-  visit("noise", left.noise, "v");
-  visit("limits", left.limits);
-}
+DESCRIBED(UnexplainedPart, MEMBERS("v", crank, rmse, noise), MEMBERS("", charge_share, limits))
 
-template <typename Visit>
-void describe(Visit& visit, const DetectionLimit& limit) {
-  visit("id", limit.id);
-  visit("parameter", limit.parameter);
-  visit("unit", limit.unit);
-  visit("strength", limit.strength);
-  visit("typical", limit.typical);
-  visit("visible", limit.visible);
-}
+DESCRIBED(DetectionLimit, MEMBERS("", id, parameter, unit, strength, typical, visible))
 
-template <typename Visit>
-void describe(Visit& visit, const ControlModeTotals& totals) {
-  visit("mode", toString(totals.mode));
-  visit("reason", totals.reason);
-  visit("stretches", totals.stretches);
-  visit("samples", totals.samples);
-}
+DESCRIBED(ControlledTime, MEMBERS("s", from, to))
 
-template <typename Visit>
-void describe(Visit& visit, const ControlledTime& time) {
-  visit("from", time.from, "s");
-  visit("to", time.to, "s");
-}
+DESCRIBED(ControlModeOverview, MEMBERS("", seen, summary), visit("reasons", of.totals),
+          visit("voltage", of.voltage_controlled))
 
-template <typename Visit>
-void describe(Visit& visit, const ControlModeOverview& source) {
-  visit("seen", source.seen);
-  visit("summary", source.summary);
-  visit("reasons", source.totals);
-  visit("voltage", source.voltage_controlled);
-}
-
-namespace {
-
-std::optional<double> probabilityOf(const Diagnosis& d) {
-  return d.mechanism && d.probability > 0.0 ? std::optional<double>(d.probability) : std::nullopt;
-}
-
-}  // namespace
-
-nlohmann::json resultJson(const Diagnosis& d) {
+nlohmann::json resultJson(const Diagnosis& of) {
   JsonFields visit;
-  describe(visit, d);
+  describe(visit, of);
+  MEMBERS("", fit, charger_share, regimes, parameter_bias, mechanisms, discrepancy,
+          detection_limits);
   visit("schema", "battery_sof/diagnosis/2");
   visit("program", "battery_sof " + version());
-  visit("recording", printable(d.base.provenance.recording));
-  visit("fit", d.fit);
-  visit("charger_share", d.charger_share);
-  visit("operating_mode", d.source);
-  visit("baseline", d.fit.baseline_ridge);
-  visit("baseline_line", d.fit.baseline_line);
-  visit("regimes", d.regimes);
-  visit("parameter_bias", d.parameter_bias);
-  visit("mechanisms", d.mechanisms);
-  visit("probability", probabilityOf(d));
-  visit("relevance", d.unexplained);
-  visit("withheld_rmse", d.withheld_rmse, "v");
-  visit("discrepancy", d.discrepancy);
+  visit("recording", printable(of.base.provenance.recording));
+  visit("operating_mode", of.source);
+  visit("baseline", of.fit.baseline_ridge);
+  visit("baseline_line", of.fit.baseline_line);
+  visit("probability", of.mechanism && of.probability > 0.0 ? std::optional<double>(of.probability)
+                                                            : std::nullopt);
+  visit("relevance", of.unexplained);
+  visit("withheld_rmse", of.withheld_rmse, "v");
   visit("evidence", [&](auto& evidence) {
-    evidence("base", d.evidence_base);
-    evidence("extended", d.evidence_extended);
-    evidence("effective_sample_fraction", d.effective_sample_fraction);
+    evidence("base", of.evidence_base);
+    evidence("extended", of.evidence_extended);
+    evidence("effective_sample_fraction", of.effective_sample_fraction);
   });
-  visit("detection_limits", d.detection_limits);
   return visit.json;
 }
 

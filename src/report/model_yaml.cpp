@@ -10,9 +10,8 @@
 #include "recording/control_mode.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/residual_filter.hpp"
-#include "util/atomic_file.hpp"
 #include "util/constants.hpp"
-#include "util/regular_file.hpp"
+#include "util/files.hpp"
 #include "yaml_fields.hpp"
 
 namespace battery_sof {
@@ -22,11 +21,10 @@ constexpr std::size_t kLargestFile = 1 << 20;  // twenty times a model with ever
 constexpr Range kDurations{0.0, 1e10};         // [s]
 constexpr Range kCharges{0.0, 1e6};            // [Ah]
 constexpr Range kErrors{0.0, 1e4};             // [V], [A]
-constexpr double kMaxStd = 1e9;  // of a range, or in a state's unit: far above what an
-                                 // undetermined parameter shows
-constexpr double kMinEigenvalue = -1e-6;
-constexpr double kMinStep = 1e-3;     // [s], of a phase and a charge
-constexpr std::size_t kMaxLag = 100;  // [samples], ten seconds of the slowest fast recording
+constexpr double kMaxStd = 1e9;           // of a range, or in a state's unit: far above what an
+constexpr double kMinEigenvalue = -1e-6;  // undetermined parameter shows
+constexpr double kMinStep = 1e-3;         // [s], of a phase and a charge
+constexpr std::size_t kMaxLag = 100;      // [samples], ten seconds of the slowest fast recording
 
 // ---------------------------------------------------------------------------------------------
 // The parts of a file, described for both directions (yaml_fields.hpp): Part is const when it is

@@ -2,8 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "html.hpp"
-#include "page_sections.hpp"
+#include "page.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
 
@@ -13,8 +12,7 @@ namespace {
 // of a chart of 640 by 232
 constexpr double kLeft = 56.0, kRight = 628.0, kTop = 12.0, kBottom = 196.0;
 constexpr double kNormal95 = 1.96;  // standard deviations
-// about as many on an axis
-constexpr double kTicks = 5.0;
+constexpr double kTicks = 5.0;      // about as many on an axis
 
 /// A point of a line in the axes' units; half its 95 % band is 0 where that is not known.
 struct Point {
@@ -84,8 +82,8 @@ std::string gridHtml(const Axis& x, const Axis& y, const std::string& unit) {
     labels += label(kLeft - 6.0, yOf(y, tick) + 4.0, "end", tickText(tick));
   }
   const std::string zero = format("M%.1f %.1fH%.1f", kLeft, yOf(y, 0.0), kRight);
-  return element("path", "", "class=\"grid\" d=\"" + lines + "\"") +
-         element("path", "", "class=\"zero\" d=\"" + zero + "\"") + labels +
+  return element("path.grid", "", "d=\"" + lines + "\"") +
+         element("path.zero", "", "d=\"" + zero + "\"") + labels +
          label(kRight, kBottom + 32.0, "end", unit);
 }
 
@@ -99,7 +97,7 @@ std::string bandHtml(const Curve& curve, const Axis& x, const Axis& y) {
                     yOf(y, point.y + point.half_band));
     lower = format("L%.1f %.1f", xOf(x, point.x), yOf(y, point.y - point.half_band)) + lower;
   }
-  return is_known ? element("path", "", "class=\"band\" d=\"" + upper + lower + "z\"") : "";
+  return is_known ? element("path.band", "", "d=\"" + upper + lower + "z\"") : "";
 }
 
 std::string curveHtml(const Curve& curve, const Axis& x, const Axis& y) {
@@ -137,24 +135,25 @@ std::string chartHtml(const std::string& title, const Axis& x, const std::string
   std::string lines = gridHtml(x, y, unit), key;
   for (const Curve& curve : curves) {
     lines += curveHtml(curve, x, y);
-    key += element(
-        "span", element("i", "",
-                        "style=\"border-color:var(--" + curve.css_class +
-                            ");border-top-style:" + (curve.is_round ? "solid" : "dashed") + "\"") +
-                    curve.name);
+    key += keyEntry(curve.name, "border-color:var(--" + curve.css_class +
+                                    ");border-top-style:" + (curve.is_round ? "solid" : "dashed"));
   }
   const std::string svg = element("svg", lines,
                                   "viewBox=\"0 0 640 232\" role=\"img\" aria-label=\"" + title +
                                       "; the table below has the numbers\"");
-  return element("figure",
-                 element("figcaption", element("span", title, "class=\"what\"") +
-                                           element("span", key, "class=\"legend\"")) +
-                     svg,
-                 "class=\"chart\"");
+  return figure("figure.chart", element("span.what", title), element("span.legend", key), svg);
 }
 
 Point pointOf(double x, double volts, const std::optional<double>& std) {
   return {x, 1e3 * volts, std && std::isfinite(*std) ? 1e3 * kNormal95 * *std : 0.0};
+}
+
+/// Two lines over the same abscissae; nothing where there are fewer than two points.
+std::string curvesHtml(const std::string& title, bool is_log, const std::string& unit,
+                       const Curve& first, const Curve& second) {
+  if (first.points.size() < 2 || !(first.points.back().x > first.points.front().x)) return "";
+  const Axis axis{first.points.front().x, first.points.back().x, is_log};
+  return chartHtml(title, axis, unit, {first, second});
 }
 
 /// What it adds over the time since a rest: the memory of charging and discharging.
@@ -165,12 +164,9 @@ std::string memoryChart(const DiscrepancyFinding& discrepancy) {
     charging.points.push_back(pointOf(one.time, one.charging, one.charging_std));
     discharging.points.push_back(pointOf(one.time, one.discharging, one.discharging_std));
   }
-  if (charging.points.size() < 2 || !(charging.points.back().x > charging.points.front().x))
-    return "";
-  const Axis time{charging.points.front().x, charging.points.back().x, true};
-  return chartHtml(
+  return curvesHtml(
       format("What it adds after so long a current of %.0f A [mV]", discrepancy.answer_current),
-      time, "time since a rest [s]", {charging, discharging});
+      true, "time since a rest [s]", charging, discharging);
 }
 
 /// What it adds over the current: at once, and when its memory has set in.
@@ -181,19 +177,16 @@ std::string currentChart(const DiscrepancyFinding& discrepancy) {
     early.points.push_back(pointOf(at.current, at.early, at.early_std));
     late.points.push_back(pointOf(at.current, at.late, at.late_std));
   }
-  if (early.points.size() < 2 || !(early.points.back().x > early.points.front().x)) return "";
-  const Axis current{early.points.front().x, early.points.back().x, false};
-  return chartHtml("What it adds over the current [mV]", current,
-                   "current [A], positive into the battery", {early, late});
+  return curvesHtml("What it adds over the current [mV]", false,
+                    "current [A], positive into the battery", early, late);
 }
 
 std::string bandNote(const DiscrepancyFinding& discrepancy) {
   const auto has_band = [](const DiscrepancyAnswer& one) { return one.charging_std.has_value(); };
   if (std::none_of(discrepancy.answers.begin(), discrepancy.answers.end(), has_band)) return "";
-  return element("p",
+  return element("p.note",
                  "Bands: 95 % by the posterior of the weights; what no regressor can follow is not "
-                 "in them.",
-                 "class=\"note\"");
+                 "in them.");
 }
 
 std::string answerTable(const DiscrepancyFinding& discrepancy) {
@@ -251,10 +244,7 @@ std::string discrepancyHtml(const Diagnosis& d) {
   const DiscrepancyFinding& discrepancy = *d.discrepancy;
   const std::string numbers = answerTable(discrepancy) + currentTable(discrepancy);
   return nearestHtml(d) + memoryChart(discrepancy) + currentChart(discrepancy) +
-         bandNote(discrepancy) +
-         (numbers.empty()
-              ? ""
-              : element("details", element("summary", "The same in numbers") + numbers));
+         bandNote(discrepancy) + (numbers.empty() ? "" : details("The same in numbers", numbers));
 }
 
 }  // namespace battery_sof

@@ -2,8 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "html.hpp"
-#include "page_sections.hpp"
+#include "page.hpp"
 #include "report/results.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
@@ -23,10 +22,6 @@ constexpr std::size_t kSegmentsListed = 60;
 constexpr std::size_t kCandidatesListed = 8;
 constexpr char kNone[] = "\xe2\x80\x93";
 
-std::string paragraph(const std::string& html, const std::string& attributes = "") {
-  return element("p", html, attributes);
-}
-
 std::string code(const std::string& text) { return element("code", escaped(text)); }
 
 /// A unit as one would say it: milliohms and millivolts below one.
@@ -43,15 +38,12 @@ SpokenUnit spokenUnit(double value, const std::string& unit) {
 }
 
 /// Three significant digits, four from 1000 on; no exponent where it can be helped.
-std::string plainNumber(double value) {
-  return std::abs(value) >= 1000.0 && std::abs(value) < 1e6 ? format("%.0f", value)
-                                                            : threeDigits(value);
-}
-
 std::string spoken(double value, const std::string& unit) {
   if (!std::isfinite(value)) return kNone;
   const SpokenUnit spoken_unit = spokenUnit(value, unit);
-  return plainNumber(spoken_unit.factor * value) + spoken_unit.name;
+  const double number = spoken_unit.factor * value;
+  const bool is_large = std::abs(number) >= 1000.0 && std::abs(number) < 1e6;
+  return (is_large ? format("%.0f", number) : threeDigits(number)) + spoken_unit.name;
 }
 
 /// "8.50 ± 0.17 mΩ": as many decimals as the standard error's second digit.
@@ -91,7 +83,7 @@ Cell findingCell(const std::vector<RegimeFinding>& findings, const std::string& 
       return {
           element(f.is_significant ? "strong" : "span", withMinusSigns(millivolts(f.value))) +
               element("small", withMinusSigns(millivolts(f.lower) + " to " + millivolts(f.upper))),
-          f.is_significant ? "class=\"number significant\"" : "class=\"number\""};
+          f.is_significant ? "class=\"number significant\"" : kNumber};
   return numberCell(kNone);
 }
 
@@ -110,11 +102,11 @@ std::string regimeTable(const Diagnosis& d) {
   }
   if (rows.empty()) return "";
   return element("h3", "By operating regime") +
-         paragraph(
+         element(
+             "p.note",
              "Measured minus base model, with 95 % intervals. Marked: more than chance would give, "
              "counting how many "
-             "numbers were looked at; of fewer than seven episodes none is.",
-             "class=\"note\"") +
+             "numbers were looked at; of fewer than seven episodes none is.") +
          table({"regime", "episodes", "mean [mV]", "slope [mV/s]", "at its end [mV]"}, rows);
 }
 
@@ -146,20 +138,12 @@ std::string parameterBiasTable(const Diagnosis& d) {
       rows.back().push_back(parameterBiasCell(d.parameter_bias, parameter, regime));
   }
   return element("h3", "Which parameter would fit better with another value") +
-         paragraph(
-             "One value of a parameter has to serve all regimes. Each cell says how strongly a "
-             "regime requires another value (z, in standard errors) and which: " +
-                 element("span", "more", "class=\"chip more\"") + " or " +
-                 element("span", "less", "class=\"chip less\"") +
-                 ". A right model leaves this map pale.",
-             "class=\"note\"") +
+         element("p.note",
+                 "One value of a parameter has to serve all regimes. Each cell says how strongly a "
+                 "regime requires another value (z, in standard errors) and which: " +
+                     element("span.chip more", "more") + " or " +
+                     element("span.chip less", "less") + ". A right model leaves this map pale.") +
          table(head, rows, "class=\"map\"");
-}
-
-std::string zoomButton(double from, double to) {
-  return element(
-      "button", "show",
-      format("type=\"button\" class=\"show\" data-from=\"%.3f\" data-to=\"%.3f\"", from, to));
 }
 
 std::string segmentTable(const Diagnosis& d, double clock_origin) {
@@ -168,20 +152,21 @@ std::string segmentTable(const Diagnosis& d, double clock_origin) {
   for (const MismatchSegment& s : d.mismatch) {
     if (rows.size() == kSegmentsListed) break;
     const double from = s.from - clock_origin, to = s.to - clock_origin;
-    rows.push_back({{format("%.1f to %.1f s", from, to) + zoomButton(from, to)},
+    rows.push_back({{format("%.1f to %.1f s", from, to) +
+                     element("button", "show",
+                             format("type=\"button\" class=\"show\" data-from=\"%.3f\" "
+                                    "data-to=\"%.3f\"",
+                                    from, to))},
                     {escaped(plainName(s.regime))},
                     numberCell(millivolts(s.mean_error)),
                     numberCell(millivolts(s.peak_error)),
                     numberCell(format("%.1g", s.p_value))});
   }
-  const std::string more = d.mismatch.size() > kSegmentsListed
-                               ? paragraph(format("The first %zu of %zu; the JSON holds all.",
-                                                  kSegmentsListed, d.mismatch.size()),
-                                           "class=\"note\"")
-                               : "";
-  return element("details",
-                 element("summary", format("Stretch by stretch (%zu)", d.mismatch.size())) +
-                     table({"stretch", "regime", "mean [mV]", "peak [mV]", "p"}, rows) + more);
+  const std::string more =
+      format("The first %zu of %zu; the JSON holds all.", kSegmentsListed, d.mismatch.size());
+  return details(format("Stretch by stretch (%zu)", d.mismatch.size()),
+                 table({"stretch", "regime", "mean [mV]", "peak [mV]", "p"}, rows) +
+                     (d.mismatch.size() > kSegmentsListed ? element("p.note", more) : ""));
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -192,72 +177,53 @@ double onAxis(double value, double end) {
   return value <= 1.0 ? 0.0 : std::min(std::log(value) / std::log(end), 1.0);
 }
 
-std::string barHtml(const char* kind, double share) {
-  return element("span", "",
-                 format("class=\"bar %s\" style=\"width:%.1f%%\"", kind, 100.0 * share));
-}
-
 std::string candidateHtml(const Candidate& c, double end, double threshold) {
+  const bool is_accepted = c.rejected_because.empty();
   std::string numbers =
       escaped(plainName(c.mechanism)) + format(" \xc2\xb7 evidence %.0f", c.evidence);
   if (c.holdout_gain_percent)
     numbers += format(" \xc2\xb7 hold-out %+.0f %%", *c.holdout_gain_percent);
-  if (c.rejected_because.empty())
-    numbers += " \xc2\xb7 probability " + escaped(confidenceText(c.confidence));
-  const bool is_accepted = c.rejected_because.empty();
-  const std::string name =
-      element("div", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id),
-              "class=\"name\"");
-  const std::string track = element("div",
-                                    barHtml("after", onAxis(c.evidence, end)) +
-                                        element("span", "",
-                                                format("class=\"threshold\" style=\"left:%.1f%%\"",
-                                                       100.0 * onAxis(threshold, end))),
-                                    "class=\"track\"");
-  const std::string why =
-      element("div", is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because),
-              "class=\"why\"");
-  return element("li",
-                 name + track + element("div", withMinusSigns(numbers), "class=\"numbers\"") + why,
-                 is_accepted ? "class=\"accepted\"" : "");
+  if (is_accepted) numbers += " \xc2\xb7 probability " + escaped(confidenceText(c.confidence));
+  const std::string bar = format("style=\"width:%.1f%%\"", 100.0 * onAxis(c.evidence, end)),
+                    line = format("style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end)),
+                    why = is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because);
+  return element(
+      is_accepted ? "li.accepted" : "li",
+      element("div.name", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id)) +
+          element("div.track",
+                  element("span.bar after", "", bar) + element("span.threshold", "", line)) +
+          element("div.numbers", withMinusSigns(numbers)) + element("div.why", why));
 }
 
 // ---------------------------------------------------------------------------------------------
 // effects
 
-std::string intervalHtml(const DiagnosedParameter& p) {
-  if (p.lower && p.upper) return spoken(*p.lower, p.unit) + " to " + spoken(*p.upper, p.unit);
-  if (p.lower) return "at least " + spoken(*p.lower, p.unit);
-  return p.upper ? "at most " + spoken(*p.upper, p.unit) : kNone;
-}
-
-/// Where a value lies between the catalogue's bounds, in [0, 1].
-double shareOfBounds(const ParameterInfo& info, double value) {
-  const bool log = info.logarithmic && info.lower > 0.0 && value > 0.0;
-  const auto at = [&](double x) { return log ? std::log(x) : x; };
-  return std::clamp((at(value) - at(info.lower)) / (at(info.upper) - at(info.lower)), 0.0, 1.0);
-}
-
+/// Where a value lies between the catalogue's bounds, as a mark on a gauge and in numbers.
 std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
   if (p.at_bound)
     return element("strong", "at the catalogue\xe2\x80\x99s bound: not plausible as it stands");
   const ParameterInfo* info = parameterInfo(id, p.name);
   if (info == nullptr) return kNone;
-  const std::string gauge = element(
-      "span",
-      element("i", "", format("style=\"left:%.0f%%\"", 100.0 * shareOfBounds(*info, p.value))),
-      "class=\"gauge\"");
-  return gauge + element("small", escaped(spoken(info->lower, p.unit) + " to " +
-                                          spoken(info->upper, p.unit)));
+  const bool log = info->logarithmic && info->lower > 0.0 && p.value > 0.0;
+  const auto at = [&](double x) { return log ? std::log(x) : x; };
+  const double share =
+      std::clamp((at(p.value) - at(info->lower)) / (at(info->upper) - at(info->lower)), 0.0, 1.0);
+  return element("span.gauge", element("i", "", format("style=\"left:%.0f%%\"", 100.0 * share))) +
+         element("small",
+                 escaped(spoken(info->lower, p.unit) + " to " + spoken(info->upper, p.unit)));
 }
 
 std::string effectHtml(const NamedEffect& effect) {
+  const auto spoken_in = [](const std::string& unit) {
+    return [unit](double value) { return spoken(value, unit); };
+  };
   std::vector<std::vector<Cell>> rows;
   for (const DiagnosedParameter& p : effect.parameters)
-    rows.push_back({{code(p.name)},
-                    numberCell(withError(p.value, p.std, p.unit)),
-                    numberCell(intervalHtml(p)),
-                    {plausibility(effect.id, p)}});
+    rows.push_back(
+        {{code(p.name)},
+         numberCell(withError(p.value, p.std, p.unit)),
+         numberCell(p.lower || p.upper ? intervalText(p.lower, p.upper, spoken_in(p.unit)) : kNone),
+         {plausibility(effect.id, p)}});
   std::string facts = "Confidence " + confidenceText(effect.confidence) +
                       "; it moves the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
   if (!effect.biased_parameters.empty())
@@ -266,7 +232,7 @@ std::string effectHtml(const NamedEffect& effect) {
     facts += " This recording cannot distinguish it from " +
              escaped(join(effect.indistinguishable_from)) + ".";
   std::string html = element("h3", escaped(headline(titleOf(effect.id))) + " " + code(effect.id)) +
-                     paragraph(facts);
+                     element("p", facts);
   if (const EffectInfo* info = catalogued(effect.id))
     html += element("pre", escaped(info->equations));
   return html +
@@ -292,57 +258,50 @@ std::string baseParameterTable(const Diagnosis& d) {
 // ---------------------------------------------------------------------------------------------
 // comparison
 
-std::string numberOrNone(const std::optional<double>& value, double scale) {
-  return value && std::isfinite(*value) ? format("%.1f", scale * *value) : kNone;
-}
-
 std::string metricTable(const Diagnosis& d) {
   const bool is_extended = hasExtended(d);
+  const auto number = [](const std::optional<double>& value, double scale) {
+    return value && std::isfinite(*value) ? format("%.1f", scale * *value) : kNone;
+  };
   std::vector<std::vector<Cell>> rows;
   for (const MetricRow& row : metricRows(d.fit)) {
-    rows.push_back({{escaped(row.title + " [" + row.unit + "]")},
-                    numberCell(numberOrNone(row.base_holdout, row.scale))});
-    const Cell after = {
-        element("strong", withMinusSigns(numberOrNone(row.extended_holdout, row.scale))),
-        "class=\"number\""};
-    if (is_extended) rows.back().push_back(after);
-    rows.back().push_back(numberCell(numberOrNone(row.base_train, row.scale)));
-    if (is_extended) rows.back().push_back(numberCell(numberOrNone(row.extended_train, row.scale)));
+    const Cell title{escaped(row.title + " [" + row.unit + "]")};
+    const auto cell = [&](const std::optional<double>& value) {
+      return numberCell(number(value, row.scale));
+    };
+    const Cell after{element("strong", withMinusSigns(number(row.extended_holdout, row.scale))),
+                     kNumber};
+    if (is_extended)
+      rows.push_back(
+          {title, cell(row.base_holdout), after, cell(row.base_train), cell(row.extended_train)});
+    else
+      rows.push_back({title, cell(row.base_holdout), cell(row.base_train)});
   }
+  const std::string sentence = baselineSentence(d), counts = crankCounts(d.fit);
   const std::string baseline =
-      baselineSentence(d).empty() ? "" : element("p", escaped(headline(baselineSentence(d)) + "."));
-  const std::string cranks = crankCounts(d.fit).empty()
-                                 ? ""
-                                 : paragraph(headline(crankCounts(d.fit)) + ".", "class=\"note\"");
+      sentence.empty() ? "" : element("p", escaped(headline(sentence) + "."));
+  const std::string cranks = counts.empty() ? "" : element("p.note", headline(counts) + ".");
   if (!is_extended) return table({"", "hold-out", "training"}, rows) + cranks + baseline;
   return baseline + cranks +
          table({"", "hold-out, base", "hold-out, extended", "training, base", "training, extended"},
                rows);
 }
 
-std::string changeHtml(const RegimeComparison& r) {
-  return withMinusSigns((r.change > 0.0 ? "+" : "") + millivolts(r.change) + " mV") +
-         element("small",
-                 withMinusSigns(millivolts(r.change_lower) + " to " + millivolts(r.change_upper)));
-}
-
 std::string regimeComparisonTable(const Diagnosis& d) {
-  if (d.effects.empty()) return "";
+  if (d.effects.empty() || d.fit.regimes.empty()) return "";
   std::vector<std::vector<Cell>> rows;
   for (const RegimeComparison& r : d.fit.regimes) {
     const Change change = changeOf(r);
-    const char* kind = change == Change::kBetter  ? "better"
-                       : change == Change::kWorse ? "worse"
-                                                  : "open";
-    rows.push_back(
-        {{escaped(plainName(r.regime))},
-         numberCell(std::to_string(r.samples)),
-         numberCell(millivolts(r.base_rmse)),
-         numberCell(millivolts(r.extended_rmse)),
-         {changeHtml(r), "class=\"number\""},
-         {element("span", toString(change), format("class=\"verdict-chip %s\"", kind))}});
+    const std::string kind = change == Change::kOpen ? "open" : toString(change),
+                      by = (r.change > 0.0 ? "+" : "") + millivolts(r.change) + " mV",
+                      range = millivolts(r.change_lower) + " to " + millivolts(r.change_upper);
+    rows.push_back({{escaped(plainName(r.regime))},
+                    numberCell(std::to_string(r.samples)),
+                    numberCell(millivolts(r.base_rmse)),
+                    numberCell(millivolts(r.extended_rmse)),
+                    {withMinusSigns(by) + element("small", withMinusSigns(range)), kNumber},
+                    {element("span.verdict-chip " + kind, toString(change))}});
   }
-  if (rows.empty()) return "";
   return element("h3", "Regime by regime, on the hold-out") +
          table({"regime", "samples", "base, RMS [mV]", "extended, RMS [mV]", "change, 95 %", ""},
                rows);
@@ -401,21 +360,16 @@ std::string evidenceSection(const Diagnosis& d) {
   for (std::size_t k = 0; k < candidates.size(); ++k)
     (k < kCandidatesListed ? items : further) +=
         candidateHtml(candidates[k], end, threshold) + "\n";
-  const std::string list = "class=\"evidence\"";
   if (!further.empty())
-    further = element("details", element("summary", format("And %zu more", d.candidates.size() -
-                                                                               kCandidatesListed)) +
-                                     element("ol", further, list));
-  return section(
-      "evidence", "What was weighed",
-      paragraph(element("span", "", "class=\"swatch after\"") +
-                    " gain of the evidence by a fit with it, logarithmic. The line "
-                    "marks what a place in the model takes.",
-                "class=\"note\"") +
-          element("ol", items, list) + further +
-          (d.mechanisms.empty() ? ""
-                                : paragraph("Likely mechanisms: " +
-                                            escaped(likelyMechanismsText(d.mechanisms)) + ".")));
+    further = details(format("And %zu more", d.candidates.size() - kCandidatesListed),
+                      element("ol.evidence", further));
+  const std::string likely = "Likely mechanisms: " + escaped(likelyMechanismsText(d.mechanisms));
+  return section("evidence", "What was weighed",
+                 element("p.note", element("span.swatch after", "") +
+                                       " gain of the evidence by a fit with it, logarithmic. The "
+                                       "line marks what a place in the model takes.") +
+                     element("ol.evidence", items) + further +
+                     (d.mechanisms.empty() ? "" : element("p", likely + ".")));
 }
 
 std::string effectsSection(const Diagnosis& d) {
@@ -430,12 +384,12 @@ std::string comparisonSection(const Diagnosis& d) {
   if (!(d.fit.holdout.to > d.fit.holdout.from)) return "";
   const std::string note =
       !hasExtended(d) ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
-  return section("comparison", "Before and after",
-                 paragraph(note + "The hold-out is the end of the drive: no fit and no choice has "
-                                  "seen it. Better is a higher "
-                                  "Q_dyn and less of everything else.",
-                           "class=\"note\"") +
-                     metricTable(d) + regimeComparisonTable(d));
+  return section(
+      "comparison", "Before and after",
+      element("p.note", note + "The hold-out is the end of the drive: no fit and no choice has "
+                               "seen it. Better is a higher "
+                               "Q_dyn and less of everything else.") +
+          metricTable(d) + regimeComparisonTable(d));
 }
 
 std::string detectionLimitsSection(const Diagnosis& d) {
@@ -445,18 +399,18 @@ std::string detectionLimitsSection(const Diagnosis& d) {
   const std::string tries = "; sof diagnose --verify-detection-limits tries one on this recording.";
   std::string html;
   if (!d.detection_limits.empty() && !d.unexplained.isNoise())
-    html += paragraph(whyNothingIsPromised(d.unexplained) + tries);
+    html += element("p", whyNothingIsPromised(d.unexplained) + tries);
   if (!hidden.empty() && d.unexplained.isNoise())
-    html += paragraph(
+    html += element(
+        "p",
         "These may be present at their usual strength without this recording showing it. Strengths "
         "are estimates, as good as the "
         "model that was found" +
-        tries);
+            tries);
   if (!hidden.empty()) html += detectionLimitsTable(hidden);
   if (!visible.empty())
-    html += element("details",
-                    element("summary", format("What would have shown (%zu)", visible.size())) +
-                        detectionLimitsTable(visible));
+    html += details(format("What would have shown (%zu)", visible.size()),
+                    detectionLimitsTable(visible));
   if (!d.outside.empty())
     html += element("h3", "Beyond any recording of current and voltage") + listHtml(d.outside);
   if (!d.instrument.empty()) html += element("h3", "The instruments") + listHtml(d.instrument);
@@ -466,17 +420,17 @@ std::string detectionLimitsSection(const Diagnosis& d) {
 std::string unexplainedSection(const Diagnosis& d) {
   if (!d.discrepancy) return "";
   const DiscrepancyFinding& discrepancy = *d.discrepancy;
-  std::string html = paragraph(escaped(discrepancy.description + " " + useOfDiscrepancy(d)));
+  std::string html = element("p", escaped(discrepancy.description + " " + useOfDiscrepancy(d)));
   if (!discrepancy.is_used) return section("unexplained", "What no equation represents", html);
-  if (d.mechanism) html += paragraph("Its kind: " + escaped(mechanismSentence(*d.mechanism)) + ".");
+  if (d.mechanism)
+    html += element("p", "Its kind: " + escaped(mechanismSentence(*d.mechanism)) + ".");
   html += element("h3", "What it follows most") + listHtml(discrepancy.terms);
   return section("unexplained", "What no equation represents", html + discrepancyHtml(d));
 }
 
 std::string nextSection(const Diagnosis& d) {
   if (d.next_experiment.empty()) return "";
-  return section("next", "What to record next",
-                 paragraph(escaped(d.next_experiment), "class=\"next\""));
+  return section("next", "What to record next", element("p.next", escaped(d.next_experiment)));
 }
 
 std::string readingSection() {

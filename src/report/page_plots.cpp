@@ -1,34 +1,75 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
-#include "html.hpp"
-#include "page_sections.hpp"
+#include "page.hpp"
 #include "recording/events.hpp"
-#include "report/display_samples.hpp"
+#include "report/diagnosis_page.hpp"
 #include "util/text.hpp"
-#include "wording.hpp"
 
 namespace battery_sof {
 namespace {
 
+/// Ranges of samples that share a bucket of time; empty buckets leave none.
+std::vector<IndexRange> bucketRanges(const Series& series, std::size_t buckets) {
+  const double begin = series.time.front();
+  const double width = (series.time.back() - begin) / static_cast<double>(buckets);
+  std::vector<IndexRange> ranges;
+  std::size_t last_bucket = buckets;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    const auto bucket =
+        std::min(static_cast<std::size_t>((series.time[n] - begin) / width), buckets - 1);
+    if (bucket != last_bucket) ranges.push_back({n, n});
+    ranges.back().last = n + 1;
+    last_bucket = bucket;
+  }
+  return ranges;
+}
+
+void pickExtremes(IndexRange range, const Trace& trace, std::vector<std::size_t>& picked) {
+  std::size_t low = range.first, high = range.first;
+  for (std::size_t n = range.first + 1; n < range.last; ++n) {
+    if (trace(n) < trace(low)) low = n;
+    if (trace(n) > trace(high)) high = n;
+  }
+  picked.insert(picked.end(), {low, high});
+}
+
 constexpr std::size_t kBuckets = 1000;       // a plot is about 1000 pixels wide
 constexpr std::size_t kWholeSamples = 4000;  // of cranks that are shown at full rate
-// [s], before and after a crank that is shown at full rate
-constexpr double kCrankMargin = 0.5;
+constexpr double kCrankMargin = 0.5;  // [s], before and after a crank that is shown at full rate
 constexpr std::size_t kStretchesShown = 4000;
 constexpr double kHatching = 5.0;  // of a drawing's width of 1000
 
-/// What a plot draws: the recording, the models' voltages, and which samples of them.
-struct Drawing {
-  const Recording& recording;
-  const Diagnosis& diagnosis;
-  std::vector<Event> cranks;
-  std::vector<std::size_t> shown;
-  double t0 = 0.0;  ///< [s], what the time axis counts from
-  bool hasModel() const { return !diagnosis.base_voltage.empty(); }
-  bool hasExtended() const {
-    return hasModel() && diagnosis.extended_voltage != diagnosis.base_voltage;
+}  // namespace
+
+std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces,
+                                        std::size_t buckets, const std::vector<IndexRange>& whole) {
+  std::vector<std::size_t> picked;
+  if (series.size() <= 2 * buckets) {
+    picked.resize(series.size());
+    std::iota(picked.begin(), picked.end(), std::size_t{0});
+    return picked;
   }
+  for (const IndexRange& range : bucketRanges(series, buckets)) {
+    picked.push_back(range.first);
+    for (const Trace& trace : traces) pickExtremes(range, trace, picked);
+  }
+  picked.push_back(series.size() - 1);
+  for (const IndexRange& range : whole)
+    for (std::size_t n = range.first; n < range.last; ++n) picked.push_back(n);
+  std::sort(picked.begin(), picked.end());
+  picked.erase(std::unique(picked.begin(), picked.end()), picked.end());
+  return picked;
+}
+
+namespace {
+
+/// A line of a plot; its name is its colour's and that of its data too.
+struct Line {
+  std::string name;
+  int decimals;
+  Trace trace;
 };
 
 std::vector<Event> cranksIn(const Series& series) {
@@ -37,18 +78,6 @@ std::vector<Event> cranksIn(const Series& series) {
                               [](const Event& event) { return event.kind != EventKind::kCrank; }),
                events.end());
   return events;
-}
-
-std::vector<Trace> tracesOf(const Recording& recording, const Diagnosis& d) {
-  const Series& series = recording.series;
-  std::vector<Trace> traces = {[&](std::size_t n) { return series.voltage[n]; },
-                               [&](std::size_t n) { return series.current[n]; }};
-  for (const std::vector<double>* model : {&d.base_voltage, &d.extended_voltage}) {
-    if (model->empty()) continue;
-    traces.push_back([model](std::size_t n) { return (*model)[n]; });
-    traces.push_back([model, &series](std::size_t n) { return series.voltage[n] - (*model)[n]; });
-  }
-  return traces;
 }
 
 /// Cranks with their edges at full rate, as many of the first ones as there is room for.
@@ -64,14 +93,39 @@ std::vector<IndexRange> wholeRanges(const Series& series, const std::vector<Even
   return ranges;
 }
 
-Drawing drawingOf(const Recording& recording, const Diagnosis& diagnosis) {
-  const Series& series = recording.series;
-  Drawing drawing{recording, diagnosis, cranksIn(series), {}, 0.0};
-  drawing.shown = displaySamples(series, tracesOf(recording, diagnosis), kBuckets,
-                                 wholeRanges(series, drawing.cranks));
-  drawing.t0 = clockOrigin(series);
-  return drawing;
-}
+/// What a plot draws: the recording, the models' voltages, and which samples of them.
+struct Drawing {
+  Drawing(const Recording& recording, const Diagnosis& d)
+      : series(recording.series),
+        diagnosis(d),
+        cranks(cranksIn(series)),
+        t0(clockOrigin(series)),
+        current{"current", 2, [this](std::size_t n) { return series.current[n]; }},
+        voltages{{"measured", 4, [this](std::size_t n) { return series.voltage[n]; }}} {
+    std::vector<Trace> traces = {current.trace, voltages[0].trace};
+    const auto add = [&, this](const char* name, const std::vector<double>& model) {
+      const Trace error = [this, &model](std::size_t n) { return series.voltage[n] - model[n]; };
+      voltages.push_back({name, 4, [&model](std::size_t n) { return model[n]; }});
+      errors.push_back({name, 1, [error](std::size_t n) { return 1e3 * error(n); }});
+      traces.insert(traces.end(), {voltages.back().trace, error});
+    };
+    if (!d.base_voltage.empty()) add("base", d.base_voltage);
+    if (d.extended_voltage != d.base_voltage) add("extended", d.extended_voltage);
+    shown = displaySamples(series, traces, kBuckets, wholeRanges(series, cranks));
+  }
+  Drawing(const Drawing&) = delete;
+  Drawing& operator=(const Drawing&) = delete;
+
+  bool hasHoldout() const { return diagnosis.fit.holdout.to > diagnosis.fit.holdout.from; }
+
+  const Series& series;
+  const Diagnosis& diagnosis;
+  std::vector<Event> cranks;
+  double t0;                           ///< [s], what the time axis counts from
+  Line current;                        ///< [A]
+  std::vector<Line> voltages, errors;  ///< [V]; [mV], measured minus model
+  std::vector<std::size_t> shown;
+};
 
 /// A number of fixed decimals, short; JSON null when it is not finite.
 std::string shortNumber(double value, int decimals) {
@@ -87,7 +141,7 @@ std::string shortNumber(double value, int decimals) {
 /// there.
 std::string columnText(const Drawing& drawing, const Trace& trace, int decimals,
                        bool is_time = false) {
-  const Series& series = drawing.recording.series;
+  const Series& series = drawing.series;
   const double gap = gapThreshold(series);
   std::string text = "[";
   for (std::size_t k = 0; k < drawing.shown.size(); ++k) {
@@ -111,27 +165,18 @@ std::string stretchesText(const Drawing& drawing, const std::vector<Stretch>& st
 
 /// The drive as JSON. Numbers and nothing else: no text of a file can end the script element.
 std::string driveText(const Drawing& drawing) {
-  const Series& series = drawing.recording.series;
   const Diagnosis& d = drawing.diagnosis;
-  std::string text =
-      "{\"time\":" +
-      columnText(
-          drawing, [&](std::size_t n) { return series.time[n] - drawing.t0; }, 3, true);
-  text += ",\n\"current\":" + columnText(
-                                  drawing, [&](std::size_t n) { return series.current[n]; }, 2);
-  text += ",\n\"measured\":" + columnText(
-                                   drawing, [&](std::size_t n) { return series.voltage[n]; }, 4);
-  if (drawing.hasModel())
-    text += ",\n\"base\":" + columnText(
-                                 drawing, [&](std::size_t n) { return d.base_voltage[n]; }, 4);
-  if (drawing.hasExtended())
-    text +=
-        ",\n\"extended\":" + columnText(
-                                 drawing, [&](std::size_t n) { return d.extended_voltage[n]; }, 4);
+  const Trace time = [&](std::size_t n) { return drawing.series.time[n] - drawing.t0; };
+  std::string text = "{\"time\":" + columnText(drawing, time, 3, true);
+  const auto add = [&](const Line& line) {
+    text += ",\n\"" + line.name + "\":" + columnText(drawing, line.trace, line.decimals);
+  };
+  add(drawing.current);
+  for (const Line& line : drawing.voltages) add(line);
   text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) +
-          ",\n\"cranks\":" + stretchesText(drawing, drawing.cranks);
-  text += ",\n\"controlled\":" + stretchesText(drawing, d.source.voltage_controlled);
-  if (d.fit.holdout.to > d.fit.holdout.from)
+          ",\n\"cranks\":" + stretchesText(drawing, drawing.cranks) +
+          ",\n\"controlled\":" + stretchesText(drawing, d.source.voltage_controlled);
+  if (drawing.hasHoldout())
     text += ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," +
             shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
   return text + "}";
@@ -139,7 +184,7 @@ std::string driveText(const Drawing& drawing) {
 
 std::string operatingModeKey(const Drawing& drawing) {
   const std::size_t stretches = drawing.diagnosis.source.voltage_controlled.size();
-  std::string text = element("span", "", "class=\"swatch controlled\"") +
+  std::string text = element("span.swatch controlled", "") +
                      format(" hatched: a source controls the voltage (%zu stretches", stretches);
   if (stretches > kStretchesShown) text += format(", the first %zu drawn", kStretchesShown);
   return text + "); elsewhere the current is controlled. ";
@@ -147,11 +192,6 @@ std::string operatingModeKey(const Drawing& drawing) {
 
 // ---------------------------------------------------------------------------------------------
 // drawings without the library
-
-struct Line {
-  std::string name, css_class;
-  Trace trace;
-};
 
 struct Scale {
   double low = 0.0, high = 1.0;
@@ -172,7 +212,7 @@ Scale scaleOf(const Drawing& drawing, const std::vector<Line>& lines) {
 /// Upright hatching where a source controls the voltage, with a solid foot, so that short stretches
 /// are seen.
 std::string operatingModeBands(const Drawing& drawing) {
-  const Series& series = drawing.recording.series;
+  const Series& series = drawing.series;
   const std::vector<ControlledTime>& stretches = drawing.diagnosis.source.voltage_controlled;
   const Scale time{series.time.front(), series.time.back()};
   std::string lines, feet;
@@ -184,13 +224,13 @@ std::string operatingModeBands(const Drawing& drawing) {
     feet += format("M%.1f 240H%.1fV245H%.1fz", left, right, left);
   }
   if (feet.empty()) return "";
-  return element("path", element("title", "a source controls the voltage"),
-                 "class=\"controlled\" d=\"" + lines + "\"") +
-         element("path", "", "class=\"foot\" d=\"" + feet + "\"");
+  return element("path.controlled", element("title", "a source controls the voltage"),
+                 "d=\"" + lines + "\"") +
+         element("path.foot", "", "d=\"" + feet + "\"");
 }
 
 std::string polyline(const Drawing& drawing, const Line& line, const Scale& value) {
-  const Series& series = drawing.recording.series;
+  const Series& series = drawing.series;
   const Scale time{series.time.front(), series.time.back()};
   const double gap = gapThreshold(series);
   std::string path;
@@ -199,20 +239,17 @@ std::string polyline(const Drawing& drawing, const Line& line, const Scale& valu
     path += format("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * time.share(series.time[n]),
                    240.0 - 230.0 * value.share(line.trace(n)));
   }
-  return element("path", element("title", escaped(line.name)),
-                 "class=\"" + line.css_class + "\" d=\"" + path + "\"");
+  return element("path." + line.name, element("title", line.name), "d=\"" + path + "\"");
 }
 
 std::string drawingHtml(const Drawing& drawing, const std::string& title,
                         const std::vector<Line>& lines, const std::string& bands = "") {
-  const Series& series = drawing.recording.series;
+  const Series& series = drawing.series;
   const Scale value = scaleOf(drawing, lines);
   std::string paths = bands, key;
   for (const Line& line : lines) {
     paths += polyline(drawing, line, value);
-    key +=
-        element("span", element("i", "", "style=\"border-color:var(--" + line.css_class + ")\"") +
-                            line.name);
+    key += keyEntry(line.name, "border-color:var(--" + line.name + ")");
   }
   const std::string svg =
       element("svg", paths,
@@ -221,39 +258,22 @@ std::string drawingHtml(const Drawing& drawing, const std::string& title,
   const std::string range =
       withMinusSigns(format(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
                             series.time.front() - drawing.t0, series.time.back() - drawing.t0));
-  return element(
-      "figure",
-      element("figcaption", element("span", element("span", title, "class=\"what\"") + range) +
-                                element("span", key, "class=\"legend\"")) +
-          svg,
-      "class=\"drawing\"");
+  return figure("figure.drawing", element("span", element("span.what", title) + range),
+                element("span.legend", key), svg);
 }
 
 std::string drawingsHtml(const Drawing& drawing) {
-  const Series& series = drawing.recording.series;
-  const Diagnosis& d = drawing.diagnosis;
-  const auto voltage = [&](std::size_t n) { return series.voltage[n]; };
-  std::vector<Line> voltages = {{"measured", "measured", voltage}}, errors;
-  const auto add = [&](const std::string& name, const std::vector<double>& model) {
-    voltages.push_back({name, name, [&model](std::size_t n) { return model[n]; }});
-    errors.push_back({name, name, [&model, &series](std::size_t n) {
-                        return 1e3 * (series.voltage[n] - model[n]);
-                      }});
-  };
-  if (drawing.hasModel()) add("base", d.base_voltage);
-  if (drawing.hasExtended()) add("extended", d.extended_voltage);
   std::string html =
-      element("p",
+      element("p.note",
               "These plots cannot be zoomed: the program was built without the plot library "
-              "(package libjs-dygraphs).",
-              "class=\"note\"");
-  html += drawingHtml(drawing, "Terminal voltage [V]", voltages, operatingModeBands(drawing));
-  if (!d.source.voltage_controlled.empty())
-    html += element("p", operatingModeKey(drawing), "class=\"note\"");
-  if (!errors.empty()) html += drawingHtml(drawing, "Measured minus model [mV]", errors);
-  return html +
-         drawingHtml(drawing, "Current [A]",
-                     {{"current", "current", [&](std::size_t n) { return series.current[n]; }}});
+              "(package libjs-dygraphs).");
+  html +=
+      drawingHtml(drawing, "Terminal voltage [V]", drawing.voltages, operatingModeBands(drawing));
+  if (!drawing.diagnosis.source.voltage_controlled.empty())
+    html += element("p.note", operatingModeKey(drawing));
+  if (!drawing.errors.empty())
+    html += drawingHtml(drawing, "Measured minus model [mV]", drawing.errors);
+  return html + drawingHtml(drawing, "Current [A]", {drawing.current});
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -263,22 +283,19 @@ std::string button(const std::string& id, const std::string& text) {
 }
 
 std::string plotHtml(const std::string& id, const std::string& title) {
-  return element(
-      "figure",
-      element("figcaption", element("span", title, "class=\"what\"") +
-                                element("span", "", "class=\"legend\" id=\"" + id + "-legend\"")) +
-          element("div", "", "class=\"plot\" id=\"" + id + "\""));
+  return figure("figure", element("span.what", title),
+                element("span.legend", "", "id=\"" + id + "-legend\""),
+                element("div.plot", "", "id=\"" + id + "\""));
 }
 
 std::string plotsHtml(const Drawing& drawing) {
   std::string buttons = button("zoom-all", "Whole drive");
-  if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from)
-    buttons += button("zoom-holdout", "Hold-out");
+  if (drawing.hasHoldout()) buttons += button("zoom-holdout", "Hold-out");
   if (!drawing.diagnosis.mismatch.empty()) buttons += button("zoom-mismatch", "Next mismatch");
   if (!drawing.cranks.empty()) buttons += button("zoom-crank", "Next crank");
-  std::string html = element("div", buttons, "class=\"buttons\"");
+  std::string html = element("div.buttons", buttons);
   html += plotHtml("plot-voltage", "Terminal voltage [V]");
-  if (drawing.hasModel()) html += plotHtml("plot-error", "Measured minus model [mV]");
+  if (!drawing.errors.empty()) html += plotHtml("plot-error", "Measured minus model [mV]");
   return html + plotHtml("plot-current", "Current [A], positive into the battery");
 }
 
@@ -286,23 +303,71 @@ std::string keyHtml(const Drawing& drawing) {
   std::string text = "Drag to zoom, double-click to see all again, shift and drag to move. ";
   if (!drawing.diagnosis.source.voltage_controlled.empty()) text += operatingModeKey(drawing);
   if (!drawing.diagnosis.mismatch.empty())
-    text += element("span", "", "class=\"swatch mismatch\"") +
-            " where the base model deviates beyond chance. ";
-  if (drawing.diagnosis.fit.holdout.to > drawing.diagnosis.fit.holdout.from)
-    text += element("span", "", "class=\"swatch holdout\"") + " hold-out: no fit has seen it. ";
+    text += element("span.swatch mismatch", "") + " where the base model deviates beyond chance. ";
+  if (drawing.hasHoldout())
+    text += element("span.swatch holdout", "") + " hold-out: no fit has seen it. ";
   text += drawing.t0 > 0.0 ? "Time [s] counts from the recording\xe2\x80\x99s first sample."
                            : "Time [s] is the recording\xe2\x80\x99s own clock.";
-  if (drawing.shown.size() < drawing.recording.series.size())
+  if (drawing.shown.size() < drawing.series.size())
     text += format(" %zu of %zu samples are drawn; every peak is among them.", drawing.shown.size(),
-                   drawing.recording.series.size());
-  return element("p", text, "class=\"note\"");
+                   drawing.series.size());
+  return element("p.note", text);
+}
+
+// ---------------------------------------------------------------------------------------------
+// operating mode
+
+std::size_t samplesOf(const ControlModeOverview& source) {
+  std::size_t samples = 0;
+  for (const ControlModeTotals& totals : source.totals) samples += totals.samples;
+  return samples;
+}
+
+/// Shares as one bar: hatched where the voltage is controlled, plain where the current is. The
+/// labels say it in words.
+std::string stripHtml(double voltage_share) {
+  const double voltage = 100.0 * voltage_share, current = 100.0 - voltage;
+  const auto part = [](const char* kind, double percent) {
+    return element("span", "", format("class=\"%s\" style=\"width:%.2f%%\"", kind, percent));
+  };
+  const std::string label = format(
+      "voltage controlled %.1f %%, current controlled %.1f %% of the samples", voltage, current);
+  const std::string bar = element("div", part("controlled", voltage) + part("free", current),
+                                  "class=\"strip\" role=\"img\" aria-label=\"" + label + "\"");
+  return bar + element("p.note", element("span.swatch controlled", "") +
+                                     format(" voltage controlled %.1f %%", voltage) +
+                                     element("span.swatch free", "") +
+                                     format(" current controlled %.1f %%", current));
+}
+
+std::string reasonTable(const ControlModeOverview& source) {
+  const auto samples = static_cast<double>(samplesOf(source));
+  std::vector<std::vector<Cell>> rows;
+  for (const ControlModeTotals& totals : source.totals)
+    rows.push_back(
+        {{escaped(toString(totals.mode))},
+         {escaped(totals.reason)},
+         numberCell(std::to_string(totals.stretches)),
+         numberCell(format("%.1f", 100.0 * static_cast<double>(totals.samples) / samples))});
+  return details(format("Why (%zu reasons)", rows.size()),
+                 table({"controlled", "because", "stretches", "samples [%]"}, rows));
+}
+
+/// Who controls the voltage and who the current: one bar with the shares, and the reasons.
+std::string sourceHtml(const Diagnosis& d) {
+  const ControlModeOverview& source = d.source;
+  if (samplesOf(source) == 0) return "";
+  std::string html =
+      element("h3", "Operating mode") + element("p", withMinusSigns(escaped(source.summary)));
+  if (source.seen) html += stripHtml(source.share);
+  return element("div", html + reasonTable(source), "id=\"controlled\"");
 }
 
 }  // namespace
 
 std::string plotsSection(const Recording& recording, const Diagnosis& diagnosis, bool zoomable) {
   if (recording.series.size() < 2) return "";
-  const Drawing drawing = drawingOf(recording, diagnosis);
+  const Drawing drawing(recording, diagnosis);
   if (!zoomable)
     return section("drive", "The drive", drawingsHtml(drawing) + sourceHtml(diagnosis));
   return section(

@@ -6,14 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <locale>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "report/model_yaml.hpp"
+#include "util/files.hpp"
 #include "util/number_text.hpp"
 #include "util/printable.hpp"
-#include "util/regular_file.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -61,11 +63,7 @@ inline YAML::Node flow(const std::vector<double>& values) {
   return node;
 }
 
-inline std::string shown(double value) {
-  ClassicStream text;
-  text << value;
-  return text.str();
-}
+inline std::string shown(double value) { return format("%g", value); }
 
 /// What a number can be.
 struct Range {
@@ -372,7 +370,8 @@ class FieldReader {
     return values;
   }
   static std::string textOf(const YAML::Node& node) {
-    ClassicStream text;
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
     text << node;
     return text.str().substr(0, 60);
   }

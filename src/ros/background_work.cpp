@@ -1,7 +1,8 @@
 #include "ros/background_work.hpp"
 
+#include <ros/time.h>
+
 #include <algorithm>
-#include <chrono>
 #include <stdexcept>
 
 #include "diagnosis/diagnose.hpp"
@@ -11,17 +12,6 @@
 
 namespace battery_sof {
 namespace {
-
-class WallTimer {
- public:
-  double milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
-};
 
 bool isInstrument(const std::string& id) {
   return id != kDiscrepancyEffect && effectInfo(id).tier() == 'I';
@@ -37,7 +27,7 @@ std::string marked(std::vector<std::string> ids) {
 }  // namespace
 
 IdentificationResult timedIdentification(const IdentificationJob& job) {
-  const WallTimer watch;
+  const ros::SteadyTime begun = ros::SteadyTime::now();
   IdentificationResult result;
   try {
     result = runIdentification(job);
@@ -45,9 +35,9 @@ IdentificationResult timedIdentification(const IdentificationJob& job) {
     result.epoch = job.epoch;
     result.message = std::string("the identification failed: ") + error.what();
   }
-  if (result.model) result.model->provenance.fit_ms = watch.milliseconds();
-  if (result.extended && result.extended->model)
-    result.extended->model->provenance.fit_ms = watch.milliseconds();
+  const double fit_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
+  if (result.model) result.model->provenance.fit_ms = fit_ms;
+  if (result.extended && result.extended->model) result.extended->model->provenance.fit_ms = fit_ms;
   return result;
 }
 
@@ -55,7 +45,7 @@ FinishedDiagnosis timedDiagnosis(const Recording& recording,
                                  const std::vector<KnownPopulation>& priors,
                                  const std::function<std::string()>& why_end,
                                  const std::function<void(const std::string& stage)>& begins) {
-  const WallTimer watch;
+  const ros::SteadyTime begun = ros::SteadyTime::now();
   FinishedDiagnosis report;
   report.from = recording.series.time.front();
   report.to = recording.series.time.back();
@@ -72,7 +62,7 @@ FinishedDiagnosis timedDiagnosis(const Recording& recording,
   } catch (const std::exception& error) {
     report.fault = std::string("the diagnosis broke off: ") + error.what();
   }
-  report.duration_ms = watch.milliseconds();
+  report.duration_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
   return report;
 }
 

@@ -4,7 +4,6 @@
 #include <boost/make_shared.hpp>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <future>
 #include <memory>
@@ -14,6 +13,7 @@
 #include "bag/battery_state_message.hpp"
 #include "ros/background_work.hpp"
 #include "util/printable.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 
@@ -228,12 +228,10 @@ void BatterySofNode::logCrank(const EventComparison& crank) const {
   const Interval& expected = crank.expected;
   std::string answered = "no query was answered before";
   if (last_answer_) {
-    char text[160];
-    std::snprintf(text, sizeof(text),
-                  "the last answer, %.1f s before for %.0f A, was %.2f V [%.2f, %.2f]",
-                  crank.time - last_answer_->time, last_answer_->query.i_cranking,
-                  last_answer_->u_min.value, last_answer_->u_min.lower, last_answer_->u_min.upper);
-    answered = text;
+    const Interval& u_min = last_answer_->u_min;
+    answered = format("the last answer, %.1f s before for %.0f A, was %.2f V [%.2f, %.2f]",
+                      crank.time - last_answer_->time, last_answer_->query.i_cranking, u_min.value,
+                      u_min.lower, u_min.upper);
   }
   ROS_INFO(
       "crank at %.2f s, %.0f A: measured %.2f V; expected of this current %.2f V [%.2f, %.2f]; %s",

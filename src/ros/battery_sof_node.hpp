@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "prediction/online_session.hpp"
-#include "ros/background_worker.hpp"
+#include "ros/background_work.hpp"
 #include "ros/diagnosis_runner.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/node_diagnostics.hpp"
 #include "ros/node_options.hpp"
-#include "ros/response_times.hpp"
+#include "ros/node_statistics.hpp"
 #include "ros/state_file.hpp"
 
 namespace battery_sof {

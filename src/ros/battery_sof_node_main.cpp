@@ -10,12 +10,6 @@
 
 namespace {
 
-XmlRpc::XmlRpcValue privateParameters() {
-  XmlRpc::XmlRpcValue parameters;
-  ros::param::get(ros::this_node::getName(), parameters);
-  return parameters;
-}
-
 /// The namespace, the node's name and remappings are named on the command line: wrong usage.
 int refuseName(const std::exception& error) {
   constexpr int kWrongUsage = 2;
@@ -24,17 +18,15 @@ int refuseName(const std::exception& error) {
   return kWrongUsage;
 }
 
-void run() {
-  const battery_sof::NodeOptions options = battery_sof::parseNodeOptions(privateParameters());
-  const battery_sof::ShutdownLimit limit;
-  const battery_sof::BatterySofNode node(ros::NodeHandle(), ros::NodeHandle("~"), options);
-  ros::spin();
-}
-
 int runAndReport() {
   const ros::NodeHandle keeps_ros_running;
   try {
-    run();
+    XmlRpc::XmlRpcValue parameters;
+    ros::param::get(ros::this_node::getName(), parameters);
+    const battery_sof::NodeOptions options = battery_sof::parseNodeOptions(parameters);
+    const battery_sof::ShutdownLimit limit;
+    const battery_sof::BatterySofNode node(ros::NodeHandle(), ros::NodeHandle("~"), options);
+    ros::spin();
   } catch (const battery_sof::NodeOptionsError& error) {
     ROS_FATAL("refusing to start, the parameters have faults:\n%s", error.what());
     return EXIT_FAILURE;

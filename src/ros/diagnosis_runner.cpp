@@ -41,13 +41,7 @@ bool DiagnosisRunner::post(const Series& series, const std::string& name, double
   goal_id_.clear();
   cancelled_ = false;
   ROS_INFO("diagnosis begins on %zu samples", series.size());
-  Job job;
-  job.recording.name = name;
-  job.recording.series = series;
-  job.recording.offered = series.size();
-  job.from_driving = from_driving;
-  job.goal = goal;
-  worker_.post(std::move(job));
+  worker_.post({{name, series, {}, series.size(), 0.0}, from_driving, goal});
   return true;
 }
 

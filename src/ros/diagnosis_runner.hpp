@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "ros/background_worker.hpp"
+#include "ros/background_work.hpp"
 #include "ros/message_conversion.hpp"
 
 namespace battery_sof {
@@ -40,8 +40,7 @@ class DiagnosisRunner {
     double period = 0.0;  ///< [s] of driving; 0: only on request
     double settle = 600.0;
     bool adopt = false;
-    /// 12 V blocks in series; what is diagnosed is one of them
-    double series_blocks = 1.0;
+    double series_blocks = 1.0;  ///< 12 V blocks in series; what is diagnosed is one of them
     std::vector<KnownPopulation> priors = {};  ///< see DiagnoseOptions
   };
   using Goal = actionlib::ServerGoalHandle<DiagnoseAction>;

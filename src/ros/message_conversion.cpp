@@ -5,7 +5,6 @@
 
 #include "bag/battery_state_message.hpp"
 #include "report/model_yaml.hpp"
-#include "ros/message_fields.hpp"
 
 namespace battery_sof {
 
@@ -45,17 +44,9 @@ PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Reques
   return messageAs<PredictMap::Response>(result);
 }
 
-template <typename Visit>
-void describe(Visit& visit, const StandingQueries& standing) {
-  visit(FIELD(i_load), standing.cranking.i_load);
-  visit(FIELD(t_stop), standing.cranking.t_stop);
-  visit(FIELD(i_cranking), standing.cranking.i_cranking);
-  visit(FIELD(t_cranking), standing.cranking.t_cranking);
-  visit(FIELD(u_required), standing.cranking.u_required);
-  visit(FIELD(u_boost), standing.charge.u_boost);
-  visit(FIELD(t_sof2), standing.charge.t_sof2);
-  visit(FIELD(i_limit), standing.charge.i_limit);
-}
+DESCRIBED(CrankingQuery, MEMBERS("", i_load, t_stop, i_cranking, t_cranking, u_required))
+DESCRIBED(ChargeAcceptanceQuery, MEMBERS("", u_boost, t_sof2, i_limit))
+DESCRIBED(StandingQueries, describe(visit, of.cranking), describe(visit, of.charge))
 
 namespace {
 
@@ -143,13 +134,13 @@ IdentifyResult resultOf(const IdentificationOutcome& outcome) {
 // ---------------------------------------------------------------------------------------------
 // diagnoses
 
+DESCRIBED(FinishedDiagnosis, MEMBERS("", from, samples, duration_ms))
+
 DiagnosisMessage messageOf(const FinishedDiagnosis& report, const Adoption& adoption) {
   const Diagnosis& diagnosis = *report.diagnosis;
   auto message = messageAs<DiagnosisMessage>(diagnosis);
   message.header.stamp = rosTime(report.to);
-  message.from = report.from;
-  message.samples = static_cast<std::uint32_t>(report.samples);
-  message.duration_ms = report.duration_ms;
+  put(message, report);
   message.probability = diagnosis.probability;
   for (const MechanismProbability& one : diagnosis.mechanisms) {
     message.mechanism_ids.push_back(mechanismId(one.mechanism));
@@ -230,18 +221,17 @@ StandingAnswers answersTo(const StandingQueries& standing, const ModelSnapshot& 
   return answers;
 }
 
+DESCRIBED(SessionStatus, MEMBERS("", reason, model_age, window_quality, effects, extension),
+          MEMBERS("", charger_present, charger_share, voltage_controlled))
+
 SofStatus messageOf(const StatusContents& contents) {
   const SessionStatus& session = contents.session;
   auto message = messageAs<SofStatus>(contents.standing);
   message.state = stateCode(session.state);
-  message.reason = session.reason;
+  put(message, session);
   if (session.state == SessionState::kReady) message.answer_basis = toString(session.basis);
-  message.model_age = orNan(session.model_age);
-  message.window_quality = orNan(session.window_quality);
   message.backtest_q_dyn_percent = orNan(session.backtest.q_dyn_percent);
   message.backtest_duration = session.backtest.duration;
-  message.effects = session.effects;
-  message.extension = session.extension;
   message.contest_duration = session.selector ? session.selector->duration : kNan;
   message.base_rmse = session.selector ? session.selector->base_rmse : kNan;
   message.extended_rmse = session.selector ? session.selector->extended_rmse : kNan;
@@ -253,9 +243,6 @@ SofStatus messageOf(const StatusContents& contents) {
       recordOf(events.cranks, events.baseline_cranks, events.crank_calibration, events.last_crank);
   message.past_charges = recordOf(events.charges, events.baseline_charges,
                                   events.charge_calibration, events.last_charge);
-  message.charger_present = session.charger_present;
-  message.charger_share = orNan(session.charger_share);
-  message.voltage_controlled = session.voltage_controlled;
   message.expected_time = session.expected ? session.expected->time : kNan;
   message.expected_voltage = session.expected ? orNan(session.expected->voltage) : kNan;
   message.expected_current = session.expected ? orNan(session.expected->current) : kNan;

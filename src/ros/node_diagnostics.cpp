@@ -1,6 +1,5 @@
 #include "ros/node_diagnostics.hpp"
 
-#include <cmath>
 #include <utility>
 
 namespace battery_sof {
@@ -13,15 +12,6 @@ constexpr double kLateSample = 100.0;  // [ms], ten samples of the design rate
 
 std::string shown(const std::optional<double>& value, double factor = 1.0) {
   return value ? std::to_string(factor * *value) : "none";
-}
-
-/// [Hz] by the stamps, between two snapshots.
-std::optional<double> rateBetween(const DiagnosticsSnapshot& before,
-                                  const DiagnosticsSnapshot& now) {
-  if (!before.status.newest_time || !now.status.newest_time) return std::nullopt;
-  const double passed = *now.status.newest_time - *before.status.newest_time;
-  if (!(passed > 0.0)) return std::nullopt;
-  return static_cast<double>(now.counts.accepted - before.counts.accepted) / passed;
 }
 
 /// How one kind of event compares with what was expected of it.
@@ -57,8 +47,11 @@ void NodeDiagnostics::publish() {
 }
 
 void NodeDiagnostics::reportDataRate(Status& status) {
-  const std::optional<double> rate = rateBetween(before_, now_);
-  if (!now_.status.newest_time) {
+  const auto &before = before_.status.newest_time, &now = now_.status.newest_time;
+  std::optional<double> rate;  // [Hz] by the stamps, since the last look
+  if (before && now && *now > *before)
+    rate = static_cast<double>(now_.counts.accepted - before_.counts.accepted) / (*now - *before);
+  if (!now) {
     status.summary(Level::WARN, now_.status.state == SessionState::kNoSample ? now_.status.reason
                                                                              : "no sample yet");
   } else if (now_.no_data_for) {

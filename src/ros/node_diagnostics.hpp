@@ -7,8 +7,7 @@
 #include <string>
 
 #include "ros/diagnosis_runner.hpp"
-#include "ros/event_tallies.hpp"
-#include "ros/response_times.hpp"
+#include "ros/node_statistics.hpp"
 
 namespace battery_sof {
 

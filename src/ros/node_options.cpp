@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <map>
-#include <sstream>
 
 #include "recording/series_blocks.hpp"
 #include "report/model_yaml.hpp"
@@ -30,19 +29,16 @@ std::string typeName(const Value& value) {
   }
 }
 
-std::string shown(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
+std::string shown(double value) { return format("%g", value); }
+
+/// Parameters of 0.2, and what became of them.
+const std::map<std::string, std::string> kOld = {
+    {"blocks", "series_blocks since 0.3"},
+    {"adopt_diagnosis", "use_diagnosis since 0.3"},
+    {"min_suitability", "min_window_quality since 0.3"},
+    {"model_max_age_s", "gone since 0.3: intervals say how old a model is"}};
 
 /// The keys of one map of parameters, each with what takes its value.
-/// Parameters of 0.2 under their old names.
-const std::map<std::string, std::string> kRenamed = {{"blocks", "series_blocks"},
-                                                     {"adopt_diagnosis", "use_diagnosis"},
-                                                     {"min_suitability", "min_window_quality"}};
-constexpr char kGone[] = "model_max_age_s";
-
 class Schema {
  public:
   using Reader = std::function<void(Value&, const std::string& name, Faults&)>;
@@ -51,36 +47,37 @@ class Schema {
               const std::function<void(double)>& store) {
     readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
       const bool integer = value.getType() == Value::TypeInt;
-      if (!integer && value.getType() != Value::TypeDouble) {
-        faults.push_back(name + " is " + typeName(value) + ", expected a number");
-        return;
-      }
+      if (!integer && value.getType() != Value::TypeDouble)
+        return faults.push_back(name + " is " + typeName(value) + ", expected a number");
       const double number = integer ? static_cast<int&>(value) : static_cast<double&>(value);
       if (number >= lower && number <= upper) return store(number);
       faults.push_back(name + " is " + shown(number) + ", expected " + shown(lower) + " to " +
                        shown(upper));
     };
   }
+  void number(const std::string& key, double lower, double upper, double& target) {
+    number(key, lower, upper, [&target](double value) { target = value; });
+  }
 
   void flag(const std::string& key, bool& target) {
     readers_[key] = [&target](Value& value, const std::string& name, Faults& faults) {
-      if (value.getType() == Value::TypeBoolean) {
-        target = static_cast<bool&>(value);
-      } else {
-        faults.push_back(name + " is " + typeName(value) + ", expected true or false");
-      }
+      if (value.getType() != Value::TypeBoolean)
+        return faults.push_back(name + " is " + typeName(value) + ", expected true or false");
+      target = static_cast<bool&>(value);
     };
   }
 
+  /// @param store returns what is wrong with a text; empty when it takes it.
   void text(const std::string& key, const std::function<std::string(const std::string&)>& store) {
     readers_[key] = [=](Value& value, const std::string& name, Faults& faults) {
-      if (value.getType() != Value::TypeString) {
-        faults.push_back(name + " is " + typeName(value) + ", expected a string");
-        return;
-      }
+      if (value.getType() != Value::TypeString)
+        return faults.push_back(name + " is " + typeName(value) + ", expected a string");
       const std::string fault = store(static_cast<std::string&>(value));
       if (!fault.empty()) faults.push_back(name + " " + fault);
     };
+  }
+  void text(const std::string& key, std::string& target) {
+    text(key, [&target](const std::string& text) { return target = text, std::string(); });
   }
 
   void map(const std::string& key, const Schema& schema) {
@@ -91,78 +88,58 @@ class Schema {
 
   void read(Value& values, const std::string& prefix, Faults& faults) const {
     if (!values.valid()) return;
-    if (values.getType() != Value::TypeStruct) {
-      faults.push_back(prefix + " is " + typeName(values) + ", expected a map");
-      return;
-    }
+    if (values.getType() != Value::TypeStruct)
+      return faults.push_back(prefix + " is " + typeName(values) + ", expected a map");
     for (auto& [key, value] : values) {
       const auto reader = readers_.find(key);
-      if (reader == readers_.end()) {
-        if (key == kGone) {
-          faults.push_back(prefix + key + " is gone since 0.3: intervals say how old a model is");
-          continue;
-        }
-        const auto renamed = kRenamed.find(key);
-        faults.push_back(prefix + key +
-                         (renamed == kRenamed.end() ? " is unknown; known are " + known()
-                                                    : " is " + renamed->second + " since 0.3"));
-      } else {
+      const auto old = kOld.find(key);
+      if (reader != readers_.end())
         reader->second(value, prefix + key, faults);
-      }
+      else
+        faults.push_back(prefix + key + " is " +
+                         (old != kOld.end() ? old->second : "unknown; known are " + known()));
     }
   }
 
  private:
   std::string known() const {
-    std::string keys;
-    for (const auto& entry : readers_) keys += (keys.empty() ? "" : ", ") + entry.first;
-    return keys;
+    std::vector<std::string> keys;
+    for (const auto& entry : readers_) keys.push_back(entry.first);
+    return join(keys);
   }
 
   std::map<std::string, Reader> readers_;
 };
 
-std::function<void(double)> into(double& target) {
-  return [&target](double value) { target = value; };
-}
-
-std::function<std::string(const std::string&)> into(std::string& target) {
-  return [&target](const std::string& text) {
-    target = text;
-    return std::string();
-  };
-}
-
 Schema standingQuerySchema(StandingQueries& standing) {
   CrankingQuery& query = standing.cranking;
   ChargeAcceptanceQuery& charge = standing.charge;
   Schema schema;
-  schema.number("i_load_a", -500.0, 0.0, into(query.i_load));
-  schema.number("t_stop_s", 0.0, 86400.0, into(query.t_stop));
-  schema.number("i_cranking_a", -2000.0, -1.0, into(query.i_cranking));
-  schema.number("t_cranking_s", 0.01, 60.0, into(query.t_cranking));
+  schema.number("i_load_a", -500.0, 0.0, query.i_load);
+  schema.number("t_stop_s", 0.0, 86400.0, query.t_stop);
+  schema.number("i_cranking_a", -2000.0, -1.0, query.i_cranking);
+  schema.number("t_cranking_s", 0.01, 60.0, query.t_cranking);
   schema.number("u_required_v", 0.0, 100.0,
                 [&query](double value) { query.u_required = askedFor(value); });
   schema.number("u_boost_v", 0.0, 100.0, [&standing](double value) {
     standing.u_boost_is_given = askedFor(value).has_value();
     if (standing.u_boost_is_given) standing.charge.u_boost = value;
   });
-  schema.number("t_sof2_s", 0.1, 3600.0, into(charge.t_sof2));
-  schema.number("i_limit_a", 1.0, 5000.0, into(charge.i_limit));
+  schema.number("t_sof2_s", 0.1, 3600.0, charge.t_sof2);
+  schema.number("i_limit_a", 1.0, 5000.0, charge.i_limit);
   return schema;
 }
 
 Schema fitSchema(IdentifyOptions& fit) {
   Schema schema;
   schema.text("start", [&fit](const std::string& start) -> std::string {
-    if (start != "robust" && start != "paper") {
+    if (start != "robust" && start != "paper")
       return "is '" + start + "', expected robust or paper";
-    }
     fit.start = start == "paper" ? FitStart::kPaper : FitStart::kRobust;
     return {};
   });
-  schema.number("crank_weight", 1.0, 1000.0, into(fit.crank_weight));
-  schema.number("crank_weight_current_a", -2000.0, -1.0, into(fit.crank_weight_current));
+  schema.number("crank_weight", 1.0, 1000.0, fit.crank_weight);
+  schema.number("crank_weight_current_a", -2000.0, -1.0, fit.crank_weight_current);
   schema.number("max_iterations", 1.0, 1000.0,
                 [&fit](double value) { fit.max_iterations = static_cast<int>(value); });
   return schema;
@@ -171,74 +148,57 @@ Schema fitSchema(IdentifyOptions& fit) {
 Schema schemaOf(NodeOptions& options) {
   SessionOptions& session = options.session;
   Schema schema;
-  schema.number("buffer_s", 60.0, 14400.0, into(session.buffer));
+  schema.number("buffer_s", 60.0, 14400.0, session.buffer);
   schema.number("window_s", 0.0, 14400.0, [&session](double value) {
     if (value > 0.0) session.window_length = value;
   });
-  schema.number("min_window_quality", 0.0, 1.0, into(session.min_window_quality));
-  schema.number("identify_period_s", 10.0, 86400.0, into(session.identify_period));
-  schema.number("retry_period_s", 10.0, 86400.0, into(session.retry_period));
-  schema.number("capacity_ah", 1.0, 1000.0, into(session.capacity));
-  schema.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, into(session.series_blocks));
-  schema.number("crank_current_a", -2000.0, -1.0, into(session.events.crank_current));
+  schema.number("min_window_quality", 0.0, 1.0, session.min_window_quality);
+  schema.number("identify_period_s", 10.0, 86400.0, session.identify_period);
+  schema.number("retry_period_s", 10.0, 86400.0, session.retry_period);
+  schema.number("capacity_ah", 1.0, 1000.0, session.capacity);
+  schema.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, session.series_blocks);
+  schema.number("crank_current_a", -2000.0, -1.0, session.events.crank_current);
   schema.map("standing_query", standingQuerySchema(options.standing));
   schema.map("fit", fitSchema(session.identify));
-  schema.number("diagnose_period_s", 0.0, 86400.0, into(options.diagnose_period));
+  schema.number("diagnose_period_s", 0.0, 86400.0, options.diagnose_period);
   schema.flag("use_diagnosis", options.use_diagnosis);
-  schema.text("state_file", into(options.state_file));
-  schema.text("priors", into(options.priors));
-  schema.text("vehicle_type", into(options.vehicle_type));
+  schema.text("state_file", options.state_file);
+  schema.text("priors", options.priors);
+  schema.text("vehicle_type", options.vehicle_type);
   return schema;
 }
 
 /// The defaults, those in volts of as many blocks as are asked for.
 NodeOptions defaultsFor(Value& parameters) {
-  NodeOptions options;
-  if (!parameters.valid() || parameters.getType() != Value::TypeStruct ||
-      !parameters.hasMember("series_blocks"))
-    return options;
-  Value& given = parameters["series_blocks"];
-  Schema only_blocks;
-  double series_blocks = 1.0;
-  only_blocks.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, into(series_blocks));
-  Value alone;
-  alone["series_blocks"] = given;
-  Faults told_later;
-  only_blocks.read(alone, "~", told_later);
-  *options.standing.cranking.u_required *= series_blocks;
-  options.standing.charge.u_boost *= series_blocks;
+  NodeOptions given, options;
+  Faults reported_later;
+  schemaOf(given).read(parameters, "~", reported_later);
+  *options.standing.cranking.u_required *= given.session.series_blocks;
+  options.standing.charge.u_boost *= given.session.series_blocks;
   return options;
 }
 
 void findContradictions(const NodeOptions& options, Faults& faults) {
   const SessionOptions& session = options.session;
-  if (!areSeriesBlocks(session.series_blocks))
-    faults.push_back("~series_blocks is " + shown(session.series_blocks) + ", expected " +
-                     kAllowedSeriesBlocks);
-  if (session.window_length && *session.window_length < 60.0) {
-    faults.push_back("~window_s is " + shown(*session.window_length) +
-                     ", expected 0 (automatic) or 60 to 14400");
-  }
-  if (options.standing.charge.u_boost < kMinBoost)
-    faults.push_back("~standing_query/u_boost_v is " + shown(options.standing.charge.u_boost) +
-                     ", expected 0 (at which the battery was charged lately) or " +
-                     shown(kMinBoost) + " to 100");
-  if (options.diagnose_period > 0.0 && options.diagnose_period < 60.0) {
-    faults.push_back("~diagnose_period_s is " + shown(options.diagnose_period) +
-                     ", expected 0 (only on request) or 60 to 86400");
-  }
-  if (options.use_diagnosis && session.identify.start == FitStart::kPaper) {
-    faults.push_back(
-        "~use_diagnosis is true and ~fit/start paper, expected robust: effects are not fitted "
-        "otherwise");
-  }
-  if (session.window_length && *session.window_length > session.buffer) {
-    faults.push_back("~window_s is " + shown(*session.window_length) +
-                     ", expected at most ~buffer_s, which is " + shown(session.buffer));
-  }
-  if (!options.vehicle_type.empty() && options.priors.empty())
-    faults.push_back("~vehicle_type is '" + options.vehicle_type +
-                     "', expected with ~priors, whose types it is one of");
+  const auto require = [&faults](bool holds, const std::string& name, const std::string& found,
+                                 const std::string& expected) {
+    if (!holds) faults.push_back("~" + name + " is " + found + ", expected " + expected);
+  };
+  const double window = session.window_length.value_or(0.0), blocks = session.series_blocks,
+               u_boost = options.standing.charge.u_boost, period = options.diagnose_period;
+  require(areSeriesBlocks(blocks), "series_blocks", shown(blocks), kAllowedSeriesBlocks);
+  require(!session.window_length || window >= 60.0, "window_s", shown(window),
+          "0 (automatic) or 60 to 14400");
+  require(u_boost >= kMinBoost, "standing_query/u_boost_v", shown(u_boost),
+          "0 (at which the battery was charged lately) or " + shown(kMinBoost) + " to 100");
+  require(!(period > 0.0 && period < 60.0), "diagnose_period_s", shown(period),
+          "0 (only on request) or 60 to 86400");
+  require(!options.use_diagnosis || session.identify.start != FitStart::kPaper, "use_diagnosis",
+          "true and ~fit/start paper", "robust: effects are not fitted otherwise");
+  require(window <= session.buffer, "window_s", shown(window),
+          "at most ~buffer_s, which is " + shown(session.buffer));
+  require(options.vehicle_type.empty() || !options.priors.empty(), "vehicle_type",
+          "'" + options.vehicle_type + "'", "with ~priors, whose types it is one of");
 }
 
 void readPriors(NodeOptions& options, Faults& faults) {
@@ -253,12 +213,8 @@ void readPriors(NodeOptions& options, Faults& faults) {
 }  // namespace
 
 StopTimeQuery StandingQueries::stopTime() const {
-  StopTimeQuery query;
-  query.i_load = cranking.i_load;
-  query.i_cranking = cranking.i_cranking;
-  query.t_cranking = cranking.t_cranking;
-  query.u_required = cranking.u_required.value_or(0.0);
-  return query;
+  return {cranking.i_load, cranking.i_cranking, cranking.t_cranking,
+          cranking.u_required.value_or(0.0)};
 }
 
 ChargeAcceptanceQuery StandingQueries::chargeAt(const std::optional<double>& lately) const {

@@ -7,7 +7,7 @@
 #include <system_error>
 
 #include "report/model_yaml.hpp"
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 #include "util/printable.hpp"
 
 namespace battery_sof {
@@ -24,8 +24,6 @@ std::string faultOf(const fs::path& path) {
   return printable(path.string()) + " cannot be used: " + why;
 }
 
-bool isGone(pid_t process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
-
 /// What writeFileAtomically() of a process that was killed left behind: ".NAME.PID-NUMBER".
 void removeDrafts(const fs::path& path) {
   const std::string begin = "." + path.filename().string() + ".";
@@ -37,8 +35,8 @@ void removeDrafts(const fs::path& path) {
     char* rest = nullptr;
     const long process = std::strtol(name.c_str() + begin.size(), &rest, 10);
     std::error_code ignored;
-    if (process > 0 && *rest == '-' && isGone(static_cast<pid_t>(process)))
-      fs::remove(entry->path(), ignored);
+    const bool is_gone = ::kill(static_cast<pid_t>(process), 0) != 0 && errno == ESRCH;
+    if (process > 0 && *rest == '-' && is_gone) fs::remove(entry->path(), ignored);
   }
 }
 

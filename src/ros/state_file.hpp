@@ -37,8 +37,6 @@ class StateFile {
   /// be moved.
   std::string setAside() const;
 
-  const std::filesystem::path& path() const { return path_; }
-
  private:
   std::filesystem::path path_;
 };

@@ -5,7 +5,6 @@
 #include <unsupported/Eigen/AutoDiff>
 
 #include "regression/levenberg_marquardt.hpp"
-#include "state/noise_filter.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -3,7 +3,6 @@
 #include "battery_sof/series.hpp"
 #include "model/input_sequence.hpp"
 #include "state/fitted_model.hpp"
-#include "state/noise_filter.hpp"
 
 namespace battery_sof {
 

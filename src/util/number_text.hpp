@@ -2,9 +2,7 @@
 
 #include <locale.h>
 
-#include <locale>
 #include <optional>
-#include <sstream>
 #include <string_view>
 
 namespace battery_sof {
@@ -30,12 +28,6 @@ class ClassicNumbers {
 
  private:
   locale_t before_;
-};
-
-/// A text to write into in the classic locale.
-class ClassicStream : public std::ostringstream {
- public:
-  ClassicStream() { imbue(std::locale::classic()); }
 };
 
 }  // namespace battery_sof

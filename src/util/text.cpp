@@ -11,6 +11,13 @@
 
 namespace battery_sof {
 
+std::string countsText(std::initializer_list<std::pair<std::size_t, const char*>> counts) {
+  std::vector<std::string> parts;
+  for (const auto& [count, what] : counts)
+    if (count > 0) parts.push_back(std::to_string(count) + " " + what);
+  return join(parts);
+}
+
 std::string sentenceOf(const char* pattern, std::va_list arguments) {
   const ClassicNumbers classic;
   std::va_list again;

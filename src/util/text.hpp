@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstdarg>
+#include <initializer_list>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace battery_sof {
@@ -24,6 +26,9 @@ std::string join(const Names& names, const char* between = ", ") {
   }
   return text;
 }
+
+/// @return "3 stuck, 1 repeated": what there is any of. @param counts each with what it counts.
+std::string countsText(std::initializer_list<std::pair<std::size_t, const char*>> counts);
 
 /// Formatted text, in the classic locale.
 __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...);

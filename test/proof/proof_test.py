@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from battery_sof_tools import rates
 from battery_sof_tools.files import ROOT, digest
 from battery_sof_tools.benchmark import scorers
-from battery_sof_tools.benchmark.preregistered import base_circuit as base, difficulty, judged, levels, pages, score, seal, strength
+from battery_sof_tools.benchmark.preregistered import base_circuit as base, difficulty, judged, levels, score, seal, strength
 from battery_sof_tools.sof import catalogue, program
 
 CATALOGUE = catalogue(program(os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build")), "sof"))
@@ -193,32 +193,14 @@ class Counting(unittest.TestCase):
         said["effects"][0]["evidence"] = 30.0
         self.assertEqual(judged.weak_names(case("C1", "effect", "ocv_soc", ["ocv_soc"], said)), [])
 
-    def test_before_and_after_are_medians_by_level_and_truth(self):
-        cases = []
-        for base in (0.002, 0.004, 0.008):
-            said = answer("named", ("cpe2",))
-            said["holdout"]["base"]["rmse_v"], said["holdout"]["extended"]["rmse_v"] = base, 0.5 * base
-            cases.append(case("C1", "effect", "cpe2", ["cpe2"], said))
-        cases.append(case("N1", "null", "-", [], answer("no_mismatch")))
-        table = score.before_after(cases)
-        self.assertEqual(list(table), [("C1", "cpe2")])
-        self.assertEqual((table["C1", "cpe2"]["cases"], table["C1", "cpe2"]["base_rmse_v"], table["C1", "cpe2"]["extended_rmse_v"]), (3, 0.004, 0.002))
-        self.assertIsNone(table["C1", "cpe2"]["told_rmse_v"])
-
-    def test_pages_hold_every_figure(self):
+    def test_the_text_holds_every_figure(self):
         cases = [case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("ocv_soc",))), case("N1", "null", "-", [], answer("no_mismatch"))]
-        report = {"seal": {"cases": 2, "frozen_commit": "x", "labels_sha256": "y"}, "cases": cases, "figures": score.figures(cases), "failed": [],
-                  "confusion": score.confusion(cases), "before_after": score.before_after(cases), "mechanisms": score.by_mechanism(cases), "wrong": [score.told_of(cases[0])]}
-        with tempfile.TemporaryDirectory() as folder:
-            page = os.path.join(folder, "score.md")
-            pages.write(report, page, os.path.join(folder, "pictures"))
-            with open(page) as f:
-                text = f.read()
-            self.assertIn("0 of 1 = 0.0 %", text)
-            self.assertIn("(pictures/proof_confusion.png)", text)
-            for picture in ("proof_confusion.png", "proof_before_after.png"):
-                self.assertTrue(os.path.getsize(os.path.join(folder, "pictures", picture)) > 10000, picture)
-        self.assertIn("cpe2", pages.as_text(report))
+        text = score.as_text(score.score({"cases": 2, "frozen_commit": "x", "labels_sha256": "y"}, cases, ["case_0009"]))
+        for figure in score.figures(cases):
+            self.assertIn(figure.text, text)
+        self.assertRegex(text, r"C1 +first name true +0 of 1 = 0\.0 %")
+        self.assertRegex(text, r"C1 cpe2 +ocv_soc 1\n")
+        self.assertRegex(text, r"not judged\n  case_0009")
 
 
 def mechanism_of(level, truths, whole, family="effect", name=None):

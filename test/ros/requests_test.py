@@ -75,7 +75,7 @@ class Requests(NodeTest):
         profile = service("large", "simulate_profile", SimulateProfile)
         refused = profile(time=[5e-324, 1e-323], current=[-20.0, 20.0])
         self.assertEqual(refused.code, INVALID)
-        self.assertIn("time[0] is 4.94066e-324, expected at least", refused.message)
+        self.assertIn("time[0] is 4.94066e-324 s after the one before, expected at least", refused.message)
         maps = service("large", "predict_map", PredictMap)
         wide = dict(u_boost=[13.0 + 0.005 * k for k in range(200)], t_sof2=[1.0 + 10.0 * k for k in range(200)])
 

@@ -35,7 +35,7 @@ MARK = re.compile(r"<!-- (?:run me(?P<exit>, exit \d)?(?P<core> with roscore)?|n
 BUILD = ""
 sys.path.insert(0, os.path.join(ROOT, "tools"))
 
-from battery_sof_tools import reading_ease  # noqa: E402  (below the path)
+import reading_ease  # noqa: E402  (beside this file)
 
 
 class Block:

@@ -16,7 +16,8 @@ sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 import numpy as np
 
-from battery_sof_tools import concealment, docs_site, files, progress, rates, reading_ease, recordings, stop_rules, tables, tidy, update_cli_page, update_effects_page
+import reading_ease  # beside this file
+from battery_sof_tools import concealment, docs_site, files, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
 from battery_sof_tools.benchmark import answers, laws, real
 from battery_sof_tools.benchmark.generator import Generator
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
@@ -47,7 +48,7 @@ class Rates(unittest.TestCase):
         for k, n in ((0, 10), (3, 10), (9, 10), (10, 10), (45, 50)):
             for p in rates.wilson(k, n):
                 if 0.0 < p < 1.0:
-                    self.assertAlmostEqual(abs(k / n - p) / np.sqrt(p * (1.0 - p) / n), rates.Z_95, places=9)
+                    self.assertAlmostEqual(abs(k / n - p) / np.sqrt(p * (1.0 - p) / n), 1.959963984540054, places=9)
         self.assertEqual((rates.wilson(0, 10)[0], rates.wilson(10, 10)[1]), (0.0, 1.0))
 
     def test_a_rate_without_cases_is_no_case(self):
@@ -89,18 +90,19 @@ class Progress(unittest.TestCase):
 class CliPage(unittest.TestCase):
     def test_the_page_of_the_command_is_what_its_help_says(self):
         with open(os.path.join(ROOT, "docs", "cli.md")) as file:
-            self.assertEqual(file.read(), update_cli_page.page(program(BUILD, "sof")), "docs/cli.md is behind: run scripts/update_cli_page")
+            page = file.read()
+        self.assertEqual(page, pages_of_sof.with_part(page, "cli.md", pages_of_sof.cli(program(BUILD, "sof"))), "docs/cli.md is behind: run scripts/update_cli_page")
 
     def test_every_subcommand_is_found(self):
-        self.assertEqual(update_cli_page.subcommands("sof\n\nSubcommands:\n  check    looks\n  stop-time   asks\n           more\n"), ["check", "stop-time"])
+        self.assertEqual(pages_of_sof.subcommands("sof\n\nSubcommands:\n  check    looks\n  stop-time   asks\n           more\n"), ["check", "stop-time"])
 
 
     def test_an_option_of_three_subcommands_is_listed_once(self):
         own = "does it\nUsage: sof x [OPTIONS] REC\n\nPositionals:\n  REC INPUT  a recording\n\nOptions:\n  -h,--help   help\n  --shared A\n       of many\n  --own-{}    of one\n"
         helps = {name: own.format(name) for name in ("a", "b", "c")}
-        self.assertEqual(update_cli_page.shared(helps), {("a", "b", "c"): ["  --shared A\n       of many"]})
-        self.assertEqual(update_cli_page.shared({name: helps[name] for name in ("a", "b")}), {})
-        self.assertEqual(update_cli_page.section("a", helps["a"], {"  --shared A\n       of many"}), "\n## sof a\n\n    does it\n    Usage: sof x REC\n\n      --own-a    of one\n")
+        self.assertEqual(pages_of_sof.shared(helps), {("a", "b", "c"): ["  --shared A\n       of many"]})
+        self.assertEqual(pages_of_sof.shared({name: helps[name] for name in ("a", "b")}), {})
+        self.assertEqual(pages_of_sof.section("a", helps["a"], {"  --shared A\n       of many"}), "\n## sof a\n\n    does it\n    Usage: sof x REC\n\n      --own-a    of one\n")
 
 
 class ReadingEase(unittest.TestCase):
@@ -193,9 +195,9 @@ class Effects(unittest.TestCase):
         self.assertRaises(Failure, call, ["/bin/sh", "-c", "kill -SEGV $$"])
 
     def test_a_page_without_marks_is_refused(self):
-        page = "before\n" + update_effects_page.BEGIN + "old\n" + update_effects_page.END + "after\n"
-        self.assertEqual(update_effects_page.with_catalogue(page, "new\n"), page.replace("old", "new"))
-        self.assertRaises(SystemExit, update_effects_page.with_catalogue, "no marks", "new")
+        page = "old\n".join(("before\n" + pages_of_sof.MARKS["effects.md"][0], pages_of_sof.MARKS["effects.md"][1] + "after\n"))
+        self.assertEqual(pages_of_sof.with_part(page, "effects.md", "new\n"), page.replace("old", "new"))
+        self.assertRaises(SystemExit, pages_of_sof.with_part, "no marks", "effects.md", "new")
 
 
 class Recordings(unittest.TestCase):

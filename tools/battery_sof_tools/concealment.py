@@ -1,9 +1,8 @@
 """An effect of known strength put into a recording that was measured.
 
-current_offset [A]; discharge_missed, charge_missed: share of one direction that the current sensor misses [1]; time_skew: voltage late by [s];
-contact_resistance: step at an instant [ohm]; voltage_drift [V/h]; acid_transport: R LP_tau[i] [ohm]; ocv_soc: slope over charge [V/Ah];
-high_rate_depletion: 0.15 V ln(1 - LP_tau[(-i)+] / i_L), strength 1/i_L [1/A]; memory_resistance: i LP_tau|i| [ohm/A], in no catalogue;
-series_resistance [ohm], voltage_step (from the first sample on) [V], white_noise [V]: what the base circuit takes up, nothing to find.
+current_offset [A]; time_skew: voltage late by [s]; contact_resistance: step at an instant [ohm];
+voltage_drift [V/h]; acid_transport: R LP_tau[i] [ohm]; ocv_soc: slope over charge [V/Ah];
+high_rate_depletion: 0.15 V ln(1 - LP_tau[(-i)+] / i_L), strength 1/i_L [1/A].
 
 With numpy alone; shares no code with the product. Nothing is integrated across a gap (longer than three times the median interval): a memory
 decays with the time that passed, a charge stays. A step back of the clock counts as no time.
@@ -58,39 +57,21 @@ def shifted(t, u, delay):
     return out
 
 
-def added_voltage(name, t, i, strength, tau, instant):
-    """What an addition to the voltage adds [V]."""
-    if name == "contact_resistance":
-        return strength * i * (t > instant)
-    if name == "voltage_drift":
-        return strength * (t - t[0]) / 3600.0
-    if name == "acid_transport":
-        return strength * low_pass(t, i, tau)
-    if name == "ocv_soc":
-        return strength * charge(t, i)
-    if name == "high_rate_depletion":
-        return DEPLETION_VOLTAGE * np.log(1.0 - np.minimum(strength * low_pass(t, np.maximum(-i, 0.0), tau), DEEPEST))
-    if name == "memory_resistance":
-        return strength * i * low_pass(t, np.abs(i), tau)
-    if name == "series_resistance":
-        return strength * i
-    if name == "voltage_step":
-        return np.full(len(t), strength)
-    if name == "white_noise":
-        return np.random.default_rng(1).normal(0.0, strength, len(t))
-    raise ValueError("no addition of that name: " + name)
-
-
 def changed(name, t, i, u, strength, tau, instant):
     """Current and voltage with the addition."""
-    if strength == 0.0:
-        return i, u
     if name == "current_offset":
         return i + strength, u
-    if name == "discharge_missed":
-        return np.where(i < 0.0, (1.0 - strength) * i, i), u
-    if name == "charge_missed":
-        return np.where(i > 0.0, (1.0 - strength) * i, i), u
     if name == "time_skew":
         return i, shifted(t, u, strength)
-    return i, u + added_voltage(name, t, i, strength, tau, instant)
+    if name == "contact_resistance":
+        return i, u + strength * i * (t > instant)
+    if name == "voltage_drift":
+        return i, u + strength * (t - t[0]) / 3600.0
+    if name == "acid_transport":
+        return i, u + strength * low_pass(t, i, tau)
+    if name == "ocv_soc":
+        return i, u + strength * charge(t, i)
+    if name == "high_rate_depletion":
+        used_up = np.minimum(strength * low_pass(t, np.maximum(-i, 0.0), tau), DEEPEST)
+        return i, u + DEPLETION_VOLTAGE * np.log(1.0 - used_up)
+    raise ValueError("no addition of that name: " + name)

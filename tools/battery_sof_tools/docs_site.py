@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 
-from .files import ROOT, write_text
+from .files import ROOT, pages_of_docs, read_text, write_text
 
 TOP = {"README.md": "index.md", "CONTRIBUTING.md": "CONTRIBUTING.md"}  # pages outside docs/, and what they are called in the site
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
@@ -85,29 +85,17 @@ def fitted(text, page, outside):
     return LINK.sub(link, text)
 
 
-def pages():
-    """Paths of all pages in the checkout."""
-    found = list(TOP)
-    for folder, _, names in os.walk(os.path.join(ROOT, "docs")):
-        found += [os.path.relpath(os.path.join(folder, name), ROOT) for name in sorted(names) if name.endswith(".md")]
-    return found
-
-
-def copy(path, folder):
-    goal = os.path.join(folder, place_in_site(path))
-    os.makedirs(os.path.dirname(goal), exist_ok=True)
-    shutil.copyfile(os.path.join(ROOT, path), goal)
-
-
 def assemble(folder):
     """The pages as mkdocs is to read them."""
     outside = set()
     shutil.copytree(os.path.join(ROOT, "docs"), folder)
-    for page in pages():
-        with open(os.path.join(ROOT, page)) as file:
-            write_text(os.path.join(folder, place_in_site(page)), fitted(file.read(), page, outside))
+    for page in [*TOP, *pages_of_docs()]:
+        text = fitted(read_text(os.path.join(ROOT, page)), page, outside)
+        write_text(os.path.join(folder, place_in_site(page)), text)
     for path in outside:
-        copy(path, folder)
+        goal = os.path.join(folder, place_in_site(path))
+        os.makedirs(os.path.dirname(goal), exist_ok=True)
+        shutil.copyfile(os.path.join(ROOT, path), goal)
 
 
 def add_headers(folder):

@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import errno
+import glob
 import hashlib
 import json
 import os
@@ -11,6 +12,11 @@ import stat
 from .progress import followed
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))  # of the package
+
+
+def pages_of_docs():
+    """Paths of every page below docs/, from ROOT on."""
+    return sorted(glob.glob(os.path.join("docs", "**", "*.md"), root_dir=ROOT, recursive=True))
 
 
 def require_regular(path):
@@ -29,9 +35,13 @@ def printable(text):
     return "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in utf8(text))
 
 
-def read_json(path):
+def read_text(path):
     with open(path) as file:
-        return json.load(file)
+        return file.read()
+
+
+def read_json(path):
+    return json.loads(read_text(path))
 
 
 def write_json(path, value):

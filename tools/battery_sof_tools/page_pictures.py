@@ -1,8 +1,8 @@
 """Pictures of pages, by headless Chromium.
 
     page_pictures PAGE.html FOLDER          a diagnosis page, for docs/reading-a-diagnosis.md
-    page_pictures --live DRIVE.bag PICTURE  the live page down to its answers, while the bag is played (with the devel space sourced);
-                                            PICTURE.gif shows ten seconds of it
+    page_pictures --live DRIVE.bag OUT.gif  ten seconds of the live page while the bag is played,
+                                            for docs/node.md (with the devel space sourced)
 """
 
 import base64
@@ -10,9 +10,8 @@ import os
 import sys
 import tempfile
 import time
-import urllib.request
 
-from .stress.ros import Processes, free_port, wait_until
+from .stress.ros import Processes, free_port, is_listening, wait_until
 
 WIDTH = 1100
 FRAMES = 10
@@ -48,45 +47,29 @@ def shoot(driver, top, bottom, path):
 
 
 def live(bag, picture):
-    """The live page once charges have been compared, so that all three answers stand on something."""
+    """The live page down to its answers, a picture a second, once charges have been compared."""
+    from PIL import Image
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, Processes(folder) as processes:
-        address = f"http://127.0.0.1:{free_port()}/"
+        port = free_port()
         processes.start("roslaunch", "battery_sof", "replay.launch", f"bag:={os.path.abspath(bag)}", f"rate:={LIVE_RATE}")
-        processes.start("roslaunch", "--wait", "battery_sof", "live.launch", "port:=" + address.split(":")[2].strip("/"))
+        processes.start("roslaunch", "--wait", "battery_sof", "live.launch", f"port:={port}")
         driver = browser(os.path.join(folder, "profile"))
         try:
             measured(driver)
-            wait_until(lambda: is_served(address), 60, "the live page")
-            driver.get(address)
+            wait_until(lambda: is_listening(port), 60, "the live page")
+            driver.get(f"http://127.0.0.1:{port}/")
             wait_until(lambda: driver.execute_script("return document.querySelectorAll('#charges tr').length") > LIVE_CHARGES, 120, "charges on the live page")
             bottom = driver.execute_script("return document.querySelector('#answers').getBoundingClientRect().bottom + scrollY")
-            if picture.endswith(".gif"):
-                moving(driver, bottom, folder, picture)
-            else:
-                shoot(driver, 0, bottom, picture)
+            frames = []
+            for n in range(FRAMES):
+                path = os.path.join(folder, f"{n}.png")
+                shoot(driver, 0, bottom, path)
+                frames.append(Image.open(path).convert("P", palette=Image.ADAPTIVE, colors=48))
+                time.sleep(1.0)
         finally:
             driver.quit()
-    return 0
-
-
-def moving(driver, bottom, folder, picture):
-    """Ten pictures, one a second."""
-    from PIL import Image
-    frames = []
-    for n in range(FRAMES):
-        path = os.path.join(folder, f"{n}.png")
-        shoot(driver, 0, bottom, path)
-        frames.append(Image.open(path).convert("P", palette=Image.ADAPTIVE, colors=48))
-        time.sleep(1.0)
     frames[0].save(picture, save_all=True, append_images=frames[1:], duration=1000, loop=0, optimize=True)
-
-
-def is_served(address):
-    try:
-        with urllib.request.urlopen(address):
-            return True
-    except OSError:
-        return False
+    return 0
 
 
 def main():

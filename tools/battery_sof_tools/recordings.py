@@ -64,6 +64,11 @@ def read(path, columns=COLUMNS, discharge_positive=False, start=-math.inf, end=m
     return t[kept], -i[kept] if discharge_positive else i[kept], u[kept]
 
 
+def read_plain(path):
+    """Time [s], current [A] and voltage [V] of a file of `sof` or `draw_scenario`, none missing."""
+    return np.loadtxt(path, delimiter=",", skiprows=1, usecols=(0, 1, 2)).T
+
+
 def measured(data, name):
     """One of MEASURED below a data folder, as read() gives it."""
     one = MEASURED[name]

@@ -1,6 +1,6 @@
 """Scores what a model of a window says of the next one, driven by what is controlled, beside what needs no physics.
 
-    score_next_window REC [REC ...] [--effects IDS] [--picture OUT.png] [--json OUT.json] [--sof SOF] COLUMNS
+    score_next_window REC [REC ...] [--effects IDS] [--json OUT.json] [--sof SOF] COLUMNS
     score_next_window REC --split 0.75 COLUMNS
 
 Windows of --window seconds begin at the first sample and every --window from there; one counts when it and its successor each hold at least 80 %
@@ -34,7 +34,6 @@ def arguments():
     parser.add_argument("--priors", help="PRIORS.yaml for sof identify")
     parser.add_argument("--window", type=float, default=900.0, help="[s] fitted, and predicted")
     parser.add_argument("--split", type=float, help="share of the recording's time that is fitted; the rest is predicted")
-    parser.add_argument("--picture", help="PNG to write")
     parser.add_argument("--json", help="file to write every window's scores to")
     recordings.add_column_arguments(parser)
     args = parser.parse_args()
@@ -84,82 +83,82 @@ def from_current(ahead):
             "charges_60s": [], "cranks": ahead["cranks"], "crank_mae_v": ahead["crank_mae_v"]}
 
 
+SHARES = ("share_percent", "current_share_percent", "voltage_share_percent")
+ERRORS = (("charges_10s_a", "{:.2f} A"), ("charges_60s_a", "{:.2f} A"), ("cranks_mv", "{:.0f} mV"))
+
+
 def shares(found, who, key):
     return np.array([f[who][key] for f in found if f[who][key] is not None], float)
 
 
 def events(found, who, key, measured, predicted):
-    """Errors and widths of events pooled over windows, and whether each fell into its interval."""
-    rows = [(e[measured], e[predicted], e["lower_" + measured[-1]], e["upper_" + measured[-1]]) for f in found for e in f[who][key]]
+    """Errors and widths of events pooled over windows, and the share inside; None without one."""
+    unit = measured[-1]
+    rows = [[e[one] for one in (measured, predicted, f"lower_{unit}", f"upper_{unit}")]
+            for f in found for e in f[who][key]]
     if not rows:
         return None
     m, p, low, high = np.array(rows, float).T
-    return {"error": np.abs(m - p), "inside": np.mean((m >= low) & (m <= high)), "width": np.median(high - low), "count": len(m)}
-
-
-def quartiles(values):
-    return "-" if len(values) == 0 else "{1:.1f} ({0:.0f} {2:.0f})".format(*np.percentile(values, [25, 50, 75]))
+    return {"error": np.abs(m - p), "count": len(m), f"width_{unit}": float(np.median(high - low)),
+            "inside_percent": 100 * float(np.mean((m >= low) & (m <= high)))}
 
 
 def pooled(found, who):
-    return {"10 s": events(found, who, "charges", "measured_a", "predicted_a"), "60 s": events(found, who, "charges_60s", "measured_a", "predicted_a"),
+    return {"10": events(found, who, "charges", "measured_a", "predicted_a"),
+            "60": events(found, who, "charges_60s", "measured_a", "predicted_a"),
             "cranks": events(found, who, "cranks", "measured_min_v", "predicted_min_v")}
 
 
-def intervals(all_events):
-    text = []
-    for name, unit in (("cranks", "V"), ("10 s", "A")):
-        if all_events[name]:
-            text.append("{}: {:.0f} % of {} inside, {:.3g} {} wide".format(name, 100 * all_events[name]["inside"], all_events[name]["count"], all_events[name]["width"], unit))
-    return "; ".join(text)
+def figures(found):
+    """Medians over windows, and events of all of them."""
+    of, each = {"windows": len(found)}, {who: pooled(found, who) for who in ("model", "baseline")}
+    for who, its_events in each.items():
+        of[who] = {key: float(np.median(values)) for key in SHARES
+                   if len(values := shares(found, who, key))}
+        of[who].update({f"charges_{key}s_a": float(np.median(its_events[key]["error"]))
+                        for key in ("10", "60") if its_events[key]})
+        if its_events["cranks"]:
+            of[who]["cranks_mv"] = 1e3 * float(np.mean(its_events["cranks"]["error"]))
+    for name, key in (("cranks", "cranks"), ("charges", "10")):
+        one = each["model"][key]
+        of[name] = one and {what: value for what, value in one.items() if what != "error"}
+    return of
+
+
+def quartiles(values):
+    if len(values) == 0:
+        return "-"
+    return "{1:.1f} ({0:.0f} {2:.0f})".format(*np.percentile(values, [25, 50, 75]))
 
 
 def rank(found):
     """Correlation of window quality with the next window's share, and with its cranks' mean error."""
     from scipy.stats import spearmanr  # half a second, and not all that import this module rank
-    with_share = [(f["window_quality"], f["model"]["share_percent"]) for f in found if f["model"]["share_percent"] is not None]
-    with_cranks = [(f["window_quality"], f["model"]["crank_mae_v"]) for f in found if f["model"]["crank_mae_v"] is not None]
-    return ["-" if len(pairs) < 5 else "{:+.2f}".format(spearmanr(*zip(*pairs)).statistic) for pairs in (with_share, with_cranks)]
+    pairs = [[(f["window_quality"], f["model"][key]) for f in found if f["model"][key] is not None]
+             for key in ("share_percent", "crank_mae_v")]
+    return ["-" if len(some) < 5 else f"{spearmanr(*zip(*some)).statistic:+.2f}" for some in pairs]
 
 
 def summary(label, found):
     if not found:
-        print("{}: no window".format(label))
+        print(f"{label}: no window")
         return
-    print("{}: {} windows; share in %: median (quartiles)".format(label, len(found)))
-    print("  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}".format("", "both", "current", "voltage", "10 s", "60 s", "cranks"))
+    of, row = figures(found), "  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}"
+    print(f"{label}: {len(found)} windows; share in %: median (quartiles)")
+    print(row.format("", "both", "current", "voltage", "10 s", "60 s", "cranks"))
     for who in ("model", "baseline"):
-        e = pooled(found, who)
-        median = ["{:.2f} A".format(np.median(e[k]["error"])) if e[k] else "-" for k in ("10 s", "60 s")]
-        crank = "{:.0f} mV".format(1e3 * np.mean(e["cranks"]["error"])) if e["cranks"] else "-"
-        print("  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}".format(who, *(quartiles(shares(found, who, k + "share_percent")) for k in ("", "current_", "voltage_")), *median, crank))
-    print("  90 % intervals  " + (intervals(pooled(found, "model")) or "no event"))
-    worse = sum(1 for f in found if None not in (f["model"]["share_percent"], f["baseline"]["share_percent"]) and f["model"]["share_percent"] < f["baseline"]["share_percent"])
-    print("  {} windows where the straight lines explain more; fit {:.0f} ms (median)".format(worse, np.median([f["fit_ms"] for f in found])))
-
-
-def picture(found, path):
-    import matplotlib
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    figure, axes = plt.subplots(1, 2, figsize=(11, 4.5))
-    names = sorted({f["recording"] for f in found})
-    for name, marker in zip(names, "os^vDP"):
-        mine = [f for f in found if f["recording"] == name]
-        value = lambda who: np.clip([f[who]["share_percent"] for f in mine], -50, 100)
-        axes[0].plot(value("baseline"), value("model"), marker, label=name, alpha=0.8)
-    axes[0].plot([-50, 100], [-50, 100], color="0.6", linewidth=0.8)
-    axes[0].set(xlabel="straight lines and past events [%]", ylabel="model [%]", title="Share of the next window explained, one point a window", xlim=(-53, 103), ylim=(-53, 103))
-    axes[0].legend()
-    for who, colour in (("baseline", "0.5"), ("model", "tab:blue")):
-        value = np.sort(np.clip(shares(found, who, "share_percent"), -50, 100))
-        axes[1].plot(value, (np.arange(len(value)) + 0.5) / len(value), "o-", markersize=3, color=colour, label="{}: median {:.1f} %".format(who, np.median(value)))
-    axes[1].set(xlabel="share of the next window explained [%]", ylabel="share of windows below", title="Sorted ({} windows; below -50 drawn at -50)".format(len(found)))
-    axes[1].legend()
-    for axis in axes:
-        axis.grid(alpha=0.3)
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
+        print(row.format(who, *(quartiles(shares(found, who, key)) for key in SHARES),
+                         *(form.format(of[who][key]) if key in of[who] else "-"
+                           for key, form in ERRORS)))
+    text = "{}: {inside_percent:.0f} % of {count} inside, "
+    inside = [(text + width).format(name, **of[key])
+              for name, key, width in (("cranks", "cranks", "{width_v:.3g} V wide"),
+                                       ("10 s", "charges", "{width_a:.3g} A wide")) if of[key]]
+    print("  90 % intervals  " + ("; ".join(inside) or "no event"))
+    both = [[f[who]["share_percent"] for who in ("model", "baseline")] for f in found]
+    worse = sum(None not in one and one[0] < one[1] for one in both)
+    fit_ms = np.median([f["fit_ms"] for f in found])
+    print(f"  {worse} windows where the straight lines explain more; fit {fit_ms:.0f} ms (median)")
 
 
 def main():
@@ -190,6 +189,4 @@ def main():
     if args.json:
         with open(args.json, "w") as file:
             json.dump(found, file, indent=1)
-    if args.picture:
-        picture(found, args.picture)
     return 0

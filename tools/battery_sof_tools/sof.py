@@ -1,5 +1,6 @@
 """The command `sof`: where it lies, what it answers, and the catalogue of effects as it prints it."""
 
+import csv
 import glob
 import json
 import os
@@ -7,7 +8,7 @@ import signal
 import subprocess
 import tempfile
 
-from .files import digest
+from .files import digest, read_json
 
 ANSWERED = (0, 1)  # exit codes with an answer: done, an honest negative outcome
 STOPPED = (signal.SIGTERM, signal.SIGINT)  # not the program's fault
@@ -57,6 +58,20 @@ def call(command, cwd=None, patience_s=None):
     return told.stdout
 
 
+def run(command):
+    """What a program printed; Failure with its words for any other exit code than 0."""
+    told = subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]))
+    if told.returncode:
+        # As sealed labels have it.
+        raise Failure(f"{os.path.basename(command[0])}: {told.stderr.strip()[:300]}")
+    return told.stdout
+
+
+def rows_of(command):
+    """Rows of a program that prints CSV, by column."""
+    return list(csv.DictReader(run(command).splitlines()))
+
+
 def diagnose(sof, recording, *options, patience_s=None):
     """The answer to a recording, alone in a folder of its own under a name that reports nothing. Failure where there is none."""
     with tempfile.TemporaryDirectory(prefix="sof_") as folder:
@@ -65,8 +80,7 @@ def diagnose(sof, recording, *options, patience_s=None):
         path = os.path.join(folder, ANSWER)
         if not os.path.exists(path):
             raise Failure("sof diagnose: no answer was written")
-        with open(path) as file:
-            return json.load(file)
+        return read_json(path)
 
 
 class Catalogue:

@@ -15,10 +15,7 @@ earlier is not known; the recorded one, later, is no higher on a battery that is
 
 import argparse
 import collections
-import csv
 import os
-import subprocess
-import sys
 import tempfile
 
 import numpy as np
@@ -27,7 +24,7 @@ import yaml
 from . import recordings
 from .files import ROOT
 from .progress import followed
-from .sof import call, program
+from .sof import call, program, rows_of
 from .tables import table
 
 Stop = collections.namedtuple("Stop", "begin end lowest rows")  # [s], [s], [V], (time [s], voltage [V]) while the engine was off
@@ -92,9 +89,8 @@ def decide(experiment, path, columns, stops, options):
     with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
         file.write("begin_s,end_s\n" + "".join(f"{s.begin!r},{s.end!r}\n" for s in stops))
         file.flush()
-        told = call([experiment, path, file.name, *columns, *options])
-    rows = list(csv.DictReader(told.splitlines()))
-    return [(int(r["stop"]), float(r["time_s"]), r["may_stop"] == "1") for r in rows], rows
+        rows = rows_of([experiment, path, file.name, *columns, *options])
+    return [(int(r["stop"]), float(r["time_s"]), r["may_stop"] == "1") for r in rows]
 
 
 def weakening(sof, seed, path, parts=10, length=600.0):
@@ -116,14 +112,6 @@ def weakening(sof, seed, path, parts=10, length=600.0):
     recordings.write(path, *(np.concatenate(each) for each in zip(*whole)))
 
 
-def judged(label, stops, decisions, args):
-    rules = [("manager", by_manager(stops, decisions)),
-             (f"voltage at least {args.rest_voltage:g} V", [by_voltage(s, args.rest_voltage) for s in stops]),
-             (f"at most {args.longest:g} s", [s.begin + args.longest for s in stops]),
-             ("always", [s.end for s in stops])]
-    return [(label, name, len(stops), outcome(stops, until, args.u_required)) for name, until in rules]
-
-
 def cells(label, rule, count, o):
     share = f"{100.0 * o.below / o.to_the_end:.1f} %" if o.to_the_end else "-"
     return [label, rule, f"{o.begun} of {count}", f"{o.off_s:.0f} s", o.to_the_end, o.below, share, o.missed]
@@ -143,7 +131,6 @@ def arguments():
     parser.add_argument("--longest", type=float, default=60.0, help="[s], of the rule by time")
     parser.add_argument("--crank-current", type=float, default=-150.0, help="[A]")
     recordings.add_column_arguments(parser)
-    parser.add_argument("--reasons", action="store_true", help="also why the manager let the engine run, and how often")
     return parser.parse_args()
 
 
@@ -151,20 +138,19 @@ def judge(args, path, names, label):
     columns = recordings.column_options(names, args.discharge_positive)
     stops = stops_of(*recordings.read(path, names, args.discharge_positive), args.crank_current)
     options = ["--u-required", str(args.u_required), "--margin", str(args.margin), f"--i-cranking={args.i_cranking}", "--t-cranking", str(args.t_cranking)]
-    decisions, rows = decide(program(args.build, "stop_rules_experiment"), path, columns, stops, options)
-    if args.reasons:
-        for reason, count in collections.Counter(r["reason"][:60] for r in rows if r["may_stop"] == "0").most_common(8):
-            print(f"  {count:5d}  {reason}", file=sys.stderr)
-    return judged(label, stops, decisions, args)
+    decisions = decide(program(args.build, "stop_rules_experiment"), path, columns, stops, options)
+    rules = [("manager", by_manager(stops, decisions)),
+             (f"voltage at least {args.rest_voltage:g} V", [by_voltage(s, args.rest_voltage) for s in stops]),
+             (f"at most {args.longest:g} s", [s.begin + args.longest for s in stops]),
+             ("always", [s.end for s in stops])]
+    return [(label, name, len(stops), outcome(stops, until, args.u_required)) for name, until in rules]
 
 
 def total(rows):
     """The rows of all recordings added up by rule."""
-    sums = {}
-    for _, rule, count, o in rows:
-        before = sums.get(rule, (0, Outcome(0, 0.0, 0, 0, 0)))
-        sums[rule] = (before[0] + count, Outcome(*(a + b for a, b in zip(before[1], o))))
-    return [("all", rule, count, o) for rule, (count, o) in sums.items()]
+    for rule in dict.fromkeys(row[1] for row in rows):
+        counts, outcomes = zip(*(row[2:] for row in rows if row[1] == rule))
+        yield "all", rule, sum(counts), Outcome(*map(sum, zip(*outcomes)))
 
 
 def main():
@@ -183,5 +169,5 @@ def main():
         raise SystemExit("nothing to compare: give recordings, or --weakening N")
     several = len({row[0] for row in rows}) > 1
     head = ["recording", "rule", "stops", "engine off", "to the end", f"below {args.u_required:g} V", "share", "missed"]
-    print("\n".join(table(head, [cells(*row) for row in rows + (total(rows) if several else [])])))
+    print("\n".join(table(head, [cells(*row) for row in rows + (list(total(rows)) if several else [])])))
     return 0

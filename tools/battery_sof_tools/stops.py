@@ -9,17 +9,13 @@ load that flows, 7.2 V and 200 A.
 """
 
 import argparse
-import csv
-import io
 import os
-import subprocess
 import tempfile
 
 import numpy as np
 
-from . import recordings
+from . import recordings, sof
 from .files import write_json
-from .sof import program
 from .tables import table
 
 # recordings with stops, capacity [Ah]
@@ -31,10 +27,7 @@ def rows_of(binary, name, data):
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "drive.csv")
         recordings.write(path, *recordings.measured(data, name))
-        out = subprocess.run([binary, path, "--capacity", str(STOPS[name])], capture_output=True, text=True)
-    if out.returncode:
-        raise SystemExit(out.stderr)
-    rows = list(csv.DictReader(io.StringIO(out.stdout)))
+        rows = sof.rows_of([binary, path, "--capacity", str(STOPS[name])])
     return [{key: value if key in ("kind", "basis") else float(value or "nan") for key, value in row.items()} for row in rows]
 
 
@@ -114,7 +107,7 @@ def main(given=None):
     parser.add_argument("--data", required=True)
     parser.add_argument("--json")
     a = parser.parse_args(given)
-    binary = program(a.build, "stops_experiment")
+    binary = sof.program(a.build, "stops_experiment")
     rows = {name: rows_of(binary, name, a.data) for name in STOPS}
     results = {name: figures(some) for name, some in rows.items()}
     results["all"] = figures([row for some in rows.values() for row in some])

@@ -11,10 +11,9 @@ import os
 import re
 import shlex
 import subprocess
-import sys
 import time
 
-from .files import ROOT
+from .files import ROOT, read_text
 
 LAST_COMMITS = 5
 OF_GCC_ALONE = "-Wno-unused-command-line-argument"  # limits of inlining
@@ -31,23 +30,16 @@ def git(*arguments):
     return answer.stdout.splitlines() if answer.returncode == 0 else None
 
 
-def base():
-    """The commit that changes are counted from, None where none is known."""
-    head = git("rev-parse", "HEAD")
-    for main in MAINS:
-        meeting = git("merge-base", "HEAD", main)
-        if meeting and meeting != head:
-            return meeting[0]
-    before = git("rev-parse", "--verify", "--quiet", f"HEAD~{LAST_COMMITS}")
-    return before[0] if before else None
-
-
 def changed():
-    """Files that differ from base(), those not yet added among them."""
-    since = base()
-    if since is None:
+    """Files that differ from where this branch left main, or from main's last commits; new ones too."""
+    head = git("rev-parse", "HEAD")
+    meetings = [git("merge-base", "HEAD", main) for main in MAINS]
+    before = git("rev-parse", "--verify", "--quiet", f"HEAD~{LAST_COMMITS}")
+    since = next((one for one in meetings if one and one != head), before)
+    if not since:
         return []
-    return (git("diff", "--name-only", "--diff-filter=d", since) or []) + (git("ls-files", "--others", "--exclude-standard") or [])
+    return (git("diff", "--name-only", "--diff-filter=d", since[0]) or []) + \
+        (git("ls-files", "--others", "--exclude-standard") or [])
 
 
 def without_precompiled(command):
@@ -81,21 +73,11 @@ def sources_of(files, sources):
             name = re.compile(rf'#include "([^"]*/)?{re.escape(os.path.basename(path))}"')
             stem = os.path.splitext(os.path.basename(path))[0] + ".cpp"
             named = [source for source in sources if os.path.basename(source) == stem]
-            found += named[:1] or [source for source in sources if includes(source, name)][:1]
+            found += (named or [source for source in sources
+                                if name.search(read_text(os.path.join(ROOT, source)))])[:1]
         elif path in sources:
             found.append(path)
     return list(dict.fromkeys(found))
-
-
-def includes(source, name):
-    with open(os.path.join(ROOT, source), encoding="utf-8") as file:
-        return bool(name.search(file.read()))
-
-
-def findings(folder, source):
-    """What clang-tidy says of a source; None where it has nothing to say."""
-    run = subprocess.run(["clang-tidy", "-p", folder, "--quiet", f"--extra-arg={OF_GCC_ALONE}", os.path.join(ROOT, source)], capture_output=True, text=True)
-    return None if run.returncode == 0 else run.stdout + run.stderr
 
 
 def look(folder, sources, jobs, seconds):
@@ -103,16 +85,21 @@ def look(folder, sources, jobs, seconds):
     until = time.monotonic() + seconds if seconds else float("inf")
     faulty, left_out = 0, []
 
-    def one(source):
-        return (source, findings(folder, source)) if time.monotonic() < until else (source, NotImplemented)
+    def findings(source):
+        """What clang-tidy says of a source, empty where that is nothing; None after the time."""
+        if time.monotonic() >= until:
+            return None
+        run = subprocess.run(["clang-tidy", "-p", folder, "--quiet", f"--extra-arg={OF_GCC_ALONE}",
+                              os.path.join(ROOT, source)], capture_output=True, text=True)
+        return "" if run.returncode == 0 else run.stdout + run.stderr + "\n"
 
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for source, said in pool.map(one, sources):
-            if said is NotImplemented:
+        for source, said in zip(sources, pool.map(findings, sources)):
+            if said is None:
                 left_out.append(source)
-            elif said is not None:
+            elif said:
                 faulty += 1
-                print(said, flush=True)
+                print(said, end="", flush=True)
     return faulty, left_out
 
 
@@ -133,7 +120,3 @@ def main(arguments=None):
     if left_out:
         print("left out for time: " + " ".join(left_out))
     return 1 if faulty or len(left_out) == len(wanted) else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

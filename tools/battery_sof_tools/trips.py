@@ -9,18 +9,15 @@ the trips are the reference simulator's, at 100 Hz: parked an hour to 30 days, w
 """
 
 import argparse
-import csv
-import io
 import json
 import os
-import subprocess
 import tempfile
 
 import numpy as np
 
 from . import recordings
 from .files import write_json
-from .sof import call, program
+from .sof import program, rows_of, run
 from .tables import table
 
 AGES = ((0.0, 60.0, "0-1"), (60.0, 300.0, "1-5"), (300.0, 900.0, "5-15"), (900.0, np.inf, "later"))
@@ -52,7 +49,7 @@ def simulated_trip(sof, path, battery, seed, soc, temperature):
                 "acquisition": {"voltage_white_v": 0.002, "current_white_a": 0.05}, "profile": {"kind": "city_drive", "net_charge_ah": 0.5}, **battery}
     with open(path + ".yaml", "w") as file:
         json.dump(scenario, file)
-    answer = json.loads(call([sof, "simulate", path + ".yaml", path, "--json", "-"]))
+    answer = json.loads(run([sof, "simulate", path + ".yaml", path, "--json", "-"]))
     time, current, voltage = recordings.read(path)
     with open(path, "w") as file:
         file.write("time_s,current_a,voltage_v,temperature_c\n")
@@ -96,10 +93,7 @@ def trips_of(pair, data):
 
 def played(binary, paths, parked):
     """Rows of trips_experiment, a list a trip."""
-    out = subprocess.run([binary, *paths, "--parked", str(parked)], capture_output=True, text=True)
-    if out.returncode:
-        raise SystemExit(out.stderr)
-    rows = list(csv.DictReader(io.StringIO(out.stdout)))
+    rows = rows_of([binary, *paths, "--parked", str(parked)])
     return [[row for row in rows if row["trip"] == os.path.basename(path)] for path in paths]
 
 
@@ -132,36 +126,37 @@ def changes(pairs, parked):
     return out
 
 
-def figures(rows):
-    """{kind: {age: figures}} of rows."""
-    out = {}
-    for low, high, name in AGES:
-        of_age = [row for row in rows if low <= float(row["time_s"]) < high]
-        valid = [row for row in of_age if row["kind"] == "valid"]
-        one = {"asked": len(valid)}
-        for key, column in (("crank", "measured"), ("stop", "expected"), ("charge", "lower")):
-            one["valid_" + key] = sum(int(row[column]) for row in valid)
-        widths = [float(row["upper"]) for row in valid if float(row["upper"]) >= 0.0]
-        one["width_v"] = float(np.median(widths)) if widths else None
-        for kind in ("crank", "charge"):
-            some = [[float(row[key]) for key in ("measured", "expected", "lower", "upper")] for row in of_age if row["kind"] == kind]
-            one[kind] = [[m - e, l <= m <= u, u - l] for m, e, l, u in some]
-        out[name] = one
-    return out
+def events(rows, kind):
+    """Error, whether inside, and width of every event of a kind, one a row."""
+    some = [[float(row[key]) for key in ("measured", "expected", "lower", "upper")]
+            for row in rows if row["kind"] == kind]
+    measured, expected, lower, upper = np.array(some).reshape(-1, 4).T
+    inside = (lower <= measured) & (measured <= upper)
+    return np.column_stack([measured - expected, inside, upper - lower])
 
 
-def pooled(all_figures, age):
-    """Figures of one age over all pairs: of shares, errors and widths."""
-    ones = [figures_of[age] for figures_of in all_figures]
-    asked = sum(one["asked"] for one in ones)
-    out = {f"valid_{key}_percent": 100.0 * sum(one["valid_" + key] for one in ones) / asked for key in ("crank", "stop", "charge")}
+def of_age(rows, low, high):
+    return [row for row in rows if low <= float(row["time_s"]) < high]
+
+
+def pooled(plays, low, high):
+    """Figures of one age over all plays: of shares, errors and widths."""
+    plays = [of_age(rows, low, high) for rows in plays]
+    every = [row for rows in plays for row in rows]
+    valid = [row for row in every if row["kind"] == "valid"]
+    out = {f"valid_{key}_percent": 100.0 * sum(int(row[column]) for row in valid) / len(valid)
+           for key, column in (("crank", "measured"), ("stop", "expected"), ("charge", "lower"))}
     for kind in ("crank", "charge"):
-        some = [event for one in ones for event in one[kind]]
-        errors, inside, widths = (np.array([event[k] for event in some]) for k in range(3))
-        out[kind + "s"] = {"count": len(some), "error": float(np.mean(np.abs(errors))) if some else None, "inside_percent": 100.0 * float(np.mean(inside)) if some else None,
-                           "width": float(np.median(widths)) if some else None}
-    widths = [one["width_v"] for one in ones if one["width_v"] is not None]
-    out["standing_width_v"] = float(np.median(widths)) if widths else None
+        error, inside, width = events(every, kind).T
+        some = len(error) > 0
+        out[kind + "s"] = {"count": len(error),
+                           "error": float(np.mean(np.abs(error))) if some else None,
+                           "inside_percent": 100.0 * float(np.mean(inside)) if some else None,
+                           "width": float(np.median(width)) if some else None}
+    widths = [[float(row["upper"]) for row in rows if row["kind"] == "valid"] for rows in plays]
+    known = [[width for width in some if width >= 0.0] for some in widths]
+    medians = [np.median(some) for some in known if some]
+    out["standing_width_v"] = float(np.median(medians)) if medians else None
     return out
 
 
@@ -207,7 +202,7 @@ def main(given=None):
             alone.append((case, played(binary, paths[1:], parked)))
     results = {}
     for which, plays in (("state_file", pairs), ("no_state_file", alone)):
-        of_plays = lambda some: {age: pooled([figures(rows) for rows in some], age) for _, _, age in AGES}
+        of_plays = lambda some: {age: pooled(some, low, high) for low, high, age in AGES}
         second = {}
         for case, trips in plays:
             second.setdefault("other battery" if a.simulated and SIMULATED[case][2] else "same battery", []).append(trips[-1])
@@ -231,7 +226,6 @@ def print_cases(pairs):
     rows = []
     for case in SIMULATED:
         plays = [trips[-1] for name, trips in pairs if name == case]
-        ones = [figures(trip) for trip in plays]
-        some = np.array([event for one in ones for age in ("0-1", "1-5") for event in one[age]["crank"]])
+        some = events([row for trip in plays for row in of_age(trip, 0.0, 300.0)], "crank")
         rows.append([case, f"{len(some)}: {np.mean(np.abs(some[:, 0])):.2f}, {100.0 * np.mean(some[:, 1]):.0f} %, {np.median(some[:, 2]):.1f}", f"{sum(map(swapped, plays))} of {len(plays)}"])
     print("\n".join(table(("parked", "cranks of minutes 0-5: mean error, inside, width [V]", "taken for another battery"), rows)) + "\n")

@@ -35,19 +35,17 @@ double rmse(const Series& series, IndexRange range, const std::vector<double>& v
 TEST(RidgeVoltage, LearnsAResistanceAndAMemoryAmongItsColumns) {
   const Series series = steps(4000, 1.0, 0.002);
   const IndexRange train{0, 3000}, test{3000, 4000};
-  const RidgePrediction ridge = ridgeVoltage(series, train, test);
-  ASSERT_EQ(ridge.voltage.size(), test.size());
-  EXPECT_LT(rmse(series, test, ridge.voltage), 0.004);
-  EXPECT_LT(ridge.held_out_rmse, 0.004);
-  EXPECT_EQ(ridge.rows, 3000U);
+  const std::vector<double> voltage = ridgeVoltage(series, train, test);
+  ASSERT_EQ(voltage.size(), test.size());
+  EXPECT_LT(rmse(series, test, voltage), 0.004);
 }
 
 TEST(RidgeVoltage, ReadsNoVoltageOutsideTheTrainingRange) {
   Series series = steps(1000, 1.0, 0.002);
   const IndexRange train{0, 700}, test{700, 1000};
-  const auto before = ridgeVoltage(series, train, test).voltage;
+  const auto before = ridgeVoltage(series, train, test);
   for (std::size_t k = 700; k < 1000; ++k) series.voltage[k] = 0.0;
-  EXPECT_EQ(ridgeVoltage(series, train, test).voltage, before);
+  EXPECT_EQ(ridgeVoltage(series, train, test), before);
 }
 
 TEST(RidgeVoltage, NoiseAloneIsPredictedByItsMean) {
@@ -55,22 +53,19 @@ TEST(RidgeVoltage, NoiseAloneIsPredictedByItsMean) {
   test::Random random(8);
   for (double& voltage : series.voltage) voltage = 12.6 + 0.05 * random.normal();
   const IndexRange train{0, 450}, test{450, 600};
-  EXPECT_LT(rmse(series, test, ridgeVoltage(series, train, test).voltage), 0.07);
+  EXPECT_LT(rmse(series, test, ridgeVoltage(series, train, test)), 0.07);
 }
 
 TEST(RidgeVoltage, AConstantCurrentIsNoObstacle) {
   Series series = steps(300, 1.0, 0.001);
   for (double& current : series.current) current = -10.0;
-  for (const double voltage : ridgeVoltage(series, {0, 200}, {200, 300}).voltage)
+  for (const double voltage : ridgeVoltage(series, {0, 200}, {200, 300}))
     EXPECT_TRUE(std::isfinite(voltage));
 }
 
 TEST(RidgeVoltage, VeryLongRangesAreThinned) {
   const Series series = steps(45000, 0.1, 0.002);
-  const RidgePrediction ridge = ridgeVoltage(series, {0, 42000}, {42000, 45000});
-  EXPECT_LE(ridge.rows, 20000U);
-  EXPECT_GT(ridge.rows, 10000U);
-  EXPECT_LT(rmse(series, {42000, 45000}, ridge.voltage), 0.004);
+  EXPECT_LT(rmse(series, {42000, 45000}, ridgeVoltage(series, {0, 42000}, {42000, 45000})), 0.004);
 }
 
 TEST(RidgeVoltage, RefusesRangesThatAreEmptyShortOrOutside) {

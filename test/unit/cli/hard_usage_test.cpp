@@ -10,7 +10,7 @@
 #include "support/base_drive.hpp"
 #include "support/limited_process.hpp"
 #include "support/sof_command.hpp"
-#include "util/separate_files.hpp"
+#include "util/files.hpp"
 
 namespace battery_sof {
 namespace {

@@ -1,4 +1,4 @@
-#include "prediction/both_ways.hpp"
+#include "prediction/scores.hpp"
 
 #include <gtest/gtest.h>
 
@@ -176,12 +176,6 @@ TEST_F(BothWays, TheNaivePredictorsAreScoredOnTheSameSamples) {
   ASSERT_TRUE(baseline.mixed.share_percent);
   EXPECT_LT(*baseline.mixed.share_percent, *model.mixed.share_percent);
   EXPECT_EQ(baseline.cranks.size(), model.cranks.size());
-  const PredictedVoltage line = baselineVoltage(model_->fit.baseline, inputs_->series, rest());
-  ASSERT_EQ(line.voltage.size(), rest().size());
-  EXPECT_NEAR(line.voltage[3],
-              model_->fit.baseline.voltage_from_current->at(inputs_->series.current[half() + 3]),
-              1e-12);
-  EXPECT_TRUE(baselineVoltage({}, inputs_->series, rest()).voltage.empty());
   EXPECT_FALSE(scoreBaseline({}, inputs_->series, rest(), mask).mixed.share_percent);
 }
 

@@ -1,4 +1,4 @@
-#include "prediction/mixed_scores.hpp"
+#include "prediction/scores.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "prediction/query.hpp"
+#include "prediction/pipeline.hpp"
 
 #include <gtest/gtest.h>
 
@@ -233,6 +233,11 @@ TEST(ExtrapolationOf, JoinsSeveralReasons) {
 
 TEST(FaultOf, NamesTheFirstFaultOfAProfileAndWhatWasExpected) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto faultOf = [](const CurrentProfile& profile, const char* name) {
+    return battery_sof::faultOf(profile.time, profile.current, name, 2);
+  };
+  EXPECT_EQ(faultOf({{0.0, 1.0, 2.0}, {-5.0, -5.0, -5.0}}, "load"),
+            "load has 3 points, expected at most 2");
   EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0, -5.0}}, "load"), "");
   EXPECT_EQ(faultOf({}, "load"), "");
   EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0}}, "load"),

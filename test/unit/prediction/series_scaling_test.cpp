@@ -1,9 +1,10 @@
-#include "prediction/series_blocks.hpp"
+#include "prediction/scores.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "estimation/identification.hpp"
+#include "prediction/online_session.hpp"
 #include "recording/series_blocks.hpp"
 #include "support/base_drive.hpp"
 

@@ -90,12 +90,6 @@ TEST(Intake, ForgettingTheClockAcceptsAnEarlierStampAndKeepsTheCounts) {
   EXPECT_EQ(intake.rejected().clock_step_back, 1U);
 }
 
-TEST(Intake, LimitThatIsNotPositiveIsRefused) {
-  IntakeLimits limits;
-  limits.max_abs_current = 0.0;
-  EXPECT_THROW(Intake{limits}, std::invalid_argument);
-}
-
 TEST(Append, AcceptedSamplesAndTheirTemperaturesEnterTheSeriesOthersAreCounted) {
   Recording recording;
   Intake intake;
@@ -120,14 +114,6 @@ TEST(Append, TimeBehindTheRecordingIsTheCallersErrorAfterTheClockWasForgotten) {
   intake.forgetClock();
   EXPECT_THROW(append(recording, intake, at(1.0)), std::invalid_argument);
   EXPECT_EQ(recording.series.size(), 1U);
-}
-
-TEST(DescribeFate, NamesEveryFateDifferently) {
-  EXPECT_EQ(toString(SampleFate::kClockStepBack), "clock step back");
-  EXPECT_EQ(toString(SampleFate::kDuplicateStamp), "duplicate stamp");
-  EXPECT_EQ(toString(SampleFate::kMissingValue), "missing value");
-  EXPECT_EQ(toString(SampleFate::kNotFinite), "not finite");
-  EXPECT_EQ(toString(SampleFate::kOutOfRange), "out of range");
 }
 
 TEST(Intake, StampsNearerThanATenthOfAMicrosecondAreOneInstant) {

@@ -256,8 +256,6 @@ TEST(Decimator, ForgetsThePastWhenReset) {
 TEST(Decimator, RatesAndSamplesOutsideTheirRangesAreRefused) {
   EXPECT_THROW(Decimator(150.0), std::invalid_argument);
   EXPECT_THROW(Decimator(std::nan("")), std::invalid_argument);
-  EXPECT_THROW(Decimator(1000.0, {0.0, 20.0}), std::invalid_argument);
-  EXPECT_THROW(Decimator(1000.0, {100.0, 600.0}), std::invalid_argument);
   Decimator decimator(1000.0);
   decimator.push(1.0, 0.0, 12.0);
   EXPECT_THROW(decimator.push(1.0, 0.0, 12.0), std::invalid_argument);

@@ -1,4 +1,4 @@
-#include "report/catalogue.hpp"
+#include "report/results.hpp"
 
 #include <gtest/gtest.h>
 

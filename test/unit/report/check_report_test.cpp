@@ -1,4 +1,4 @@
-#include "report/check_report.hpp"
+#include "report/results.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "report/display_samples.hpp"
+#include "report/diagnosis_page.hpp"
 
 #include <gtest/gtest.h>
 

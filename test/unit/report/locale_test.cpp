@@ -8,7 +8,6 @@
 
 #include "battery_sof/csv.hpp"
 #include "prediction/cranking.hpp"
-#include "report/check_report.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
 #include "support/comma_locale.hpp"

@@ -1,4 +1,4 @@
-#include "ros/background_worker.hpp"
+#include "ros/background_work.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "prediction/online_session.hpp"
-#include "ros/response_times.hpp"
+#include "ros/node_statistics.hpp"
 #include "support/composed.hpp"
 
 using namespace battery_sof;

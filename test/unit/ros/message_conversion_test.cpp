@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "report/model_yaml.hpp"
-#include "ros/message_fields.hpp"
 #include "support/known_model.hpp"
 
 namespace battery_sof {

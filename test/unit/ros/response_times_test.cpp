@@ -1,4 +1,4 @@
-#include "ros/response_times.hpp"
+#include "ros/node_statistics.hpp"
 
 #include <gtest/gtest.h>
 

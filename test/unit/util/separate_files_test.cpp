@@ -1,4 +1,4 @@
-#include "util/separate_files.hpp"
+#include "util/files.hpp"
 
 #include <gtest/gtest.h>
 

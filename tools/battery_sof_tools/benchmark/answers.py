@@ -65,30 +65,17 @@ def first_class(answer):
     return class_of(answer["effects"][0]) if answer["effects"] else []
 
 
-def number(value):
-    """A number, or the one of a mechanism in an object; None for anything else."""
-    value = value.get("mechanism") if isinstance(value, dict) else value
-    return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
-
-
-def named(mechanism):
-    """A mechanism's id, or None where none is meant."""
-    return mechanism if isinstance(mechanism, str) and mechanism not in ("", "none", "unknown") else None
-
-
 def mechanisms_of(answer, catalogue):
-    """{mechanism: probability or None} of the answer's own mechanism and those of its effects; the first that is said of a mechanism counts.
+    """{mechanism: probability or None} of the answer's own mechanism and those of its effects; the
+    first that is said of a mechanism counts.
 
     catalogue: gives the mechanism of an effect whose answer has none; may be None.
     """
-    said = {}
-    own = named(answer.get("mechanism"))
-    if own:
-        said[own] = number(answer.get("probability"))
+    said = {answer["mechanism"]: answer.get("probability")} if answer.get("mechanism") else {}
     for effect in answer.get("effects") or []:
-        mechanism = named(effect.get("mechanism")) or (catalogue.mechanism(effect.get("id")) if catalogue else None)
+        mechanism = effect.get("mechanism") or (catalogue and catalogue.mechanism(effect.get("id")))
         if mechanism and said.get(mechanism) is None:
-            said[mechanism] = number(effect.get("probability"))
+            said[mechanism] = effect.get("probability")
     return said
 
 

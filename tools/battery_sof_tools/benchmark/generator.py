@@ -4,11 +4,11 @@ The benchmarks' words for a kind of case are part of their seeds and of plans th
 """
 
 import collections
-import json
+import hashlib
 import os
-import subprocess
 
-from ..sof import Failure, libraries_beside, program, required
+from ..files import read_json
+from ..sof import program, required, run
 
 PROGRAM = "draw_scenario"
 KIND_OF = {"null": "base_control", "structural_null": "structural_control", "porous_null": "porous_control",
@@ -24,12 +24,10 @@ def as_planned(label):
     return {**label, "kind": words[label["kind"]], "mechanism": label.get("mechanism"), "form": label.get("id")}
 
 
-def run(command):
-    """What a program printed; Failure with its words."""
-    told = subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]))
-    if told.returncode:
-        raise Failure(f"{os.path.basename(command[0])}: {told.stderr.strip()[:300]}")
-    return told.stdout
+def seed_of(*parts):
+    """63 bits of its own for every case."""
+    digest = hashlib.sha256("/".join(map(str, parts)).encode()).digest()
+    return int.from_bytes(digest[:8], "big") >> 1
 
 
 def options(case, keys):
@@ -76,8 +74,7 @@ class Generator:
         if case.get("duration_s"):
             command += ["--duration", f"{case['duration_s']:g}"]
         run(command + (["--quiet"] if quiet else []))
-        with open(label) as file:
-            told = json.load(file)
+        told = read_json(label)
         os.remove(label)
         del told["kind"]
         return {**told, "family": word, "schema": "battery_sof/case/1"}  # as the preregistered labels have it

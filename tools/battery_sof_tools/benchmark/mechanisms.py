@@ -9,21 +9,22 @@ With --pairs two drives of one battery with one law, so many of every law: the t
 """
 
 import argparse
+import functools
 import json
 import os
 import random
 import re
-import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from ..files import ROOT, append, finished, lines_of, read_json, write_text
-from ..sof import Failure, catalogue, program
+from ..files import ROOT, lines_of, read_json, read_text, write_text
+from ..sof import catalogue, program, run
 from ..tables import table
-from .generator import Generator, run
-from .out_of_model import LABELS, RECORDINGS, draw_missing, path, seed_of
+from .generator import Generator, seed_of
+from .out_of_model import LABELS, RECORDINGS, draw_missing, path
+from .runner import complete
 
 EVIDENCE = "evidence.jsonl"
 LAW = "out_of_catalogue"
@@ -55,21 +56,15 @@ def plan(listed, seed, laws, effects):
 
 
 def evidence_of(extractor, out, case):
-    """What the program says of a recording, {mechanism: [alone, lost, effect]}; its words where it cannot."""
-    try:
-        told = run([extractor, path(out, RECORDINGS, case["name"], "csv")])
-    except Failure as failure:
-        return {"name": case["name"], "failed": str(failure)}
-    return {**json.loads(told), "name": case["name"]}
+    """What the program says of a recording, {mechanism: [alone, lost, effect]}."""
+    return json.loads(run([extractor, path(out, RECORDINGS, case["name"], "csv")]))
 
 
 def gather(a, cases):
     """Evidence of every case, kept: a run that was cut off goes on."""
-    kept, extractor = os.path.join(a.out, EVIDENCE), program(a.build, "mechanism_evidence")
-    known = {row["name"] for row in lines_of(kept)}
-    todo = [case for case in cases if case["name"] not in known and case["duration"] >= WEIGHED_FROM_S]
-    for row in finished(a.jobs, evidence_of, [(extractor, a.out, case) for case in todo], "weighed"):
-        append(kept, row)
+    work = functools.partial(evidence_of, program(a.build, "mechanism_evidence"), a.out)
+    long_enough = [case for case in cases if case["duration"] >= WEIGHED_FROM_S]
+    complete(os.path.join(a.out, EVIDENCE), work, long_enough, a.jobs, "weighed", timed=False)
 
 
 def numbers_of(evidence):
@@ -111,8 +106,8 @@ def planned_pairs(listed, seed, count):
 
 def judge_pairs(a, mechanisms):
     """Each drive alone and both together, by the table of the repository, where something is evident in both."""
-    with open(TABLE) as file:
-        weights = np.array([[float(number) for number in row.split(",")] for row in re.findall(r"\{([-0-9., ]+)\}", file.read())])
+    rows = re.findall(r"\{([-0-9., ]+)\}", read_text(TABLE))
+    weights = np.array([[float(number) for number in row.split(",")] for row in rows])
     found = {row["name"]: np.array([row[one] for one in mechanisms]) for row in lines_of(os.path.join(a.out, EVIDENCE)) if "failed" not in row}
     is_evident = {name: max(evidence[:, 0].max(), evidence[:, 2].max()) >= EVIDENT for name, evidence in found.items()}
     pairs = [(name, name[:-1] + "2") for name in sorted(found) if name.endswith("_1") and is_evident[name] and is_evident.get(name[:-1] + "2")]

@@ -11,7 +11,6 @@ is set that the script fits itself.
 
 import argparse
 import functools
-import hashlib
 import json
 import os
 import random
@@ -19,14 +18,13 @@ import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one process a case
 
-import numpy as np
-
 from ..files import finished, lines_of, read_json, require_same, write_text
+from ..recordings import read_plain
 from ..sof import Failure, catalogue, program, required
 from ..tables import table
 from . import scorers
 from .answers import Case, asked
-from .generator import Generator, as_planned
+from .generator import Generator, as_planned, seed_of
 from .ridge import ridge_rmse
 from .runner import ANSWERS, complete, kept_for
 
@@ -39,11 +37,6 @@ RECORDINGS, LABELS, RIDGES = "recordings", "labels", "ridges.jsonl"
 
 def path(out, folder, name, ending):
     return os.path.join(out, folder, f"{name}.{ending}")
-
-
-def seed_of(*parts):
-    """63 bits of its own for every case."""
-    return int.from_bytes(hashlib.sha256("/".join(map(str, parts)).encode()).digest()[:8], "big") >> 1
 
 
 def plan(wanted, seed, forms, **given):
@@ -117,8 +110,7 @@ def answer_of(sof, out, case):
 
 
 def ridge_of(out, case):
-    data = np.loadtxt(path(out, RECORDINGS, case["name"], "csv"), delimiter=",", skiprows=1)
-    return {"rmse_v": ridge_rmse(*data.T[:3])}
+    return {"rmse_v": ridge_rmse(*read_plain(path(out, RECORDINGS, case["name"], "csv")))}
 
 
 def gather(a):

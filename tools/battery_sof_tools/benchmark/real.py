@@ -26,8 +26,7 @@ from ..recordings import MEASURED
 from ..sof import Failure, catalogue, diagnose, program
 from ..tables import table
 from . import answers, laws, scorers
-from .generator import Generator
-from .out_of_model import seed_of
+from .generator import Generator, seed_of
 from .runner import ANSWERS, complete, kept_for
 
 UNCHANGED = "unchanged.jsonl"

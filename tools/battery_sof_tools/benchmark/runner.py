@@ -1,10 +1,10 @@
 """Asks `sof diagnose` about cases side by side and keeps one row a case: a run that was cut off goes on, answers of two builds do not mix."""
 
+import itertools
 import os
 import time
 
 from ..files import append, finished, lines_of, require_same
-from ..progress import followed
 from ..sof import Failure, product_digest
 
 ANSWERS, PRODUCT = "answers.jsonl", "product.json"
@@ -26,20 +26,19 @@ def row_of(work, timed, case):
     return dict(row, name=case["name"], **({"seconds": time.monotonic() - began} if timed else {}))
 
 
-def results(jobs, work, todo, what):
-    """In turn in this process with one job, or without a word of progress; else each in a process of its own, as they come."""
-    if not what:
-        return (work(*arguments) for arguments in todo)
-    todo = list(todo)
-    return followed((work(*arguments) for arguments in todo), what, len(todo)) if jobs == 1 else finished(jobs, work, todo, what)
-
-
 def complete(path, work, cases, jobs=1, what=None, timed=True, enough=lambda rows: False):
-    """Rows {name: row} of a file once every case is in it. enough: looked at before every further case, of cases that have no end."""
+    """Rows {name: row} of a file once every case is in it.
+
+    Cases are worked on as they come, each in a process of its own; without `what`, a word of
+    progress, in turn in this process. enough: looked at before every further case, of cases that
+    have no end.
+    """
     rows = {row["name"]: row for row in lines_of(path)}
     if enough(rows):
         return rows
-    for row in results(jobs, row_of, ((work, timed, case) for case in cases if case["name"] not in rows), what):
+    todo = ((work, timed, case) for case in cases if case["name"] not in rows)
+    done = finished(jobs, row_of, list(todo), what) if what else itertools.starmap(row_of, todo)
+    for row in done:
         append(path, row)
         rows[row["name"]] = row
         if enough(rows):

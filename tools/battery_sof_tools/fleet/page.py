@@ -3,7 +3,7 @@
 import html
 import os
 
-from ..files import ROOT, write_text
+from ..files import ROOT, read_text, write_text
 from . import database, departures, discoveries
 from . import page_sections as sections
 
@@ -30,11 +30,6 @@ FOOT = """</main>
 </body>
 </html>
 """
-
-
-def text_of(path):
-    with open(path) as file:
-        return file.read()
 
 
 def nulls_of(folder):
@@ -76,12 +71,12 @@ def make(folder, nulls=None):
     found = discoveries.batteries(base, null_gains)
     told = discoveries.mechanisms(found)
     title = "Fleet of " + sections.count(base.execute("SELECT count(DISTINCT battery) FROM recording").fetchone()[0], "battery", "batteries")
-    page_css = text_of(os.path.join(ROOT, "src", "report", "page", "page.css"))
-    style = page_css + text_of(os.path.join(HERE, "page.css"))
+    page_css = read_text(os.path.join(ROOT, "src", "report", "page", "page.css"))
+    style = page_css + read_text(os.path.join(HERE, "page.css"))
     origin = f'<header><p class="origin">{html.escape(title)}, <strong>{html.escape(os.path.basename(os.path.abspath(folder)))}</strong></p><h1>{html.escape(headline(found, told, nulls is not None))}</h1>'
     parts = [HEAD.format(title=html.escape(title), style=style), origin, figures(base, found), "</header>", sections.mechanisms(base, told, len(found), null_gains),
              sections.departing(base, *departures.departures(base)), sections.parameters(base), sections.predictions(base), sections.recordings(base, {one.name for one in found if one.found}),
-             FOOT.format(script=text_of(os.path.join(HERE, "page.js")))]
+             FOOT.format(script=read_text(os.path.join(HERE, "page.js")))]
     return "\n".join(parts)
 
 

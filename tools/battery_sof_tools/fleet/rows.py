@@ -3,8 +3,7 @@
 import json
 import os
 
-STEPS = ("check", "convert", "identify", "predict", "diagnose", "score")
-OPTIONS = ("time_column", "current_column", "voltage_column", "temperature_column", "topic", "discharge_positive", "from_s", "to_s", "effects")
+from .plan import MEANT, STEPS
 
 
 def of_recording(entry, told):
@@ -33,7 +32,7 @@ def outcome(told):
 def recording(entry, told, check):
     check = check or {}
     source, temperature = check.get("source") or {}, check.get("temperature_range_c") or (None, None)
-    options = json.dumps({name: entry[name] for name in OPTIONS if entry.get(name)}, sort_keys=True)
+    options = json.dumps({name: entry[name] for name in MEANT if entry.get(name)}, sort_keys=True)
     return (entry["key"], os.path.basename(entry["path"]), entry["path"], entry["sha256"], entry["bytes"], entry["battery"], entry.get("vehicle_type"), entry.get("age_years"), options,
             *outcome(told), check.get("samples"), check.get("from_s"), check.get("to_s"), check.get("median_interval_s"), *temperature,
             None if "seen" not in source else int(source["seen"]), source.get("share"))

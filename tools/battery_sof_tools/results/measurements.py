@@ -8,14 +8,12 @@ import collections
 import os
 import re
 
-import numpy as np
-
 from .. import recordings
 from ..benchmark.measured import summary, whole_recordings
-from ..files import ROOT, read_json
+from ..files import read_json
 from ..page_pictures import PICTURES
 from ..rates import geometric_mean
-from ..score_next_window import pooled, shares
+from ..score_next_window import figures as of_windows
 
 # commands; kept(out, text): figures; minutes on one free core; whether DATA is needed; files that the commands write below OUT/docs in place of docs/
 Measurement = collections.namedtuple("Measurement", "commands kept minutes data files", defaults=(False, ()))
@@ -30,24 +28,6 @@ SMALL_CAR = "DATA/small_car/trip.csv"
 
 
 # ---------------------------------------------------------------------------------------------- scores of predictions
-
-def of_events(one, scale, unit):
-    return {"count": one["count"], "inside_percent": 100 * float(one["inside"]), f"width_{unit}": float(one["width"]) * scale} if one else None
-
-
-def of_windows(found):
-    """Medians over windows, and events of all of them."""
-    figures = {"windows": len(found)}
-    for who in ("model", "baseline"):
-        events = pooled(found, who)
-        figures[who] = {key + "share_percent": float(np.median(values)) for key in ("", "current_", "voltage_") if len(values := shares(found, who, key + "share_percent"))}
-        figures[who].update({f"charges_{key[:2]}s_a": float(np.median(events[key]["error"])) for key in ("10 s", "60 s") if events[key]})
-        if events["cranks"]:
-            figures[who]["cranks_mv"] = 1e3 * float(np.mean(events["cranks"]["error"]))
-    inside = pooled(found, "model")
-    figures.update(cranks=of_events(inside["cranks"], 1.0, "v"), charges=of_events(inside["10 s"], 1.0, "a"))
-    return figures
-
 
 def scored(out, _):
     """Every recording of the JSON files of score_next_window, and the drives of one series together."""
@@ -159,6 +139,11 @@ def stops(_, text):
     return figures
 
 
+def as_written(name):
+    """Figures as a command writes them."""
+    return lambda out, _: read_json(os.path.join(out, name + ".json"))
+
+
 RULES = "scripts/compare_stop_rules --build BUILD "
 TWO_DRIVES = "DATA/startstop_car/drive_1.csv DATA/startstop_car/drive_2.csv " + CAR
 OUT_OF_MODEL = "scripts/out_of_model --build BUILD --out OUT --seed {} --kinds null=10,imperfect_null=20,other_form=58 --json OUT/cases.json"
@@ -175,13 +160,17 @@ MEASUREMENTS = {
     "next_window_paper": Measurement((f"{SCORE}{DRIVES} {SOF} --effects none --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --effects none --json OUT/2.json"), scored, 2, True),
     "last_quarter": Measurement(tuple(split_command(path, n) for n, path in enumerate(("ev_12v/load.csv", "ageing_bench/cycles.csv", "solar_vrla/ten_days.csv", "agm_bench/full_cycle.csv"))),
                                 scored, 1, True),
-    "trips": Measurement(("scripts/trips BUILD --data DATA --json OUT/trips.json",), lambda out, _: read_json(os.path.join(out, "trips.json")), 2, True),
-    "stop_voltage": Measurement(("scripts/stops BUILD --data DATA --json OUT/stops.json",), lambda out, _: read_json(os.path.join(out, "stops.json")), 1, True),
+    "trips": Measurement(("scripts/trips BUILD --data DATA --json OUT/trips.json",),
+                         as_written("trips"), 2, True),
+    "stop_voltage": Measurement(("scripts/stops BUILD --data DATA --json OUT/stops.json",),
+                                as_written("stops"), 1, True),
     "diagnosis": Measurement(("scripts/diagnose_measured BUILD --data DATA --json OUT/measured.json",), diagnosed, 3, True),
     "small_car": Measurement((f"BUILD/devel/lib/battery_sof/sof diagnose {SMALL_CAR} --threads 1 --json OUT/answer.json --report OUT/page.html",
                               "scripts/page_pictures OUT/page.html OUT/docs/pictures"), one_diagnosis, 0.5, True, tuple(f"pictures/{one}" for one in PICTURES)),
-    "study": Measurement(("scripts/study BUILD --data DATA --docs OUT/docs --json OUT/study.json",), lambda out, _: read_json(os.path.join(out, "study.json")), 10, True),
-    "reproduction": Measurement(("scripts/reproduce BUILD --docs OUT/docs --json OUT/reproduction.json",), lambda out, _: read_json(os.path.join(out, "reproduction.json")), 8, False),
+    "study": Measurement(("scripts/study BUILD --data DATA --json OUT/study.json",),
+                         as_written("study"), 10, True),
+    "reproduction": Measurement(("scripts/reproduce BUILD --json OUT/reproduction.json",),
+                                as_written("reproduction"), 8),
     "proof_quick": Measurement(("scripts/proof quick --build BUILD --seal test/proof/quick --out OUT/quick --json OUT/score.json",), proof, 5, False),
     "stops": Measurement(tuple(f"{RULES}{TWO_DRIVES} --u-required {limit}" for limit in ("7.2", "9", "9.5", "10", "10.3", "10.6")), stops, 3, True),
     "weakening": Measurement((f"{RULES}--weakening 10 --u-required 9",), stops, 20, False),

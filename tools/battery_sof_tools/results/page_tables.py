@@ -14,10 +14,6 @@ DIAGNOSED = {"drive_1": "startstop_car/drive_1", "drive_2": "startstop_car/drive
              "second_match": "frc_robot/second_match"}
 
 
-def none_or(value, form, none="-"):
-    return none if value is None else form.format(value)
-
-
 def cranks_of(windows, who):
     """Mean error, or how few they are."""
     count = (windows["cranks"] or {}).get("count", 0)
@@ -26,36 +22,44 @@ def cranks_of(windows, who):
 
 # ---------------------------------------------------------------------------------------------- the next window
 
+def predictions(results, name):
+    """Windows of this package and of the paper's circuit; (windows, whose) of all three."""
+    ours, paper = results["next_window"][name], results["next_window_paper"][name]
+    return ours, paper, ((ours, "model"), (paper, "model"), (ours, "baseline"))
+
+
 def next_window(results):
     """Explained variation, median error of charges of 60 s, mean error of cranks."""
     rows = []
     for name, label in WINDOWS.items():
-        ours, paper = results["next_window"][name], results["next_window_paper"][name]
-        cells = [f"{one[key]['share_percent']:.0f} %, {one[key]['charges_60s_a']:.1f} A, {cranks_of(one, key) if ours['cranks']['count'] >= 3 else '-'}"
-                 for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline"))]
-        rows.append((f"{label}, {ours['windows']} ({paper['windows']})", *cells))
+        ours, paper, each = predictions(results, name)
+        has_cranks = ours["cranks"]["count"] >= 3
+        rows.append((f"{label}, {ours['windows']} ({paper['windows']})",
+                     *(f"{one[who]['share_percent']:.0f} %, {one[who]['charges_60s_a']:.1f} A, "
+                       f"{cranks_of(one, who) if has_cranks else '-'}" for one, who in each)))
     return table(("recording, windows (paper's)", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
 def next_window_short(results):
     """Explained variation, and the mean error of cranks where there are three or more."""
-    labels = {"drive_1": "start-stop car, first drive", "drive_2": "the same car, second drive", "other_car_1": "same model, another car", "small_car": "a small start-stop car"}
+    labels = ("start-stop car, first drive", "the same car, second drive",
+              "same model, another car", "a small start-stop car")
     rows = []
-    for name, label in labels.items():
-        ours, paper = results["next_window"][name], results["next_window_paper"][name]
-        cells = []
-        for one, key in ((ours, "model"), (paper, "model"), (ours, "baseline")):
-            share = f"{one[key]['share_percent']:.0f} %"
-            cells.append((f"**{share}**" if one is ours and key == "model" else share) + ("" if (ours["cranks"] or {}).get("count", 0) < 3 else f", {cranks_of(one, key)}"))
-        rows.append((label, *cells))
+    for name, label in zip(WINDOWS, labels):
+        ours, _, each = predictions(results, name)
+        has_cranks = (ours["cranks"] or {}).get("count", 0) >= 3
+        share, *others = [f"{one[who]['share_percent']:.0f} %" for one, who in each]
+        cranks = [f", {cranks_of(one, who)}" if has_cranks else "" for one, who in each]
+        rows.append((label, *map("".join, zip((f"**{share}**", *others), cranks))))
     return table(("recording", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
 def last_quarter(results):
-    rows = []
+    rows, shown = [], (("share_percent", "{:.1f} %"), ("cranks_mv", "{:.0f} mV"))
     for name, label in QUARTERS.items():
-        one = results["last_quarter"][name]
-        rows.append((label, *(none_or(one[who].get("share_percent"), "{:.1f} %") + (f", {one[who]['cranks_mv']:.0f} mV" if "cranks_mv" in one[who] else "") for who in ("model", "baseline"))))
+        each = [results["last_quarter"][name][who] for who in ("model", "baseline")]
+        cells = [[form.format(one[key]) for key, form in shown if key in one] for one in each]
+        rows.append((label, *(", ".join(some) or "-" for some in cells)))
     return table(("recording", "battery_sof", "baseline"), rows)
 
 
@@ -75,17 +79,8 @@ def diagnosis_summary(results):
 
 # ---------------------------------------------------------------------------------------------- drives with known truth
 
-def coverage(results):
-    return study.coverage_table(results["study"]).splitlines()
-
-
 def coverage_short(results):
-    rows = []
-    for group in ("real", "simulated"):
-        for kind, unit in study.UNITS.items():
-            one = results["study"][kind][group]
-            rows.append((f"{kind}s, {group}", one["events"], f"{one['inside_percent']:.1f} %", f"{one['error']:.3g} {unit}", f"{one['width']:.3g} {unit}"))
-    return table(("events", "number", "inside 90 %", "mean error", "median width"), rows)
+    return table(study.HEAD, study.coverage_rows(results["study"], ("real", "simulated")))
 
 
 def percent(k, n, digits=0):
@@ -145,27 +140,6 @@ def stops(results):
 
 def weakening(results):
     return stop_rows(results["weakening"], {"9_v": RULES})
-
-
-def proof_quick(results):
-    one = results["proof_quick"]
-
-    def rate(*keys):
-        return "; ".join("{k} of {n}".format(**one[key]) for key in keys)
-
-    errors = "; ".join("{value:.2f} ({n} cases)".format(**one[key]) for key in ("charge_current_error_a", "crank_mae_v"))
-    return table(("level", "figure", "quick set"), [
-        ("N1", "false alarm", rate("false_alarm")),
-        ("N2", "name of tier P or I, no true id in its class", rate("false_name")),
-        ("C1", "first name true; truth in a class of at most three", rate("first_C1", "class_C1")),
-        ("C2", "truth in a class of at most three; some name wrong; nothing said", rate("class_C2", "wrong_C2", "c2_missed")),
-        ("C3", "wrong name in the first five minutes; truth in the class on the whole", rate("c3_short_wrong", "class_C3")),
-        ("C4", "truth in the class; both named", rate("class_C4", "c4_both")),
-        ("C5", "warned before and named after", rate("c5_both")),
-        ("D1", "fault named as physics", rate("decoy_physics")),
-        ("U1", "called unknown", rate("unknown")),
-        ("X1", "truth in some class; some name wrong", rate("x1_class", "x1_wrong")),
-        ("C1, X1", "held-out charge current error, extended / base, median; cranks' minima", errors)])
 
 
 def trips(results):

@@ -14,20 +14,12 @@ A whole table, or any lines, stand between two comments (page_tables.py makes th
 import os
 import re
 
-from ..files import ROOT, digest, read_json, write_text
+from ..files import ROOT, digest, pages_of_docs, read_json, read_text, write_text
 from . import page_tables
 
 RESULTS = os.path.join(ROOT, "docs", "results.json")
 FIGURE = re.compile(r"(?P<number>[+-]?\d[\d,]*(?:\.\d+)?)<!--= (?P<id>[^>]+?) -->")
 BLOCK = re.compile(r"(?P<begin><!-- results: (?P<name>\w+) -->\n)(?P<lines>.*?)(?P<end><!-- end of results -->)", re.S)
-
-
-def pages():
-    """Paths of README.md and of every page below docs/, from ROOT on."""
-    found = ["README.md"]
-    for folder, _, names in os.walk(os.path.join(ROOT, "docs")):
-        found += [os.path.relpath(os.path.join(folder, name), ROOT) for name in sorted(names) if name.endswith(".md")]
-    return found
 
 
 def value_of(results, name):
@@ -83,7 +75,7 @@ def differing(results, texts=None):
     texts: {page: text} in place of the files.
     """
     found = []
-    for page in pages():
+    for page in ("README.md", *pages_of_docs()):
         text = texts[page] if texts and page in texts else open_page(page)
         rendered(text, results, lambda what, page=page: found.append(f"{page}: {what}"))
     for entry in results.values():
@@ -94,14 +86,13 @@ def differing(results, texts=None):
 
 
 def open_page(page):
-    with open(os.path.join(ROOT, page)) as file:
-        return file.read()
+    return read_text(os.path.join(ROOT, page))
 
 
 def write():
     """Renders every page. SystemExit names what docs/results.json does not have."""
     results, missing = read_json(RESULTS), []
-    for page in pages():
+    for page in ("README.md", *pages_of_docs()):
         text, new = open_page(page), None
         new = rendered(text, results, lambda what, page=page: missing.append(f"{page}: {what}") if " no such " in what else None)
         if new != text:

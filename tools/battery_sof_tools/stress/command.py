@@ -6,8 +6,11 @@ import subprocess
 import sys
 import tempfile
 
-from ..sof import required
+from ..sof import required, run
 from . import disk, kill, overload, soak
+
+
+KINDS = {"soak": soak, "kill": kill, "disk": disk, "overload": overload}
 
 
 class Programs:
@@ -21,32 +24,30 @@ class Programs:
         """A simulated drive as a bag or CSV, thinned to a rate."""
         with tempfile.TemporaryDirectory() as folder:
             whole = os.path.join(folder, "drive.csv")
-            self.call(os.path.join(self.folder, "simulate_city_drive"), whole, "--seed", str(seed), "--duration", str(duration))
+            self.call("simulate_city_drive", whole, "--seed", str(seed),
+                      "--duration", str(duration))
             thinned = os.path.join(folder, "thinned.csv")
             every = round(100.0 / rate)
             with open(whole) as rows, open(thinned, "w") as out:
                 out.writelines(line for n, line in enumerate(rows) if n == 0 or (n - 1) % every == 0)
-            self.call(self.sof, "convert", thinned, recording)
+            self.call("sof", "convert", thinned, recording)
 
     def identify(self, recording, model):
-        self.call(self.sof, "identify", recording, "--out", model)
+        self.call("sof", "identify", recording, "--out", model)
 
     def reads(self, model):
         """Whether a model file is whole."""
         asked = [self.sof, "crank", model, "--i-load", "-20", "--t-stop", "10", "--i-cranking", "-200", "--t-cranking", "1"]
         return subprocess.run(asked, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode in (0, 1)
 
-    @staticmethod
-    def call(*command):
-        told = subprocess.run(command, capture_output=True, text=True)
-        if told.returncode:
-            raise SystemExit(f"{os.path.basename(command[0])}: exit code {told.returncode}: {told.stderr.strip()}")
+    def call(self, name, *arguments):
+        run([os.path.join(self.folder, name), *arguments])
 
 
 def parsed(arguments):
     parser = argparse.ArgumentParser(description="Stress of the node; prints a table.")
     kinds = parser.add_subparsers(dest="kind", required=True)
-    for name in ("soak", "kill", "disk", "overload"):
+    for name in KINDS:
         kinds.add_parser(name).add_argument("build", nargs="?", default="build")
     soaked, killed, loaded = (kinds.choices[name] for name in ("soak", "kill", "overload"))
     soaked.add_argument("--hours", type=float, default=24.0, help="of driving")
@@ -62,16 +63,8 @@ def parsed(arguments):
 
 
 def main():
-    a = parsed(sys.argv[1:])
-    programs = Programs(a.build)
+    options = vars(parsed(sys.argv[1:]))
+    kind, programs = KINDS[options.pop("kind")], Programs(options.pop("build"))
     with tempfile.TemporaryDirectory(prefix="battery sof ") as folder:
-        if a.kind == "soak":
-            lines = soak.report(soak.soak(programs, folder, a.hours, a.speed, a.rate))
-        elif a.kind == "kill":
-            lines = kill.report(kill.kills(programs, folder, a.count, a.seed))
-        elif a.kind == "overload":
-            lines = overload.report(overload.overload(programs, folder, a.clients, a.questions, a.rate, a.seconds))
-        else:
-            lines = disk.report(disk.disks(programs, folder))
-    print("\n".join(lines))
+        print("\n".join(kind.report(kind.measured(programs, folder, **options))))
     return 0

@@ -73,7 +73,7 @@ class WatchedNode:
         self.node = processes.start(programs.node, f"_state_file:={state}", "_window_s:=60", "_min_window_quality:=0")
         self.drive, self.said = Drive(recording), Newest("/diagnostics", DiagnosticArray)
         self.status = Newest(NODE + "/status", SofStatus)
-        self.drive.until_connected()
+        self.drive.samples.until_connected()
 
     def saved(self):
         """(was the file written, what /diagnostics says) after an identification over another window."""
@@ -121,7 +121,7 @@ def node_on_disks(programs, folder, disk, recording):
     return rows
 
 
-def disks(programs, folder):
+def measured(programs, folder):
     recording = os.path.join(folder, "drive.csv")
     programs.drive(recording, 600.0, 100.0, 1)
     with Disk(os.path.join(folder, "disk")) as disk:

@@ -7,8 +7,9 @@ import threading
 import time
 
 from ..progress import followed
+from ..recordings import read_plain
 from ..tables import table
-from .ros import NODE, Processes, Samples, perform, rows_of
+from .ros import NODE, Newest, Processes, Samples, perform, wait_until
 
 MOST_SAMPLES = 200  # until the saved model must have answered
 
@@ -18,7 +19,7 @@ class Drive:
 
     def __init__(self, path):
         import rospy
-        self.rows = rows_of(path)
+        self.rows = read_plain(path).T.tolist()
         self.samples = Samples(rospy)
         self.at, self.origin = 0, 1000.0
 
@@ -30,9 +31,6 @@ class Drive:
         self.at += 1
         self.samples.send(self.origin + instant, current, voltage)
 
-    def until_connected(self):
-        self.samples.until_connected()
-
 
 def samples_until_answered(drive):
     """How many samples the node takes until its saved model answers a crank; None when it does not."""
@@ -41,19 +39,16 @@ def samples_until_answered(drive):
     from battery_sof.srv import PredictCranking, PredictCrankingResponse
     rospy.wait_for_service(NODE + "/predict_cranking", timeout=30.0)
     crank = rospy.ServiceProxy(NODE + "/predict_cranking", PredictCranking)
-    drive.until_connected()
+    status = Newest(NODE + "/status", SofStatus)  # the one that is latched may be of before
+    drive.samples.until_connected()
     for taken in range(1, MOST_SAMPLES + 1):
         drive.publish()
         time.sleep(0.02)
         answer = crank(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=math.nan)
         if answer.code != PredictCrankingResponse.NO_MODEL:
-            return taken if rospy.wait_for_message(NODE + "/status", SofStatus, timeout=30.0).answer_basis == "previous_trip" else None
+            wait_until(lambda: status.message and status.message.answer_basis, 30.0, "its status")
+            return taken if status.message.answer_basis == "previous_trip" else None
     return None
-
-
-def identify_beside():
-    """Asks for an identification, at whose end the state is written; the node dies before or after."""
-    threading.Thread(target=perform, args=("identify",), daemon=True).start()
 
 
 def one_life(processes, programs, state, drive, chance):
@@ -63,7 +58,8 @@ def one_life(processes, programs, state, drive, chance):
     for _ in range(8000):
         drive.publish()
         time.sleep(0.0001)
-    identify_beside()
+    # At an identification's end the state is written; the node dies before or after.
+    threading.Thread(target=perform, args=("identify",), daemon=True).start()
     time.sleep(chance.uniform(0.0, 0.4))
     node.kill()
     node.wait()
@@ -72,7 +68,7 @@ def one_life(processes, programs, state, drive, chance):
     return taken, [name for name in os.listdir(home) if name != os.path.basename(state)]
 
 
-def kills(programs, folder, count, seed):
+def measured(programs, folder, count, seed):
     """Rows of (samples until the saved model answered, drafts, whether the state file reads back, whether it was written again)."""
     import rospy
     recording, chance = os.path.join(folder, "drive.csv"), random.Random(seed)

@@ -18,6 +18,11 @@ def free_port():
         return probe.getsockname()[1]
 
 
+def is_listening(port):
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
 class Processes:
     """Everything started here ends here, the last first."""
 
@@ -29,12 +34,8 @@ class Processes:
         port = free_port()
         os.environ.update(ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", ROS_HOME=self.folder, ROS_LOG_DIR=self.folder)
         self.start("roscore", "-p", str(port))
-        for _ in range(200):
-            with socket.socket() as probe:
-                if probe.connect_ex(("127.0.0.1", port)) == 0:
-                    return self
-            time.sleep(0.05)
-        raise SystemExit("roscore did not come up within 10 s")
+        wait_until(lambda: is_listening(port), 10.0, "roscore")
+        return self
 
     def __exit__(self, *_):
         for process in reversed(self.started):
@@ -71,13 +72,6 @@ def node_of_this_process(name):
     import rospy
     rospy.init_node(name, anonymous=True, disable_signals=True)
     return rospy
-
-
-def rows_of(path):
-    """(time [s], current [A], voltage [V]) of every row of a recording that `sof` wrote."""
-    with open(path) as file:
-        next(file)
-        return [tuple(map(float, line.split(",")[:3])) for line in file]
 
 
 class Samples:

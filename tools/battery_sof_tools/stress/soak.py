@@ -30,7 +30,7 @@ def lines_of(rows):
     return table(HEAD, [(f"{hours:.1f}", taken, f"{rss:.1f}", files, threads) for hours, taken, rss, files, threads in shown])
 
 
-def soak(programs, folder, hours, speed, rate):
+def measured(programs, folder, hours, speed, rate):
     """Rows of (hours, samples, MB, files, threads). @param rate [Hz] of the drive, speed times as fast as it was driven."""
     import rospy
     from battery_sof.msg import SofStatus

@@ -2,7 +2,7 @@
 
     proof seal  --build B --seed-from HASH --out DIR [--share 1.0]     draws cases and strengths, publishes the labels' digest
     proof run   --build B --seal DIR --out RESULTS                     shows every recording to `sof diagnose`
-    proof score --build B --seal DIR --out RESULTS [--markdown FILE] [--pictures FOLDER] [--json FILE]
+    proof score --build B --seal DIR --out RESULTS [--json FILE]
     proof quick --build B --seal DIR --out RESULTS [--json FILE]       run again and score, with bounds: exit code 1 beyond them
     proof sealed --build B --docs docs/proof --out OUT   all of it for the committed seal
 """
@@ -14,23 +14,22 @@ import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one process a case; the same sums on every machine
 
-from ...files import digest, write_text
+from ...files import digest, read_text, write_text
 from ...sof import catalogue, program
-from . import pages, score, seal
+from . import score, seal
 
 
 def do_seal(a):
-    seal.seal(a.build, a.seed_from, a.share, a.out, a.most_porous, a.duration, a.levels.split(",") if a.levels else None, a.jobs)
-
-
-def do_run(a):
-    seal.run(a.build, a.seal, a.out, a.jobs)
+    only = a.levels.split(",") if a.levels else None
+    seal.seal(a.build, a.seed_from, a.share, a.out, a.most_porous, a.duration, only, a.jobs)
 
 
 def do_score(a):
     report = score.score(*seal.cases_of(a.seal, a.out, catalogue(program(a.build, "sof"))))
-    sys.stdout.write(pages.as_text(report))
-    pages.write(report, a.markdown, a.pictures)
+    text = score.as_text(report)
+    sys.stdout.write(text)
+    if a.text:
+        write_text(a.text, text)
     if a.json:
         write_text(a.json, score.as_json(report) + "\n")
     return report
@@ -40,7 +39,6 @@ def do_quick(a):
     """Every time again: answers that were kept would hide what has changed."""
     shutil.rmtree(a.out, ignore_errors=True)
     seal.run(a.build, a.seal, a.out, a.jobs, with_truth=False)
-    a.markdown = a.pictures = None
     said = score.broken(do_score(a))
     for one in said:
         print("beyond its bound:", one)
@@ -52,15 +50,14 @@ def do_sealed(a):
     committed = os.path.join(a.docs, seal.SEAL)
     if not os.path.exists(committed):
         sys.exit(f"{committed} is missing: nothing is sealed yet (docs/validation.md says how)")
-    with open(os.path.join(a.docs, "frozen")) as f:
-        secret = f.read().strip()
+    secret = read_text(os.path.join(a.docs, "frozen")).strip()
     sealed, results = os.path.join(a.out, "seal"), os.path.join(a.out, "results")
     if not os.path.exists(os.path.join(sealed, seal.SEAL)):
         seal.seal(a.build, secret, 1.0, sealed, jobs=a.jobs)
     if digest(committed) != digest(os.path.join(sealed, seal.SEAL)):
         sys.exit(f"{sealed}/seal.json is not {committed}: other labels were sealed")
     seal.run(a.build, sealed, results, a.jobs)
-    a.markdown, a.pictures, a.json = (os.path.join(a.out, name) for name in ("score.md", "pictures", "score.json"))
+    a.text, a.json = (os.path.join(a.out, name) for name in ("score.txt", "score.json"))
     a.seal, a.out = sealed, results
     do_score(a)
 
@@ -71,7 +68,7 @@ def arguments(given):
 
     def command(name, does, *options):
         one = commands.add_parser(name)
-        one.set_defaults(does=does)
+        one.set_defaults(does=does, text=None)
         for option, settings in options:
             one.add_argument(option, **settings)
 
@@ -82,8 +79,8 @@ def arguments(given):
     command("seal", do_seal, build, out, jobs, ("--seed-from", {"required": True}), ("--share", {"type": float, "default": 1.0}),
             ("--most-porous", {"type": int, "default": None}), ("--duration", {"type": float, "default": None}),
             ("--levels", {"help": "comma-separated; only these"}))
-    command("run", do_run, build, sealed, out, jobs)
-    command("score", do_score, build, sealed, out, ("--markdown", {}), ("--pictures", {}), ("--json", {}))
+    command("run", lambda a: seal.run(a.build, a.seal, a.out, a.jobs), build, sealed, out, jobs)
+    command("score", do_score, build, sealed, out, ("--json", {}))
     command("quick", do_quick, build, sealed, out, jobs, ("--json", {}))
     command("sealed", do_sealed, build, out, jobs, ("--docs", {"required": True}))
     return parser.parse_args(given)

@@ -11,6 +11,7 @@ import dataclasses
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from ...recordings import read_plain
 from . import base_circuit as base
 
 CELL = 10              # samples of 100 Hz in one averaged cell
@@ -27,14 +28,6 @@ class Fit:
     kept: np.ndarray       # cells away from edges
     z: float
     z_start: float         # with the true parameters, before anything is absorbed
-
-
-def read_recording(path):
-    """Time [s], current [A] and voltage [V] of a recording of draw_scenario."""
-    with open(path) as f:
-        f.readline()
-        values = np.fromstring(f.read().replace("\n", ","), sep=",")
-    return values.reshape(-1, 3).T
 
 
 def cells(values):
@@ -80,10 +73,10 @@ class Noise:
         return seen - self.weight[:, None] * (states[0::2] + states[1::2])
 
 
-def measured(path, to_s=None):
-    time, current, voltage = read_recording(path)
-    count = len(time) if to_s is None else int(np.searchsorted(time, to_s))
-    return time[1] - time[0], current[:count], voltage[:count]
+def measured(path):
+    """Interval [s], current [A] and voltage [V]."""
+    time, current, voltage = read_plain(path)
+    return time[1] - time[0], current, voltage
 
 
 def noise_of(label, current, interval, kept=None):

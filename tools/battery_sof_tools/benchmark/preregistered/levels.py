@@ -1,8 +1,9 @@
 """What the benchmark consists of: levels of concealment, their cases, and how strong each case's addition is made."""
 
 import collections
-import hashlib
 import random
+
+from ..generator import seed_of
 
 PHYSICS_1_TO_7 = ("gassing", "charge_acceptance", "sulphate_history", "acid_transport", "ocv_soc", "ocv_hysteresis",
                   "high_rate_depletion")
@@ -32,19 +33,11 @@ STRATA = (
     Stratum("X1", "porous_effect", ("charge_acceptance", "acid_transport", "gassing"), 2, "as drawn"))
 Z_WANTED = {"C1": (12.0, 40.0), "C2": (4.0, 8.0)}
 SHORT_S = 300.0  # what C3 shows first
-TITLES = {"N1": "null", "N2": "structural null", "C1": "clear", "C2": "small", "C3": "absorbed", "C4": "masked", "C5": "absent at first",
-          "D1": "instrument decoy", "U1": "out of the catalogue", "X1": "physics on another structure"}
-
-
-def derived(secret, *what):
-    """A 63-bit number from the sealed seed."""
-    text = "/".join([secret] + [str(part) for part in what])
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> 1
 
 
 def plan(secret, share, most_porous=None, duration_s=None, only=None):
     """Cases without their strengths, under opaque names in an order of the seed. Every stratum keeps at least one case."""
-    dice, cases, porous = random.Random(derived(secret, "order")), [], 0
+    dice, cases, porous = random.Random(seed_of(secret, "order")), [], 0
     for stratum in (one for one in STRATA if not only or one.level in only):
         ids = list(stratum.ids)
         dice.shuffle(ids)
@@ -55,7 +48,7 @@ def plan(secret, share, most_porous=None, duration_s=None, only=None):
             porous += count
         for k, name in enumerate(rows[:count]):
             cases.append({"level": stratum.level, "family": stratum.mechanism, "id": name, "rule": stratum.rule,
-                          "seed": derived(secret, stratum.mechanism, stratum.level, name, k), "scale": [1.0]})
+                          "seed": seed_of(secret, stratum.mechanism, stratum.level, name, k), "scale": [1.0]})
             if duration_s and stratum.mechanism != "absent":
                 cases[-1]["duration_s"] = duration_s
     dice.shuffle(cases)

@@ -8,13 +8,11 @@ from ...rates import rate
 from ...tables import table
 from .. import scorers
 from ..answers import class_of, counted, first_class
-from ..scorers import Figure, entry
-from . import judged
+from ..scorers import Figure, entry, written
+from . import judged, levels
 from .judged import is_silent
 
 WITH_TRUTH = ("C1", "C2", "C3", "C4", "C5", "X1")
-SIDES = ("base", "extended", "told")
-SHOWN_ERRORS = ("rmse_v", "charge_current_error_a", "crank_mae_v")
 
 
 def rates(key, level, text, right, target="", levels=None):
@@ -170,23 +168,6 @@ def mechanism_entries(of):
 
 # ------------------------------------------------------------------------------------------------ case by case
 
-def before_after(cases):
-    """By level and truth: cases, and medians of the held-out errors of base model, extended model and the model that was reported the truth."""
-    groups = scorers.grouped((case for case in cases if case.answer["holdout"] and case.level in WITH_TRUTH), lambda case: (case.level, case.label["id"]))
-    return {key: dict({"cases": len(mine)}, **{f"{side}_{metric}": middle_of(mine, side, metric) for metric in SHOWN_ERRORS for side in SIDES})
-            for key, mine in groups.items()}
-
-
-def middle_of(cases, side, metric):
-    """Median over the cases that have it; None without one."""
-    if side == "told":
-        values = [case.told["holdout"]["extended"].get(metric) for case in cases if case.told and case.told.get("holdout")]
-    else:
-        values = [case.held(side, metric) for case in cases]
-    values = [abs(value) for value in values if value is not None]
-    return statistics.median(values) if values else None
-
-
 def confusion(cases):
     """Counts by (row, column): the truth's level and id against the first name, or the verdict in brackets where nothing is named."""
     counts = collections.Counter()
@@ -225,7 +206,7 @@ def told_of(case):
 def score(said, cases, failed):
     """Everything that is reported. said: what the seal says of itself."""
     return {"seal": said, "cases": cases, "failed": failed, "figures": figures(cases), "confusion": confusion(cases),
-            "before_after": before_after(cases), "mechanisms": by_mechanism(cases),
+            "mechanisms": by_mechanism(cases),
             "wrong": [told_of(case) for case in sorted(cases, key=lambda c: (c.level, c.label["id"])) if went_wrong(case)]}
 
 
@@ -233,3 +214,28 @@ def as_json(report):
     """The figures for programs."""
     figures_of = {one.key: {"level": one.level, "what": one.text, "k": None, "n": one.n, "value": one.value, **entry(one.k, one.n)} for one in report["figures"]}
     return json.dumps({"seal": report["seal"], "figures": figures_of, "mechanisms": mechanism_entries(report["mechanisms"])}, indent=2)
+
+
+def confusion_lines(counts):
+    """Lines of confusion(), in the order of the levels."""
+    place = {one.level: k for k, one in enumerate(levels.STRATA)}
+    rows = {row for row, _ in counts}
+    for row in sorted(rows, key=lambda row: (place.get(row.split()[0], len(place)), row)):
+        heard = [(count, column) for (truth, column), count in counts.items() if truth == row]
+        yield f"  {row:44s} " + ", ".join(f"{column} {count}" for count, column in sorted(heard, reverse=True))
+
+
+def as_text(report):
+    said = report["seal"]
+    lines = [f"{said['cases']} cases sealed from {said['frozen_commit']}, "
+             f"labels SHA-256 {said['labels_sha256']}", ""]
+    lines += [f"{one.level:8s} {one.text:68s} {written(one):42s} {one.target}".rstrip()
+              for one in report["figures"]]
+    lines += [""] + mechanism_lines(report["mechanisms"])
+    lines += ["", "who was taken for whom (truth: first name, or verdict in brackets)"]
+    lines += confusion_lines(report["confusion"])
+    lines += ["", f"what went wrong ({len(report['wrong'])} cases)"]
+    lines += ["  " + one for one in report["wrong"]]
+    if report["failed"]:
+        lines += ["", "not judged"] + ["  " + one for one in report["failed"]]
+    return "\n".join(lines) + "\n"

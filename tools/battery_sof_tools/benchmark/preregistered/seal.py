@@ -12,7 +12,7 @@ import os
 import sys
 import tempfile
 
-from ...files import digest, lines_of, read_json, require_same, write_text
+from ...files import digest, lines_of, read_json, read_text, require_same, write_text
 from ...sof import RECORDING, Failure, call, product_digest, program
 from .. import answers
 from ..generator import Generator
@@ -143,9 +143,8 @@ def drawn_again(generator, label, folder):
 def cases_of(sealed, results, catalogue):
     """What the seal says, judged cases, and what could not be judged; nothing is opened unless both digests are right."""
     path = os.path.join(results, ANSWERS)
-    with open(os.path.join(results, "answers.sha256")) as file:
-        if file.read().strip() != digest(path):
-            raise SystemExit(f"{path} is not what was answered: its digest is another than answers.sha256 says")
+    if read_text(os.path.join(results, "answers.sha256")).strip() != digest(path):
+        raise SystemExit(f"{path} is not what was answered: answers.sha256 has another digest")
     said, labels = opened(sealed)
     rows = {one["name"]: one for one in lines_of(path)}
     told_truth = {one["name"]: one.get("answer") for one in lines_of(os.path.join(results, TOLD))}

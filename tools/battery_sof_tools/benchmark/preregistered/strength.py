@@ -7,8 +7,9 @@ import tempfile
 import numpy as np
 
 from ...sof import RECORDING, Failure
+from ..generator import seed_of
 from . import difficulty
-from .levels import SHORT_S, WITH_COMPANION, Z_WANTED, derived
+from .levels import SHORT_S, WITH_COMPANION, Z_WANTED
 
 LARGEST_SCALE, SMALLEST_SCALE = 1.0, 1e-3  # what the generator draws reaches to the ends of the catalogue's ranges
 LARGEST_SECOND = 3.0
@@ -49,7 +50,7 @@ def cut(recording, to_s):
 
 def drives(case):
     """The case with one drive after the other."""
-    return [dict(case, seed=derived(str(case["seed"]), "drive", attempt)) for attempt in range(SEEDS_TRIED)]
+    return [dict(case, seed=seed_of(case["seed"], "drive", k)) for k in range(SEEDS_TRIED)]
 
 
 def with_strength(generator, case):
@@ -74,7 +75,7 @@ def as_drawn(generator, case):
 def for_z(generator, case):
     """Of some drives the first on which the wanted z is reached; where none does, the one that comes nearest."""
     low, high = Z_WANTED[case["level"]]
-    wanted = random.Random(derived(str(case["seed"]), "z")).uniform(low, high)
+    wanted = random.Random(seed_of(case["seed"], "z")).uniform(low, high)
     best = None
     tried = [case, *drives(case)[1:]]
     for one in tried:

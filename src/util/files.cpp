@@ -1,6 +1,7 @@
-#include "util/atomic_file.hpp"
+#include "util/files.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -13,6 +14,21 @@ namespace battery_sof {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// An open file's descriptor, closed whatever happens.
+class Descriptor {
+ public:
+  explicit Descriptor(int descriptor) : descriptor_(descriptor) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  operator int() const { return descriptor_; }
+
+ private:
+  int descriptor_;
+};
 
 [[noreturn]] void fail(const fs::path& path, int error) {
   throw std::runtime_error("cannot write " + path.string() + ": " +
@@ -70,15 +86,9 @@ void writeAll(int descriptor, const std::string& content, const fs::path& report
 }
 
 void writeDevice(const fs::path& path, const std::string& content) {
-  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-  if (descriptor < 0) fail(path, errno);
-  try {
-    writeAll(descriptor, content, path);
-  } catch (...) {
-    ::close(descriptor);
-    throw;
-  }
-  ::close(descriptor);
+  const Descriptor device(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (device < 0) fail(path, errno);
+  writeAll(device, content, path);
 }
 
 fs::path pathBeside(const fs::path& target) {
@@ -95,6 +105,23 @@ fs::file_status writableStatus(const fs::path& path) {
   if (status.type() == fs::file_type::none) fail(path, error.value());
   if (fs::is_directory(status)) fail(path, EISDIR);
   return status;
+}
+
+bool isCompared(const std::string& name) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(name, ignored);
+  return !name.empty() && name != "-" && (!fs::exists(status) || fs::is_regular_file(status));
+}
+
+fs::path placeOf(const fs::path& name) {
+  std::error_code ignored;
+  const fs::path folder = fs::weakly_canonical(fs::absolute(name, ignored).parent_path(), ignored);
+  return folder / name.filename();
+}
+
+bool isOneFile(const std::string& a, const std::string& b) {
+  std::error_code ignored;
+  return fs::equivalent(a, b, ignored) || placeOf(a) == placeOf(b);
 }
 
 }  // namespace
@@ -128,6 +155,48 @@ void writeFileAtomically(const fs::path& path, const std::function<void(const fs
   Draft draft(pathBeside(target), path);
   write(draft.name());
   draft.renameTo(target);
+}
+
+std::string readRegularFile(const fs::path& path, std::size_t largest) {
+  const auto refuse = [&path](const std::string& why) {
+    throw std::runtime_error(path.string() + ": " + why);
+  };
+  const auto refuse_reading = [&refuse] {
+    refuse("cannot be read: " + std::generic_category().message(errno));
+  };
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::exists(status) && !fs::is_regular_file(status)) refuse("is no regular file");
+  // Without O_NONBLOCK opening a pipe waits for its writer.
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+  struct stat facts {};
+  if (file < 0 || ::fstat(file, &facts) != 0) refuse_reading();
+  if (!S_ISREG(facts.st_mode)) refuse("is no regular file");
+  std::string text;
+  char block[65536];
+  for (ssize_t count = 0; (count = ::read(file, block, sizeof block)) != 0;) {
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) refuse_reading();
+    text.append(block, static_cast<std::size_t>(count));
+    if (text.size() > largest || static_cast<std::size_t>(facts.st_size) > largest)
+      refuse("is too large, expected at most " + std::to_string(largest) + " bytes");
+  }
+  return text;
+}
+
+void requireSeparateFiles(const std::vector<std::string>& read,
+                          const std::vector<std::string>& written) {
+  for (std::size_t k = 0; k < written.size(); ++k) {
+    if (!isCompared(written[k])) continue;
+    for (const std::string& input : read)
+      if (isCompared(input) && isOneFile(input, written[k]))
+        throw std::invalid_argument(written[k] + " would be written over " + input +
+                                    ", which is read: expected another file");
+    for (std::size_t j = 0; j < k; ++j)
+      if (isCompared(written[j]) && isOneFile(written[j], written[k]))
+        throw std::invalid_argument(written[k] + " and " + written[j] +
+                                    " are one file to write: expected two");
+  }
 }
 
 }  // namespace battery_sof

@@ -1,14 +1,10 @@
 """Flesch reading ease of pages: 206.835 - 1.015 words a sentence - 84.6 syllables a word (Flesch 1948). 60 and more is plain English.
 
-    reading_ease PAGE ...          PAGE may be COMMIT:PATH, as git names it
-
 Counts prose alone: no code, tables, headings, pictures or comments. An item of a list is a sentence. Syllables are groups of vowels of a word,
 less a silent e; numbers, units and names in code are no words.
 """
 
 import re
-import subprocess
-import sys
 
 FENCE = re.compile(r"^```.*?^```", re.S | re.M)
 
@@ -54,21 +50,3 @@ def counted(text):
 def reading_ease(text):
     sentences, words, parts = counted(text)
     return 206.835 - 1.015 * words / sentences - 84.6 * parts / words
-
-
-def text_of(page):
-    if ":" in page:
-        return subprocess.run(["git", "show", page], capture_output=True, text=True, check=True).stdout
-    with open(page) as file:
-        return file.read()
-
-
-def main():
-    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
-        print(__doc__)
-        return 2
-    for page in sys.argv[1:]:
-        text = text_of(page)
-        sentences, words, _ = counted(text)
-        print(f"{page}: {reading_ease(text):.1f} ({words} words of prose in {sentences} sentences; {len(text.split())} words in all)")
-    return 0

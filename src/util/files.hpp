@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace battery_sof {
 
@@ -30,5 +32,28 @@ void writeFileAtomically(const std::filesystem::path& path, const std::string& c
  */
 void writeFileAtomically(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path&)>& write);
+
+/**
+ * @brief The bytes of a regular file, read without ever waiting: a pipe or a device is refused, not
+ * opened for long.
+ * @param largest [bytes]; a larger file is refused before it is read.
+ * @throws std::runtime_error naming the file, what is wrong with it (not there, too large, no
+ * regular file, the system's reason)
+ *   and what was expected.
+ */
+std::string readRegularFile(const std::filesystem::path& path, std::size_t largest);
+
+/**
+ * @brief Refuses to write over what is read, and to write one file twice, before any work is done.
+ *
+ * Files are compared, not names: a symbolic link, a hard link and "./x" are the file they lead to.
+ * Files that are not there yet are compared by folder and name. Empty names, "-", devices and pipes
+ * are passed over.
+ *
+ * @param read, written as given on a command line; one file may be read twice.
+ * @throws std::invalid_argument naming both.
+ */
+void requireSeparateFiles(const std::vector<std::string>& read,
+                          const std::vector<std::string>& written);
 
 }  // namespace battery_sof

@@ -1,1 +1,0 @@
-"""Drawings of the pages: diagrams as plain SVG, plots by matplotlib."""

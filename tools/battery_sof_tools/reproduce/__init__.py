@@ -1,1 +1,0 @@
-"""Repeats the paper's section V on simulated recordings."""
