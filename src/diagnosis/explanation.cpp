@@ -124,19 +124,23 @@ class StepwiseSelection {
   /// first, where it is worth it: without it no regulated current follows from a state.
   /// @return gain of ln evidence.
   double takeCharging(ExplanationState& state) {
-    double gain = 0.0;
     for (const EffectInfo& effect : effectCatalogue()) {
       if (!effect.on_request || !contains(search_.ids(), effect.id)) continue;
       std::optional<ExplanationState> with = search_.with(state, effect.id);
-      if (!with || with->evidence - state.evidence < rules_.min_gain || !isRelevant(*with, state))
-        continue;
-      gain += with->evidence - state.evidence;
-      with->explained[mechanismOf(effect.id)] = ExplanationFits::beyond(*with, state);
-      state = std::move(*with);
+      if (!with) continue;
+      fits_.takeEffectiveSampleFraction(*with);
+      fits_.evaluateEvidence(*with);
+      fits_.evaluateEvidence(state);
+      const double gain = with->evidence - state.evidence;
+      if (gain >= rules_.min_gain && isRelevant(*with, state)) {
+        with->explained[mechanismOf(effect.id)] = ExplanationFits::beyond(*with, state);
+        state = std::move(*with);
+        return gain;
+      }
       fits_.takeEffectiveSampleFraction(state);
       fits_.evaluateEvidence(state);
     }
-    return gain;
+    return 0.0;
   }
 
   /// What the effects of a mechanism that a state has explain [V].
@@ -195,6 +199,12 @@ class StepwiseSelection {
     const Eigen::VectorXd part = fits_.beyondBase(fits_.modelled(with) - fits_.modelled(without));
     return ExplanationFits::rms(part) >= fits_.relevanceLimit(with) ||
            fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
+  }
+
+  /// While a charger regulates the voltage the rows are those of a linearised battery: what is in
+  /// the model goes only where blocks that a fit has not seen are then missed by less.
+  bool mayReplace(const ExplanationState& other, const ExplanationState& state) const {
+    return !fits_.isVoltageControlled() || fits_.leftOutError(other) < fits_.leftOutError(state);
   }
 
   /// Gain of ln evidence that a mechanism must bring. A battery's own structure is never quite the
@@ -290,15 +300,19 @@ class StepwiseSelection {
       if (!members.empty() && doesAsWell(members.front(), state, mechanism, without))
         state = members.front();
     }
-    for (const std::string& id : state.members)
-      if (mechanismOf(id) == Mechanism::kStructure)
-        state.structure_gain = std::max(state.structure_gain,
-                                        state.evidence - fits_.withoutMember(state, id).evidence);
+    for (const std::string& id : std::vector<std::string>(state.members)) {
+      if (mechanismOf(id) != Mechanism::kStructure) continue;
+      const ExplanationState without = fits_.withoutMember(state, id);
+      state.structure_gain = std::max(state.structure_gain, state.evidence - without.evidence);
+    }
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() + state.estimated.size() < 2) return;
       ExplanationState without = fits_.withoutMember(state, id);
-      if (state.evidence - without.evidence < needed(state, mechanismOf(id)) ||
-          !isRelevant(state, without) || isHeldByStructure(state, without, mechanismOf(id)))
+      const double gain = state.evidence - without.evidence;
+      if (gain < rules_.min_gain ||
+          ((gain < needed(state, mechanismOf(id)) || !isRelevant(state, without) ||
+            isHeldByStructure(state, without, mechanismOf(id))) &&
+           mayReplace(without, state)))
         state = std::move(without);
     }
   }
@@ -339,9 +353,9 @@ class StepwiseSelection {
     for (int round = 0; round < kSwaps; ++round) {
       found_.terms.clear();
       better_.reset();
-      for (const std::string& id : state.members)
+      for (const std::string& id : std::vector<std::string>(state.members))
         takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
-      for (const Mechanism mechanism : state.estimated) {
+      for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
         ExplanationState without = fits_.withoutRegressors(state, mechanism);
         takePlace(state, without, mechanism, "");
       }
@@ -361,11 +375,10 @@ class StepwiseSelection {
   }
 
   void weighRival(const ExplanationState& rival, const ExplanationState& state) {
-    if (rival.estimated.size() > state.estimated.size() && fits_.predictsAsWell(state, rival))
-      return;
     if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_)
                                                                         : search_.rankOf(state)) +
-                                    kSettled)
+                                    kSettled &&
+        mayReplace(rival, state))
       better_ = rival;
   }
 
@@ -375,7 +388,7 @@ class StepwiseSelection {
     SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 0.0};
     one.rms =
         ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
-    weighRival(without, state);
+    if (one.gain < rules_.min_gain) better_ = without;
     const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);
     for (const ExplanationState& member : members) {
       if (!std::isfinite(member.evidence)) continue;
