@@ -101,15 +101,19 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
   return candidates;
 }
 
-/// Likely mechanisms by the evidence and by what was accepted or does as well, the first of them the finding's, and
-/// the probability of every term's. What is no lead-acid battery has none of lead and acid.
-void takeMechanisms(Judged& judged, std::optional<Mechanism> of_discrepancy, bool is_lead_acid) {
+/// Mechanisms that were accepted, and those of what does as well.
+std::vector<Mechanism> acceptedOf(const std::vector<SelectedTerm>& terms) {
   std::vector<Mechanism> accepted;
-  for (const SelectedTerm& one : judged.terms) {
+  for (const SelectedTerm& one : terms) {
     accepted.push_back(one.mechanism);
     for (const std::string& id : one.indistinguishable) accepted.push_back(mechanismOf(id));
   }
-  if (accepted.empty() && of_discrepancy) accepted.push_back(*of_discrepancy);
+  return accepted;
+}
+
+/// Likely mechanisms by the evidence and by what was accepted. The first of them is the finding's,
+/// and its effect comes first of the terms. What is no lead-acid battery has none of lead and acid.
+void takeMechanisms(Judged& judged, const std::vector<Mechanism>& accepted, bool is_lead_acid) {
   if (accepted.empty() || (!is_lead_acid && isOfLeadAcid(accepted.front()))) return;
   for (const Mechanism one : accepted)
     judged.evidence[static_cast<std::size_t>(one)].accepted = 1.0;
@@ -119,11 +123,9 @@ void takeMechanisms(Judged& judged, std::optional<Mechanism> of_discrepancy, boo
   for (const MechanismProbability& one : mechanismProbabilities(judged.evidence, is_lead_acid))
     for (SelectedTerm& term : judged.terms)
       if (term.mechanism == one.mechanism) term.probability = one.probability;
-  if (judged.verdict == Verdict::kUnexplained) judged.verdict = Verdict::kMechanism;
-  // an equation that fits, of a mechanism that another is likelier than
-  if (!hasNoEquation(judged.verdict) && !judged.terms.empty() &&
-      judged.terms.front().mechanism != *judged.mechanism)
-    judged.verdict = Verdict::kAmbiguous;
+  std::stable_partition(judged.terms.begin(), judged.terms.end(), [&](const SelectedTerm& one) {
+    return one.mechanism == *judged.mechanism && !one.member.empty();
+  });
 }
 
 std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionLimit>& all,
@@ -149,16 +151,24 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
                      const Explained& explained, const FinalFit& last,
                      const EstimatedDiscrepancy& discrepancy, const DiagnoseOptions& options) {
   const Unexplained rest = restOf(prepared, last, discrepancy);
-  const Explanation explanation = confirmed(explained.explanation, discrepancy);
+  Explanation explanation = confirmed(explained.explanation, discrepancy);
   Judged judged;
-  judged.verdict =
-      judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
   judged.terms = explanation.terms;
   judged.evidence = explanation.mechanisms;
-  std::optional<Mechanism> of_discrepancy;
-  if (rest.has_discrepancy && !discrepancy.finding->mechanisms.empty())
-    of_discrepancy = discrepancy.finding->mechanisms.front().mechanism;
-  takeMechanisms(judged, of_discrepancy, explained.is_lead_acid);
+  takeMechanisms(judged, acceptedOf(judged.terms), explained.is_lead_acid);
+  explanation.terms = judged.terms;
+  judged.verdict =
+      judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
+  if (judged.terms.empty() && judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
+      !discrepancy.finding->mechanisms.empty())
+    takeMechanisms(judged, {discrepancy.finding->mechanisms.front().mechanism},
+                   explained.is_lead_acid);
+  if (judged.mechanism && judged.verdict == Verdict::kUnexplained)
+    judged.verdict = Verdict::kMechanism;
+  // an equation that fits, of a mechanism that another is likelier than
+  if (judged.mechanism && !hasNoEquation(judged.verdict) && !judged.terms.empty() &&
+      judged.terms.front().mechanism != *judged.mechanism)
+    judged.verdict = Verdict::kAmbiguous;
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
   if (options.lists_detection_limits)
     judged.detection_limits =
