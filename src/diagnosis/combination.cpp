@@ -47,8 +47,8 @@ CombinedDiagnosis combine(const std::vector<Diagnosis>& recordings) {
   const double share = 1.0 / static_cast<double>(std::max<std::size_t>(with_mechanism.size(), 1));
   for (const Diagnosis* one : with_mechanism)
     for (std::size_t k = 0; k < kMechanisms; ++k)
-      for (const auto part :
-           {&MechanismSupport::alone, &MechanismSupport::lost, &MechanismSupport::effect})
+      for (const auto part : {&MechanismSupport::alone, &MechanismSupport::lost,
+                              &MechanismSupport::effect, &MechanismSupport::accepted})
         mean[k].*part += share * (*one->mechanism_evidence)[k].*part;
   if (with_mechanism.empty()) {
     combined.summary = withoutMechanism(recordings);

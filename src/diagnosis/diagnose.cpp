@@ -57,7 +57,7 @@ void take(Diagnosis& found, const Explained& explained, EstimatedDiscrepancy dis
   found.mechanism = judged.mechanism;
   found.probability = judged.probability;
   found.mechanisms = std::move(judged.mechanisms);
-  if (explained.is_lead_acid) found.mechanism_evidence = explained.explanation.mechanisms;
+  if (explained.is_lead_acid) found.mechanism_evidence = judged.evidence;
   found.candidates = std::move(judged.candidates);
   found.detection_limits = std::move(judged.detection_limits);
 }

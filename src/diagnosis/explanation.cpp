@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "diagnosis/hypotheses.hpp"
@@ -43,8 +42,14 @@ class StepwiseSelection {
     tell("trying the catalogue's effects");
     search_.takeGrid();
     tell("weighing mechanisms");
-    found_.mechanisms = rules_.mechanisms ? *rules_.mechanisms : evidenceFrom(start);
     ExplanationState now = start;
+    const double charging = given_.empty() && fits_.isVoltageControlled() ? takeCharging(now) : 0.0;
+    found_.mechanisms = evidenceFrom(now);
+    MechanismSupport& acceptance =
+        found_.mechanisms[static_cast<std::size_t>(Mechanism::kAcceptance)];
+    for (const auto part :
+         {&MechanismSupport::alone, &MechanismSupport::lost, &MechanismSupport::effect})
+      acceptance.*part += charging;
     for (const std::string& id : given_) take(now, id);
     while (given_.empty() &&
            static_cast<int>(now.members.size() + now.estimated.size()) < rules_.max_terms &&
@@ -115,6 +120,29 @@ class StepwiseSelection {
     fits_.evaluateEvidence(state);
   }
 
+  /// While a charger regulates the voltage the physics of charging that predictions use there comes
+  /// first, where it is worth it: without it no regulated current follows from a state.
+  /// @return gain of ln evidence.
+  double takeCharging(ExplanationState& state) {
+    for (const EffectInfo& effect : effectCatalogue()) {
+      if (!effect.on_request || !contains(search_.ids(), effect.id)) continue;
+      std::optional<ExplanationState> with = search_.with(state, effect.id);
+      if (!with) continue;
+      fits_.takeEffectiveSampleFraction(*with);
+      fits_.evaluateEvidence(*with);
+      fits_.evaluateEvidence(state);
+      const double gain = with->evidence - state.evidence;
+      if (gain >= rules_.min_gain && isRelevant(*with, state)) {
+        with->explained[mechanismOf(effect.id)] = ExplanationFits::beyond(*with, state);
+        state = std::move(*with);
+        return gain;
+      }
+      fits_.takeEffectiveSampleFraction(state);
+      fits_.evaluateEvidence(state);
+    }
+    return 0.0;
+  }
+
   /// What the effects of a mechanism that a state has explain [V].
   static double explainedBy(Mechanism mechanism, const ExplanationState& state) {
     const bool named =
@@ -171,6 +199,12 @@ class StepwiseSelection {
     const Eigen::VectorXd part = fits_.beyondBase(fits_.modelled(with) - fits_.modelled(without));
     return ExplanationFits::rms(part) >= fits_.relevanceLimit(with) ||
            fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
+  }
+
+  /// While a charger regulates the voltage the rows are those of a linearised battery: what is in
+  /// the model goes only where blocks that a fit has not seen are then missed by less.
+  bool mayReplace(const ExplanationState& other, const ExplanationState& state) const {
+    return !fits_.isVoltageControlled() || fits_.leftOutError(other) < fits_.leftOutError(state);
   }
 
   /// Gain of ln evidence that a mechanism must bring. A battery's own structure is never quite the
@@ -266,15 +300,19 @@ class StepwiseSelection {
       if (!members.empty() && doesAsWell(members.front(), state, mechanism, without))
         state = members.front();
     }
-    for (const std::string& id : state.members)
-      if (mechanismOf(id) == Mechanism::kStructure)
-        state.structure_gain = std::max(state.structure_gain,
-                                        state.evidence - fits_.withoutMember(state, id).evidence);
+    for (const std::string& id : std::vector<std::string>(state.members)) {
+      if (mechanismOf(id) != Mechanism::kStructure) continue;
+      const ExplanationState without = fits_.withoutMember(state, id);
+      state.structure_gain = std::max(state.structure_gain, state.evidence - without.evidence);
+    }
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() + state.estimated.size() < 2) return;
       ExplanationState without = fits_.withoutMember(state, id);
-      if (state.evidence - without.evidence < needed(state, mechanismOf(id)) ||
-          !isRelevant(state, without) || isHeldByStructure(state, without, mechanismOf(id)))
+      const double gain = state.evidence - without.evidence;
+      if (gain < rules_.min_gain ||
+          ((gain < needed(state, mechanismOf(id)) || !isRelevant(state, without) ||
+            isHeldByStructure(state, without, mechanismOf(id))) &&
+           mayReplace(without, state)))
         state = std::move(without);
     }
   }
@@ -315,9 +353,9 @@ class StepwiseSelection {
     for (int round = 0; round < kSwaps; ++round) {
       found_.terms.clear();
       better_.reset();
-      for (const std::string& id : state.members)
+      for (const std::string& id : std::vector<std::string>(state.members))
         takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
-      for (const Mechanism mechanism : state.estimated) {
+      for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
         ExplanationState without = fits_.withoutRegressors(state, mechanism);
         takePlace(state, without, mechanism, "");
       }
@@ -339,17 +377,18 @@ class StepwiseSelection {
   void weighRival(const ExplanationState& rival, const ExplanationState& state) {
     if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_)
                                                                         : search_.rankOf(state)) +
-                                    kSettled)
+                                    kSettled &&
+        mayReplace(rival, state))
       better_ = rival;
   }
 
   /// What a part is worth, what it adds, and what could stand in its place.
   void takePlace(const ExplanationState& state, const ExplanationState& without,
                  Mechanism mechanism, const std::string& id) {
-    SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 1.0};
+    SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 0.0};
     one.rms =
         ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
-    std::map<Mechanism, double> rivals = {{mechanism, one.gain}};
+    if (one.gain < rules_.min_gain) better_ = without;
     const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);
     for (const ExplanationState& member : members) {
       if (!std::isfinite(member.evidence)) continue;
@@ -359,7 +398,6 @@ class StepwiseSelection {
           !needs(member.members.back(), id))
         one.indistinguishable.push_back(member.members.back());
       if (of == mechanism) weighRival(member, state);
-      if (!rivals.count(of) || gain > rivals[of]) rivals[of] = gain;
     }
     if (!id.empty())
       for (const std::string& alike : effectInfo(id).same_as)
@@ -374,14 +412,8 @@ class StepwiseSelection {
         }
     for (const Mechanism other : kAllMechanisms) {
       if (without.estimated.count(other) || other == mechanism) continue;
-      const ExplanationState standing = standingFor(other, without, members);
-      weighRival(standing, state);
-      const double gain = standing.evidence - without.evidence;
-      if (!rivals.count(other) || gain > rivals[other]) rivals[other] = gain;
+      weighRival(standingFor(other, without, members), state);
     }
-    double sum = 0.0;
-    for (const auto& rival : rivals) sum += std::exp(rival.second - rivals[mechanism]);
-    one.probability = 1.0 / sum;
     found_.terms.push_back(one);
   }
 

@@ -25,8 +25,7 @@ struct SelectedTerm {
   /// [V], what it adds over the training rows that the base circuit cannot
   double rms = 0.0;
   std::vector<std::string> indistinguishable;  ///< ids that would do as well in its place
-  /// of its mechanism in this place, if it is one of the mechanisms that were weighed [0, 1]
-  double probability = 1.0;
+  double probability = 0.0;                    ///< of its mechanism, where it is reported [0, 1]
 };
 
 /// An effect that was fitted in some step.
@@ -59,8 +58,6 @@ struct ExplanationRules {
   int max_terms = 5;
   /// in place of the catalogue's, of exactly a composition's effects
   std::vector<KnownPopulation> priors = {};
-  /// what the recording says with the current as its input, where the rows have another
-  std::optional<MechanismEvidence> mechanisms = std::nullopt;
   /// called at every fit; what it throws ends the search
   std::function<void()> pulse = nullptr;
 };

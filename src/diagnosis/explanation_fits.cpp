@@ -333,8 +333,7 @@ ExplanationState ExplanationFits::withRegressors(const ExplanationState& state,
   return next;
 }
 
-ExplanationState ExplanationFits::withoutMember(const ExplanationState& state,
-                                                const std::string& id) {
+ExplanationState ExplanationFits::withoutMember(ExplanationState& state, const std::string& id) {
   ExplanationState next = state;
   next.members.erase(std::find(next.members.begin(), next.members.end(), id));
   next.model = BatteryModel();
@@ -342,16 +341,41 @@ ExplanationState ExplanationFits::withoutMember(const ExplanationState& state,
     if (!isUsed(other, next)) next.model = enlarged(next.model, other);
   next.coordinates = coordinatesOf(next.model);
   next.point = movedTo(next.model, state.model, state.point);
-  if (linearize(next)) optimize(next);
+  if (!linearize(next)) return next;
+  optimize(next);
+  ExplanationState again = state;
+  moveTo(again, next);
+  if (linearize(again)) takeBetter(state, std::move(again));
   return next;
 }
 
-ExplanationState ExplanationFits::withoutRegressors(const ExplanationState& state,
-                                                    Mechanism mechanism) {
+ExplanationState ExplanationFits::withoutRegressors(ExplanationState& state, Mechanism mechanism) {
   ExplanationState next = state;
   next.estimated.erase(mechanism);
   optimize(next);
+  takeBetter(state, withRegressors(next, mechanism));
   return next;
+}
+
+void ExplanationFits::takeBetter(ExplanationState& state, ExplanationState again) {
+  evaluateEvidence(again);
+  if (!(again.evidence > state.evidence)) return;
+  optimize(again);
+  again.explained = state.explained;
+  again.structure_gain = state.structure_gain;
+  state = std::move(again);
+}
+
+void ExplanationFits::moveTo(ExplanationState& state, const ExplanationState& part) {
+  for (Eigen::Index j = 0; j < part.model.parameterCount(); ++j)
+    if (const auto row =
+            state.model.parameterRow(part.model.parameters()[static_cast<std::size_t>(j)].name))
+      state.point.parameters[*row] = part.point.parameters[j];
+  for (Eigen::Index k = 0; k < state.model.stateCount(); ++k)
+    for (Eigen::Index m = 0; m < part.model.stateCount(); ++m)
+      if (state.model.states()[static_cast<std::size_t>(k)].name ==
+          part.model.states()[static_cast<std::size_t>(m)].name)
+        state.point.state[k] = part.point.state[m];
 }
 
 bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {

@@ -98,8 +98,11 @@ class ExplanationFits {
   }
   /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
   ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
-  ExplanationState withoutMember(const ExplanationState& state, const std::string& id);
-  ExplanationState withoutRegressors(const ExplanationState& state, Mechanism mechanism);
+  /// A state without one of its parts, fitted to the end.
+  /// @param state moves to where the part is added to that, if it does better there: what a part is
+  /// worth does not depend on the way that led to either.
+  ExplanationState withoutMember(ExplanationState& state, const std::string& id);
+  ExplanationState withoutRegressors(ExplanationState& state, Mechanism mechanism);
   static bool isUsed(const std::string& id, const ExplanationState& state);
   /// A column of the counted rows as innovations of TimingJitterNoise.
   Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }
@@ -161,6 +164,10 @@ class ExplanationFits {
   const std::optional<ExplanationState>& placedBase();
   void takeWhitening(const TimingJitterNoise& noise);
   void spend(const ExplanationState& state, int linearizations) const;
+  /// Takes a fit of the same parts from elsewhere where it does better, to its end.
+  void takeBetter(ExplanationState& state, ExplanationState again);
+  /// Moves parameters and states to those that a part of them has.
+  static void moveTo(ExplanationState& state, const ExplanationState& part);
   /// A linear fit to all counted rows but some.
   LinearFit fitWithout(const ExplanationSums& sums, IndexRange rows) const;
   /// Counted rows of some of the blocks that are left out.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <vector>
 
 #include "model/mechanism.hpp"
@@ -14,6 +13,9 @@ struct MechanismSupport {
   double lost = 0.0;   ///< loss when they are taken out of the regressors of all mechanisms
   /// gain by the best of its effects, on a grid of shapes, linear in the strength
   double effect = 0.0;
+  /// Whether the model selection accepted it, by an effect or by its regressors, 0 or 1; of several
+  /// recordings together, in what share of them.
+  double accepted = 0.0;
 };
 
 /// The same of all mechanisms.
@@ -27,29 +29,22 @@ struct MechanismProbability {
 /**
  * @brief Which mechanism is missing, given that one is.
  *
- *     p_m = exp(w_m x_m + b_m) / sum  [1]
+ *     p_m = exp(w_m x_m + b_m + 2 accepted_m) / sum  [1]
  *
  * x_m are m's alone, lost and effect, each relative to the largest. The weights were fitted to
  * simulated batteries whose laws are in no catalogue, under drives that do not depend on the law
- * (mechanism_weights.inc, docs/validation.md); probabilities are calibrated on laws left out.
+ * (mechanism_weights.inc, docs/validation.md); probabilities are calibrated on laws left out. What
+ * the model selection accepted counts beside them: linear fits do not change with the way of a
+ * search, and see less than it.
  *
- * @return all mechanisms, likeliest first.
+ * @param is_lead_acid otherwise mechanisms of lead and acid are no candidates.
+ * @return all candidates, likeliest first.
  */
-std::vector<MechanismProbability> mechanismProbabilities(const MechanismEvidence& evidence);
+std::vector<MechanismProbability> mechanismProbabilities(const MechanismEvidence& evidence,
+                                                         bool is_lead_acid = true);
 
-/// @return the fewest of them whose probabilities add up to 0.9, and holds.
-/// @param holds mechanism whose regressors hold.
+/// @return the fewest of them whose probabilities add up to 0.9.
 std::vector<MechanismProbability> likelyMechanisms(const MechanismEvidence& evidence,
-                                                   std::optional<Mechanism> holds = std::nullopt);
-
-/**
- * @brief The same where effects were accepted: probabilities of the mechanism that moves the
- * voltage most. The accepted ones come first, each with its share of what those before it leave,
- * then the others by their evidence, until 0.9. None is above the one before it.
- *
- * @param accepted of the effects, in their order; a mechanism counts once.
- */
-std::vector<MechanismProbability> acceptedFirst(const std::vector<MechanismProbability>& accepted,
-                                                const MechanismEvidence& evidence);
+                                                   bool is_lead_acid = true);
 
 }  // namespace battery_sof

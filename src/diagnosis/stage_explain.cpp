@@ -101,11 +101,6 @@ Explained explainErrors(const Prepared& prepared, const DiagnoseOptions& options
   if (explained.driving) {
     std::unique_ptr<ExplanationFits> controlled = fitsTo(prepared, explained.driving, rules);
     if (controlled->minError() < (1.0 - kCatalogueTolerance) * fits->minError()) {
-      std::vector<std::string> ignored;
-      rules.mechanisms = mechanismEvidence(
-          *fits,
-          idsToWeigh(prepared.screened, options.hypotheses, false, explained.is_lead_acid, ignored),
-          rules);
       fits = std::move(controlled);
     } else {
       explained.driving.reset();

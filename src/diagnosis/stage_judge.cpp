@@ -12,9 +12,6 @@
 namespace battery_sof {
 namespace {
 
-// [1], of the mechanisms that effects were reported of, batteries of unknown law: docs/diagnosis.md
-constexpr double kReportedRight = 0.7;
-
 /// RMS of what a fit leaves of its samples apart from white noise and rounding [V]; samples weigh
 /// by their count, which edges of a slow sampling make less.
 double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltage_lsb_std) {
@@ -104,24 +101,31 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
   return candidates;
 }
 
-/// Likely mechanisms, the verdict's among them. Where only regressors hold that, its probability is
-/// the classification's; of what is no lead-acid battery nothing is classified.
-void takeMechanisms(Judged& judged, const MechanismEvidence& evidence, bool is_lead_acid) {
-  if (!judged.mechanism) return;
-  if (!is_lead_acid) {
-    judged.mechanisms = {{*judged.mechanism, judged.probability}};
-    return;
+/// Mechanisms that were accepted, and those of what does as well.
+std::vector<Mechanism> acceptedOf(const std::vector<SelectedTerm>& terms) {
+  std::vector<Mechanism> accepted;
+  for (const SelectedTerm& one : terms) {
+    accepted.push_back(one.mechanism);
+    for (const std::string& id : one.indistinguishable) accepted.push_back(mechanismOf(id));
   }
-  if (judged.verdict != Verdict::kMechanism) {
-    std::vector<MechanismProbability> accepted;
-    for (const SelectedTerm& one : judged.terms)
-      accepted.push_back({one.mechanism, one.probability});
-    judged.mechanisms = acceptedFirst(accepted, evidence);
-    return;
-  }
-  judged.mechanisms = likelyMechanisms(evidence, judged.mechanism);
-  for (const MechanismProbability& one : judged.mechanisms)
-    if (one.mechanism == *judged.mechanism) judged.probability = one.probability;
+  return accepted;
+}
+
+/// Likely mechanisms by the evidence and by what was accepted. The first of them is the finding's,
+/// and its effect comes first of the terms. What is no lead-acid battery has none of lead and acid.
+void takeMechanisms(Judged& judged, const std::vector<Mechanism>& accepted, bool is_lead_acid) {
+  if (accepted.empty() || (!is_lead_acid && isOfLeadAcid(accepted.front()))) return;
+  for (const Mechanism one : accepted)
+    judged.evidence[static_cast<std::size_t>(one)].accepted = 1.0;
+  judged.mechanisms = likelyMechanisms(judged.evidence, is_lead_acid);
+  judged.mechanism = judged.mechanisms.front().mechanism;
+  judged.probability = judged.mechanisms.front().probability;
+  for (const MechanismProbability& one : mechanismProbabilities(judged.evidence, is_lead_acid))
+    for (SelectedTerm& term : judged.terms)
+      if (term.mechanism == one.mechanism) term.probability = one.probability;
+  std::stable_partition(judged.terms.begin(), judged.terms.end(), [&](const SelectedTerm& one) {
+    return one.mechanism == *judged.mechanism && !one.member.empty();
+  });
 }
 
 std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionLimit>& all,
@@ -147,28 +151,24 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
                      const Explained& explained, const FinalFit& last,
                      const EstimatedDiscrepancy& discrepancy, const DiagnoseOptions& options) {
   const Unexplained rest = restOf(prepared, last, discrepancy);
-  const Explanation explanation = confirmed(explained.explanation, discrepancy);
+  Explanation explanation = confirmed(explained.explanation, discrepancy);
   Judged judged;
+  judged.terms = explanation.terms;
+  judged.evidence = explanation.mechanisms;
+  takeMechanisms(judged, acceptedOf(judged.terms), explained.is_lead_acid);
+  explanation.terms = judged.terms;
   judged.verdict =
       judge(explanation, {prepared.screened.faults, prepared.screened.sentences}, rest);
-  judged.terms = explanation.terms;
-  // The evidence weighs mechanisms against each other and does not know that a battery's law may be
-  // none of them.
-  for (SelectedTerm& one : judged.terms) one.probability *= kReportedRight;
-  if (!judged.terms.empty()) {
-    judged.mechanism = judged.terms.front().mechanism;
-    judged.probability = judged.terms.front().probability;
-  } else if (judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
-             !discrepancy.finding->mechanisms.empty()) {
-    judged.mechanism = discrepancy.finding->mechanisms.front().mechanism;
-  }
-  if (judged.mechanism && !explained.is_lead_acid && isOfLeadAcid(*judged.mechanism)) {
-    judged.mechanism.reset();
-    judged.probability = 0.0;
-  }
-  if (judged.verdict == Verdict::kUnexplained && judged.mechanism)
+  if (judged.terms.empty() && judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
+      !discrepancy.finding->mechanisms.empty())
+    takeMechanisms(judged, {discrepancy.finding->mechanisms.front().mechanism},
+                   explained.is_lead_acid);
+  if (judged.mechanism && judged.verdict == Verdict::kUnexplained)
     judged.verdict = Verdict::kMechanism;
-  takeMechanisms(judged, explanation.mechanisms, explained.is_lead_acid);
+  // an equation that fits, of a mechanism that another is likelier than
+  if (judged.mechanism && !hasNoEquation(judged.verdict) && !judged.terms.empty() &&
+      judged.terms.front().mechanism != *judged.mechanism)
+    judged.verdict = Verdict::kAmbiguous;
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
   if (options.lists_detection_limits)
     judged.detection_limits =

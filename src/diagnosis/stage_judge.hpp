@@ -10,10 +10,11 @@ namespace battery_sof {
 /// What the findings come to.
 struct Judged {
   Verdict verdict = Verdict::kInsufficientData;
-  std::vector<SelectedTerm> terms;  ///< of the explanation; their probability as it is reported
+  std::vector<SelectedTerm> terms;  ///< of the explanation
   std::optional<Mechanism> mechanism;
   double probability = 0.0;                      ///< of it [0, 1]
   std::vector<MechanismProbability> mechanisms;  ///< Diagnosis::mechanisms
+  MechanismEvidence evidence{};                  ///< with what was accepted
   std::vector<Candidate> candidates;             ///< best first
   std::vector<DetectionLimit> detection_limits;
 };

@@ -40,15 +40,25 @@ std::string costAndGain(const Diagnosis& diagnosis) {
                                   : ", and nothing estimated from the currents lowers it");
 }
 
-/// "Missing: acid (probability 0.61; open_circuit is likelier, 0.70)"
+/// "Missing: acid (probability 0.61; open_circuit 0.30)"
 std::string missing(const std::string& what, const Diagnosis& diagnosis) {
   std::string sure;
   if (diagnosis.probability > 0.0) sure = format("probability %.2f", diagnosis.probability);
-  const auto& likely = diagnosis.mechanisms;
-  if (!likely.empty() && likely.front().mechanism != diagnosis.mechanism)
-    sure += (sure.empty() ? "" : "; ") + mechanismId(likely.front().mechanism) +
-            format(" is likelier, %.2f", likely.front().probability);
+  if (diagnosis.mechanisms.size() > 1)
+    sure += "; " + mechanismId(diagnosis.mechanisms[1].mechanism) +
+            format(" %.2f", diagnosis.mechanisms[1].probability);
   return "Missing: " + what + (sure.empty() ? "" : " (" + sure + ")");
+}
+
+/// What an equation of the catalogue says of the likeliest mechanism.
+std::string byEquation(const Diagnosis& diagnosis) {
+  const auto& effects = diagnosis.effects;
+  const bool has_one = std::any_of(effects.begin(), effects.end(), [&](const NamedEffect& one) {
+    return mechanismOf(one.id) == *diagnosis.mechanism;
+  });
+  return has_one
+             ? ", by one of several equations"
+             : ", while an equation of " + mechanismId(mechanismOf(effects.front().id)) + " fits";
 }
 
 }  // namespace
@@ -144,9 +154,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
                      diagnosis) +
              costAndGain(diagnosis) + ".";
     case Verdict::kAmbiguous:
-      return missing(mechanismSentence(mechanismOf(diagnosis.effects.front().id)) +
-                         ", by one of several equations",
-                     diagnosis) +
+      return missing(mechanismSentence(*diagnosis.mechanism) + byEquation(diagnosis), diagnosis) +
              costAndGain(diagnosis) + ".";
     case Verdict::kMechanism:
     case Verdict::kUnexplained:

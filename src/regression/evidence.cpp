@@ -194,11 +194,14 @@ const LinearFit& better(const LinearFit& one, const LinearFit& other) {
   return other.evidence > one.evidence ? other : one;
 }
 
-/// What a fit is whose columns, as derivatives of a model that breaks away, are of 1e200: their
-/// products are no numbers.
-LinearFit withoutNumbers(const LinearProblem& problem) {
-  const Eigen::Index columns = problem.products.cols();
-  return {Eigen::VectorXd::Zero(columns),
+/// A fit as it is; without evidence where columns, as derivatives of a model that breaks away, are
+/// so large that their products cancel or are no numbers: no fit is likelier than one without
+/// errors at the least noise.
+LinearFit sound(const LinearProblem& problem, double effective_sample_fraction, LinearFit fit) {
+  const double most =
+      -0.5 * effective_sample_fraction * problem.rows * std::log(kTwoPi * kMinNoise * kMinNoise);
+  if (fit.evidence <= most && fit.z.allFinite() && std::isfinite(fit.noise)) return fit;
+  return {Eigen::VectorXd::Zero(problem.products.cols()),
           std::vector<double>(static_cast<std::size_t>(problem.groups), 0.0),
           std::sqrt(problem.square / std::max(problem.rows, 1.0)),
           -std::numeric_limits<double>::infinity()};
@@ -380,8 +383,8 @@ LinearFit fitSomeGroups(const LinearProblem& problem, double effective_sample_fr
       search.run(std::vector<double>(active.size(), 2e-3), firstNoise(problem), kRounds);
   const LinearFit large =
       search.run(std::vector<double>(active.size(), 0.6 * prior.most), small.noise, kRounds);
-  const LinearFit fit = better(small, large);
-  return std::isfinite(fit.evidence) && fit.z.allFinite() ? fit : withoutNumbers(problem);
+  return better(sound(problem, effective_sample_fraction, small),
+                sound(problem, effective_sample_fraction, large));
 }
 
 LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fraction,

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace battery_sof {
 namespace {
@@ -52,62 +53,45 @@ TEST(LikelyMechanisms, AreTheFewestThatAddUpToNineTenths) {
   EXPECT_GT(likelyMechanisms(MechanismEvidence{}).size(), 5u) << "nothing says anything";
 }
 
-TEST(LikelyMechanisms, HaveTheOneThatHoldsWithItsOwnProbability) {
-  const MechanismEvidence evidence = clearly(Mechanism::kAcid);
-  const std::vector<MechanismProbability> all = mechanismProbabilities(evidence);
-  const MechanismProbability last = all.back();
-  std::vector<MechanismProbability> likely = likelyMechanisms(evidence, last.mechanism);
-  EXPECT_EQ(last.mechanism, likely.back().mechanism);
-  EXPECT_EQ(last.probability, likely.back().probability);
-  likely.pop_back();
-  ASSERT_EQ(likelyMechanisms(evidence).size(), likely.size());
-  EXPECT_EQ(likely.size(), likelyMechanisms(evidence, Mechanism::kAcid).size()) << "it is there";
+TEST(LikelyMechanisms, OfWhatIsNoLeadAcidBatteryHaveNoneOfLeadAndAcid) {
+  const std::vector<MechanismProbability> all =
+      mechanismProbabilities(clearly(Mechanism::kAcceptance), false);
+  EXPECT_NEAR(1.0, sumOf(all), 1e-12);
+  for (const MechanismProbability& one : all)
+    EXPECT_FALSE(isOfLeadAcid(one.mechanism)) << mechanismId(one.mechanism);
 }
 
-/// Whether probabilities are positive, fall, and add up to at most 1.
-void expectConsistent(const std::vector<MechanismProbability>& found) {
-  double before = 1.0;
-  for (const MechanismProbability& one : found) {
-    EXPECT_GT(one.probability, 0.0);
-    EXPECT_LE(one.probability, before);
-    before = one.probability;
-    const auto same = [&](const auto& other) { return other.mechanism == one.mechanism; };
-    EXPECT_EQ(1, std::count_if(found.begin(), found.end(), same)) << mechanismId(one.mechanism);
-  }
-  EXPECT_LE(sumOf(found), 1.0 + 1e-12);
+double probabilityOf(Mechanism mechanism, const MechanismEvidence& evidence) {
+  for (const MechanismProbability& one : mechanismProbabilities(evidence))
+    if (one.mechanism == mechanism) return one.probability;
+  return 0.0;
 }
 
-TEST(AcceptedFirst, HasTheAcceptedWithItsProbabilityThenWhatTheEvidenceAdds) {
+double oddsOf(Mechanism mechanism, const MechanismEvidence& evidence) {
+  const double p = probabilityOf(mechanism, evidence);
+  return p / (1.0 - p);
+}
+
+TEST(MechanismProbabilities, GrowByTheSameOddsWhereAMechanismIsAccepted) {
   for (const Mechanism clear : kAllMechanisms)
-    for (const Mechanism accepted : kAllMechanisms)
-      for (const double probability : {0.02, 0.35, 0.7, 0.95}) {
-        const std::vector<MechanismProbability> found =
-            acceptedFirst({{accepted, probability}}, clearly(clear));
-        EXPECT_EQ(accepted, found.front().mechanism);
-        EXPECT_EQ(probability, found.front().probability);
-        expectConsistent(found);
-        if (probability > 0.9) {
-          EXPECT_EQ(1u, found.size()) << "nothing is to be added";
-        }
-        if (probability < 0.5 && clear != accepted) {
-          EXPECT_EQ(clear, found[1].mechanism);
-        }
-        if (probability == 0.7) {
-          EXPECT_GE(sumOf(found), 0.9 - 1e-12);
-        }
-      }
+    for (const Mechanism accepted : kAllMechanisms) {
+      MechanismEvidence evidence = clearly(clear);
+      const double before = oddsOf(accepted, evidence);
+      evidence[kOf(accepted)].accepted = 1.0;
+      EXPECT_NEAR(std::exp(2.0), oddsOf(accepted, evidence) / before, 1e-9)
+          << mechanismId(accepted);
+    }
 }
 
-TEST(AcceptedFirst, OfSeveralHasThemInTheirOrderAndAMechanismOnce) {
-  const std::vector<MechanismProbability> found = acceptedFirst(
-      {{Mechanism::kAcid, 0.7}, {Mechanism::kStructure, 0.7}, {Mechanism::kAcid, 0.6}},
-      clearly(Mechanism::kAgeing));
-  ASSERT_LE(2u, found.size());
-  EXPECT_EQ(Mechanism::kAcid, found[0].mechanism);
-  EXPECT_EQ(0.7, found[0].probability);
-  EXPECT_EQ(Mechanism::kStructure, found[1].mechanism);
-  EXPECT_NEAR(0.21, found[1].probability, 1e-12);
-  expectConsistent(found);
+TEST(MechanismProbabilities, OfAClearMechanismStayFirstWhateverWasAccepted) {
+  for (const Mechanism clear : kAllMechanisms)
+    for (const Mechanism accepted : kAllMechanisms) {
+      if (probabilityOf(clear, clearly(clear)) < 0.9) continue;
+      MechanismEvidence evidence = clearly(clear);
+      evidence[kOf(accepted)].accepted = 1.0;
+      EXPECT_EQ(clear, mechanismProbabilities(evidence).front().mechanism)
+          << mechanismId(clear) << " against " << mechanismId(accepted);
+    }
 }
 
 }  // namespace

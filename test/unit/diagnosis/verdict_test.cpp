@@ -105,8 +105,8 @@ Diagnosis judgedAs(Verdict verdict) {
   }
   if (verdict != Verdict::kNoMismatch && verdict != Verdict::kUnexplained) {
     diagnosis.mechanism = Mechanism::kOpenCircuit;
-    diagnosis.probability = 0.21;
-    diagnosis.mechanisms = {{Mechanism::kSideReactions, 0.6}, {Mechanism::kOpenCircuit, 0.21}};
+    diagnosis.probability = 0.6;
+    diagnosis.mechanisms = {{Mechanism::kOpenCircuit, 0.6}, {Mechanism::kSideReactions, 0.21}};
   }
   diagnosis.regimes = {{"high-voltage charge", "mean", 5, 0.899, 0.864, 0.933, 0.06, false}};
   diagnosis.fit.base_holdout.rmse = 0.3;
@@ -140,16 +140,20 @@ TEST(Summary, OfAnEffectSaysWhatIsMissingHowSureWhatItCostsAndWhatIsGained) {
 TEST(Summary, OfSeveralCountsTheOthersAndOfTheIndistinguishableNamesTheMechanism) {
   EXPECT_TRUE(
       says(judgedAs(Verdict::kSeveral), effectInfo("acid_transport").title + " and 3 more"));
-  EXPECT_TRUE(says(judgedAs(Verdict::kAmbiguous), mechanismSentence(Mechanism::kAcid)));
-  EXPECT_FALSE(says(judgedAs(Verdict::kAmbiguous), effectInfo("acid_transport").title));
+  Diagnosis ambiguous = judgedAs(Verdict::kAmbiguous);
+  ambiguous.mechanism = Mechanism::kAcid;
+  EXPECT_TRUE(says(ambiguous, mechanismSentence(Mechanism::kAcid) + ", by one of several"));
+  EXPECT_FALSE(says(ambiguous, effectInfo("acid_transport").title));
+  ambiguous.mechanism = Mechanism::kAgeing;
+  EXPECT_TRUE(
+      says(ambiguous, mechanismSentence(Mechanism::kAgeing) + ", while an equation of acid fits"));
 }
 
-TEST(Summary, SaysWhichMechanismIsLikelierThanTheVerdicts) {
-  EXPECT_TRUE(
-      says(judgedAs(Verdict::kMechanism), "(probability 0.21; side_reactions is likelier, 0.60)"));
-  Diagnosis first = judgedAs(Verdict::kMechanism);
-  first.mechanisms = {{Mechanism::kOpenCircuit, 0.6}, {Mechanism::kSideReactions, 0.2}};
-  EXPECT_FALSE(says(first, "side_reactions"));
+TEST(Summary, SaysWhichMechanismIsTheSecondLikeliest) {
+  EXPECT_TRUE(says(judgedAs(Verdict::kMechanism), "(probability 0.60; side_reactions 0.21)"));
+  Diagnosis sure = judgedAs(Verdict::kMechanism);
+  sure.mechanisms.resize(1);
+  EXPECT_FALSE(says(sure, "side_reactions"));
 }
 
 TEST(Summary, WithoutAnEquationSaysWhetherACorrectionIsEstimated) {
