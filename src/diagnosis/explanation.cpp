@@ -44,6 +44,7 @@ class StepwiseSelection {
     tell("weighing mechanisms");
     ExplanationState now = start;
     const double charging = given_.empty() && fits_.isVoltageControlled() ? takeCharging(now) : 0.0;
+    fits_.beginBudget();
     found_.mechanisms = evidenceFrom(now);
     MechanismSupport& acceptance =
         found_.mechanisms[static_cast<std::size_t>(Mechanism::kAcceptance)];
