@@ -34,7 +34,7 @@ struct MechanismProbability {
  * x_m are m's alone, lost and effect, each relative to the largest. The weights were fitted to
  * simulated batteries whose laws are in no catalogue, under drives that do not depend on the law
  * (mechanism_weights.inc, docs/validation.md); probabilities are calibrated on laws left out. What
- * the model selection accepted counts beside them: linear fits do not change with the way of a
+ * the model selection accepted counts in addition: linear fits do not change with the way of a
  * search, and see less than it.
  *
  * @param is_lead_acid otherwise mechanisms of lead and acid are no candidates.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "confirmation.hpp"
@@ -112,7 +113,8 @@ std::vector<Mechanism> acceptedOf(const std::vector<SelectedTerm>& terms) {
 }
 
 /// Likely mechanisms by the evidence and by what was accepted. The first of them is the finding's,
-/// and its effect comes first of the terms. What is no lead-acid battery has none of lead and acid.
+/// and its effect comes first of the terms; of the others each has its share of what those before
+/// it leave. What is no lead-acid battery has none of lead and acid.
 void takeMechanisms(Judged& judged, const std::vector<Mechanism>& accepted, bool is_lead_acid) {
   if (accepted.empty() || (!is_lead_acid && isOfLeadAcid(accepted.front()))) return;
   for (const Mechanism one : accepted)
@@ -120,12 +122,20 @@ void takeMechanisms(Judged& judged, const std::vector<Mechanism>& accepted, bool
   judged.mechanisms = likelyMechanisms(judged.evidence, is_lead_acid);
   judged.mechanism = judged.mechanisms.front().mechanism;
   judged.probability = judged.mechanisms.front().probability;
-  for (const MechanismProbability& one : mechanismProbabilities(judged.evidence, is_lead_acid))
-    for (SelectedTerm& term : judged.terms)
-      if (term.mechanism == one.mechanism) term.probability = one.probability;
   std::stable_partition(judged.terms.begin(), judged.terms.end(), [&](const SelectedTerm& one) {
     return one.mechanism == *judged.mechanism && !one.member.empty();
   });
+  std::map<Mechanism, double> shares;
+  for (const MechanismProbability& one : mechanismProbabilities(judged.evidence, is_lead_acid))
+    shares[one.mechanism] = one.probability;
+  double left = 1.0;
+  std::map<Mechanism, double> given;
+  for (SelectedTerm& term : judged.terms) {
+    const double share = shares[term.mechanism];
+    if (given.emplace(term.mechanism, std::min(1.0, share / left)).second)
+      left = std::max(left - share, 1e-12);
+    term.probability = given[term.mechanism];
+  }
 }
 
 std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionLimit>& all,
