@@ -13,7 +13,7 @@ namespace battery_sof {
 
 namespace {
 
-constexpr double kBlock = 10.0;  // [s], of a ChargerShare
+constexpr double kShareBlock = 10.0;  // [s], of a ChargerShare
 
 double lengthOf(const IdentificationJob& job) {
   return job.window_length.value_or(defaultWindowLength(job.series));
@@ -91,7 +91,7 @@ void ChargerShare::add(const StreamSample& sample) {
 }
 
 void ChargerShare::count(double time, bool controlled) {
-  if (blocks_.empty() || time - blocks_.back().from > kBlock) blocks_.push_back({time, time, 0, 0});
+  if (blocks_.empty() || time - blocks_.back().from > kShareBlock) blocks_.push_back({time, time, 0, 0});
   Block& block = blocks_.back();
   block.to = time;
   ++block.samples;
