@@ -1,7 +1,5 @@
 #include "effect_search.hpp"
 
-#include <limits>
-
 #include "diagnosis/hypotheses.hpp"
 #include "model/base_model.hpp"
 
@@ -66,13 +64,11 @@ void EffectSearch::takeGrid() {
 std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state,
                                                    const std::string& id) {
   const std::vector<double> gains = gridGains(state, grid_);
-  ExplanationState next;
-  next.evidence = -std::numeric_limits<double>::infinity();
-  for (std::size_t g = 0; g < grid_.size(); ++g) {
-    if (grid_[g].id != id) continue;
-    ExplanationState one = withMember(state, grid_[g], gains[g]);
-    if (one.evidence > next.evidence) next = std::move(one);
-  }
+  std::optional<std::size_t> best;
+  for (std::size_t g = 0; g < grid_.size(); ++g)
+    if (grid_[g].id == id && (!best || gains[g] > gains[*best])) best = g;
+  if (!best) return std::nullopt;
+  ExplanationState next = withMember(state, grid_[*best], gains[*best]);
   if (!std::isfinite(next.evidence)) return std::nullopt;
   fits_.optimize(next);
   weighed_.push_back({id, next.evidence - state.evidence});

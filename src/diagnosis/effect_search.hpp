@@ -21,8 +21,8 @@ class EffectSearch {
   const std::vector<std::string>& ids() const { return ids_; }
   /// Takes what every effect adds to the base circuit; before anything else.
   void takeGrid();
-  /// A state with one effect more, fitted from where its first steps lead furthest, of all points of
-  /// its grid; none where it cannot be placed.
+  /// A state with one effect more, fitted from where it promises most; none where it cannot be
+  /// placed.
   std::optional<ExplanationState> with(const ExplanationState& state, const std::string& id);
   /// Gain of ln evidence by each grid point added to a state, noise taken again, any multiple of
   /// it allowed.

@@ -44,7 +44,6 @@ class StepwiseSelection {
     tell("weighing mechanisms");
     ExplanationState now = start;
     const double charging = given_.empty() && fits_.isVoltageControlled() ? takeCharging(now) : 0.0;
-    fits_.beginBudget();
     found_.mechanisms = evidenceFrom(now);
     MechanismSupport& acceptance =
         found_.mechanisms[static_cast<std::size_t>(Mechanism::kAcceptance)];
@@ -389,7 +388,6 @@ class StepwiseSelection {
     SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 0.0};
     one.rms =
         ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
-    if (one.gain < rules_.min_gain) better_ = without;
     const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);
     for (const ExplanationState& member : members) {
       if (!std::isfinite(member.evidence)) continue;

@@ -141,8 +141,6 @@ class ExplanationFits {
   }
   double effectiveSampleFraction() const { return effective_sample_fraction_; }
   const TimingJitterNoise& timingJitterNoise() const { return noise_; }
-  /// What comes from here on has the whole budget.
-  void beginBudget() { spent_ = 0.0; }
   bool isSpent() const { return spent_ > kBudget; }
   /// Relevance threshold of an RMS in addition to a state [V].
   double relevanceLimit(const ExplanationState& state) const {
@@ -154,7 +152,7 @@ class ExplanationFits {
 
  private:
   // rows simulated with the derivatives of a usual composition; then what stands is reported
-  static constexpr double kBudget = 2e6;
+  static constexpr double kBudget = 4e6;
 
   /// The counted rows of a table, with room for the random walk.
   Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
