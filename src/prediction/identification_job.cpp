@@ -91,7 +91,8 @@ void ChargerShare::add(const StreamSample& sample) {
 }
 
 void ChargerShare::count(double time, bool controlled) {
-  if (blocks_.empty() || time - blocks_.back().from > kShareBlock) blocks_.push_back({time, time, 0, 0});
+  if (blocks_.empty() || time - blocks_.back().from > kShareBlock)
+    blocks_.push_back({time, time, 0, 0});
   Block& block = blocks_.back();
   block.to = time;
   ++block.samples;
