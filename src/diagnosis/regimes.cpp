@@ -23,9 +23,9 @@ enum class Load { kRest, kCharge, kDischarge, kCrank };
 Load loadOf(double current, Load before) {
   const EventLimits limits;
   if (current < limits.crank_current) return Load::kCrank;
-  if (current > limits.rest_current) return Load::kCharge;
-  if (current < -limits.rest_current) return Load::kDischarge;
-  const double half = 0.5 * limits.rest_current;
+  if (current > limits.kRestCurrent) return Load::kCharge;
+  if (current < -limits.kRestCurrent) return Load::kDischarge;
+  const double half = 0.5 * limits.kRestCurrent;
   if (before == Load::kCharge && current > half) return Load::kCharge;
   if (before == Load::kDischarge && current < -half) return Load::kDischarge;
   return Load::kRest;

@@ -164,7 +164,7 @@ double windowQuality(double rmse, double excitation) {
 namespace {
 
 // [A], where a run of one direction ends
-constexpr double kRest = EventLimits{}.rest_current;
+constexpr double kRest = EventLimits::kRestCurrent;
 
 /// Where a run ends that flows at sample n. @param sign 1 charging, -1 discharging.
 std::size_t endOfRun(const Series& series, std::size_t n, std::size_t last, double sign,

@@ -38,7 +38,7 @@ std::vector<EventKind> kindOfEverySample(const Series& series, const EventLimits
                                          double max_gap) {
   std::vector<EventKind> kinds(series.size());
   std::transform(series.current.begin(), series.current.end(), kinds.begin(), [&](double current) {
-    return std::abs(current) < limits.rest_current ? EventKind::kRest
+    return std::abs(current) < limits.kRestCurrent ? EventKind::kRest
            : current > 0.0                         ? EventKind::kCharge
                                                    : EventKind::kDischarge;
   });

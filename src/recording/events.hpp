@@ -22,9 +22,9 @@ inline constexpr double kEngineTurns = -60.0;
 
 /// Limits that distinguish events.
 struct EventLimits {
-  double crank_current = kCrankCurrent;              ///< [A]; a crank falls to this or below
-  static constexpr double crank_max_duration = 5.0;  ///< [s]; longer stretches are discharges
-  static constexpr double rest_current = 0.5;        ///< [A]; |current| below it is rest
+  double crank_current = kCrankCurrent;             ///< [A]; a crank falls to this or below
+  static constexpr double kCrankMaxDuration = 5.0;  ///< [s]; longer stretches are discharges
+  static constexpr double kRestCurrent = 0.5;       ///< [A]; |current| below it is rest
 };
 
 /// [A]; below it a discharge is under way that a charge may follow
@@ -38,7 +38,7 @@ bool isStopLoad(double current, double min_current);
  * @brief Where cranks, charges and stops begin and end, sample by sample: of a recording as live.
  *
  *     crank   samples at or below half of crank_current that follow each other without a gap, one
- *             of them at or below it, no longer than crank_max_duration
+ *             of them at or below it, no longer than kCrankMaxDuration
  *     charge  begins above 2 A; where a source may control the voltage, above 0 A after less than
  *             -10 A, at the first sample whose voltage is controlled (denyCharge())
  *     stop    begins with the first isStopLoad() behind a sample that is none
@@ -59,7 +59,7 @@ class EventDetector {
   bool isAtCrankLevel() const { return crank_since_.has_value(); }
   /// is at crank level, and not for too long yet
   bool mayBeCrank() const {
-    return crank_since_ && crank_until_ - *crank_since_ <= limits_.crank_max_duration;
+    return crank_since_ && crank_until_ - *crank_since_ <= limits_.kCrankMaxDuration;
   }
   /// the sample before was a crank's last
   bool crankEnded() const { return crank_ended_; }
@@ -95,8 +95,8 @@ struct Event {
  * @brief Cuts a series into cranks, discharges, charges and rests.
  *
  * A crank is a run of samples at or below crank_current, widened on both sides while the current
- * stays at or below half of it, and no longer than crank_max_duration. The rest of the samples is
- * cut by the sign of the current with rest_current as dead band. Events never span a gap
+ * stays at or below half of it, and no longer than kCrankMaxDuration. The rest of the samples is
+ * cut by the sign of the current with kRestCurrent as dead band. Events never span a gap
  * (gapThreshold).
  *
  * @throws std::invalid_argument when crank_current is not finite and below zero.
