@@ -173,12 +173,8 @@ Judged judgeFindings(const Recording& recording, const Prepared& prepared,
       !discrepancy.finding->mechanisms.empty())
     takeMechanisms(judged, {discrepancy.finding->mechanisms.front().mechanism},
                    explained.is_lead_acid);
-  if (judged.mechanism && judged.verdict == Verdict::kUnexplained)
-    judged.verdict = Verdict::kMechanism;
-  // an equation that fits, of a mechanism that another is likelier than
-  if (judged.mechanism && !hasNoEquation(judged.verdict) && !judged.terms.empty() &&
-      judged.terms.front().mechanism != *judged.mechanism)
-    judged.verdict = Verdict::kAmbiguous;
+  if (judged.mechanism)
+    judged.verdict = withMechanism(judged.verdict, judged.terms, *judged.mechanism);
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);
   if (options.lists_detection_limits)
     judged.detection_limits =

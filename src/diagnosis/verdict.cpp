@@ -101,6 +101,13 @@ Verdict judge(const Explanation& explanation, const InstrumentScreen& instrument
   return named == 1 ? Verdict::kEffect : Verdict::kSeveral;
 }
 
+Verdict withMechanism(Verdict verdict, const std::vector<SelectedTerm>& terms,
+                      Mechanism likeliest) {
+  if (verdict == Verdict::kUnexplained) return Verdict::kMechanism;
+  const bool has_equation = !terms.empty() && !terms.front().member.empty();
+  return has_equation && terms.front().mechanism != likeliest ? Verdict::kAmbiguous : verdict;
+}
+
 std::vector<std::string> outsideWhatSignalsShow() {
   return {"a gain error of the current sensor that is alike in both directions",
           "gain and offset of the voltage channel", "a constant resistance of cables and contacts",

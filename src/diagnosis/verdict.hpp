@@ -36,6 +36,11 @@ struct Unexplained {
 Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,
               const Unexplained& rest);
 
+/// A verdict once the likeliest mechanism is known: what is unexplained has one; an equation that
+/// fits, of a mechanism that another is likelier than, is ambiguous.
+/// @param terms in their order; regressors alone are no equation.
+Verdict withMechanism(Verdict verdict, const std::vector<SelectedTerm>& terms, Mechanism likeliest);
+
 /// @return what no current and voltage can show (docs/physics.md#what-the-base-circuit-absorbs).
 std::vector<std::string> outsideWhatSignalsShow();
 

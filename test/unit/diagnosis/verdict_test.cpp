@@ -114,6 +114,17 @@ Diagnosis judgedAs(Verdict verdict) {
   return diagnosis;
 }
 
+TEST(Verdict, OfAnEquationIsAmbiguousWhereAnotherMechanismIsLikelier) {
+  const SelectedTerm equation{Mechanism::kAcid, "acid_transport", 20.0, 0.01, {}, 0.3},
+      regressors{Mechanism::kInstrument, "", 20.0, 0.01, {}, 0.3};
+  EXPECT_EQ(Verdict::kEffect, withMechanism(Verdict::kEffect, {equation}, Mechanism::kAcid));
+  EXPECT_EQ(Verdict::kAmbiguous, withMechanism(Verdict::kEffect, {equation}, Mechanism::kAgeing));
+  EXPECT_EQ(Verdict::kMechanism, withMechanism(Verdict::kUnexplained, {}, Mechanism::kAgeing));
+  EXPECT_EQ(Verdict::kSensorFault,
+            withMechanism(Verdict::kSensorFault, {regressors}, Mechanism::kStructure))
+      << "regressors are no equation that a headline could name";
+}
+
 TEST(Summary, OfEveryVerdictIsOneSentenceThatIsReadOnce) {
   for (const Verdict verdict :
        {Verdict::kNoMismatch, Verdict::kEffect, Verdict::kSeveral, Verdict::kAmbiguous,
