@@ -59,9 +59,7 @@ Series composedRecord(const BatteryModel& model, const CompositionPoint& truth, 
   const auto count = static_cast<std::size_t>(std::lround(duration / kInterval));
   Series series;
   for (std::size_t n = 0; n < count; ++n) {
-    series.time.push_back(kInterval * static_cast<double>(n));
-    series.current.push_back(driven[n % driven.size()]);
-    series.voltage.push_back(0.0);
+    series.append({kInterval * static_cast<double>(n), driven[n % driven.size()], 0.0});
   }
   Simulation simulation(model, {truth.parameters, truth.state, 0.0, 0.0});
   std::mt19937_64 engine(1);

@@ -21,9 +21,7 @@ Series simulatedDrive() {
   options.duration = 900.0;
   Series series;
   for (const auto& sample : battery_sof_simulator::simulateCityDrive(options)) {
-    series.time.push_back(sample.time);
-    series.current.push_back(sample.current);
-    series.voltage.push_back(sample.voltage);
+    series.append({sample.time, sample.current, sample.voltage});
   }
   return series;
 }

@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/stop_time.hpp"
+#include "prediction/questions.hpp"
 #include "report/model_yaml.hpp"
 
 namespace {

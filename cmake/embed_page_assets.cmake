@@ -1,4 +1,4 @@
-# Writes OUTPUT, a C++ file that defines the texts of src/report/page_assets.hpp from files; a file that is not there gives an
+# Writes OUTPUT, a C++ file that defines the texts of src/report/page.hpp from files; a file that is not there gives an
 # empty text. Run by cmake -P with OUTPUT, PAGE_CSS, PAGE_JS, DYGRAPHS_JS, DYGRAPHS_CSS, DYGRAPHS_NOTICE.
 set(delimiter "page_asset")
 
@@ -12,10 +12,10 @@ function(append_text name file)
   if(NOT end EQUAL -1)
     message(FATAL_ERROR "${file} holds )${delimiter}\", which ends a C++ string")
   endif()
-  file(APPEND "${OUTPUT}.part" "const char ${name}[] = R\"${delimiter}(${text})${delimiter}\";\n")
+  file(APPEND "${OUTPUT}.part" "extern const char ${name}[];\nconst char ${name}[] = R\"${delimiter}(${text})${delimiter}\";\n")
 endfunction()
 
-file(WRITE "${OUTPUT}.part" "#include \"${HEADER}\"\n\nnamespace battery_sof {\n\n")
+file(WRITE "${OUTPUT}.part" "namespace battery_sof {\n\n")
 append_text(kPageCss "${PAGE_CSS}")
 append_text(kPageJs "${PAGE_JS}")
 append_text(kDygraphsJs "${DYGRAPHS_JS}")

@@ -12,8 +12,8 @@
 #include <map>
 #include <random>
 
-#include "baseline/charge_phases.hpp"
 #include "estimation/identification.hpp"
+#include "recording/events.hpp"
 #include "state/state_estimator.hpp"
 
 namespace {
@@ -86,9 +86,7 @@ Series recordingOf(const BatteryModel& model, const ModelPoint& truth,
                    const Imposed1Hz& controlled) {
   Series series;
   for (std::size_t n = 0; n < controlled.current.size(); ++n) {
-    series.time.push_back(static_cast<double>(n));
-    series.current.push_back(controlled.current[n]);
-    series.voltage.push_back(controlled.voltage[n]);
+    series.append({static_cast<double>(n), controlled.current[n], controlled.voltage[n]});
   }
   Simulation simulation(model, truth);
   InputSequence inputs = inputsOf(series, controlled.voltage_controlled);

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimation/identification.hpp"
-#include "prediction/profile.hpp"
+#include "prediction/scores.hpp"
 
 namespace battery_sof::experiments {
 namespace {
@@ -109,7 +109,7 @@ WindowResult runWindow(const Series& series, double from, const Setting& setting
   result.hour =
       scorePrediction(series, whole, predictSeries(result.model, series, whole).voltages());
   for (const auto& crank : result.hour.cranks)
-    result.crank_errors.push_back(std::abs(crank.measured_minimum - crank.predicted_minimum.value));
+    result.crank_errors.push_back(std::abs(crank.measured - crank.expected.value));
   return result;
 }
 

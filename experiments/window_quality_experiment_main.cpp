@@ -10,9 +10,8 @@
 #include "estimation/identification.hpp"
 #include "estimation/window.hpp"
 #include "prediction/pipeline.hpp"
-#include "prediction/profile.hpp"
 #include "prediction/scores.hpp"
-#include "state/residual_filter.hpp"
+#include "state/state_estimator.hpp"
 
 namespace {
 
@@ -85,8 +84,7 @@ void runWindow(const std::string& name, const Series& series, IndexRange window,
   const PredictionScores scores = scorePrediction(series, whole, predicted);
   double crank = 0.0;
   for (const auto& c : scores.cranks)
-    crank += std::abs(c.measured_minimum - c.predicted_minimum.value) /
-             static_cast<double>(scores.cranks.size());
+    crank += std::abs(c.measured - c.expected.value) / static_cast<double>(scores.cranks.size());
   const Moments m = momentsOf(series, window);
   const NoiseModel noise = model.fit.noise.value_or(NoiseModel{});
   std::printf(

@@ -5,14 +5,11 @@
 #include "battery_sof/model.hpp"
 #include "bindings.hpp"
 #include "diagnosis/diagnosis.hpp"
-#include "estimation/recording_fit.hpp"
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/pipeline.hpp"
+#include "estimation/identification.hpp"
+#include "prediction/questions.hpp"
 #include "prediction/scores.hpp"
-#include "prediction/stop_time.hpp"
 #include "report/results.hpp"
 #include "util/files.hpp"
-#include "util/printable.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof::python {

@@ -4,7 +4,7 @@
 #include "battery_sof/version.hpp"
 #include "bindings.hpp"
 #include "report/model_yaml.hpp"
-#include "util/printable.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof::python {
 

@@ -42,8 +42,7 @@ class Model {
   /// @throws std::runtime_error naming file and field when it cannot be read or is no model.
   static Model read(const std::filesystem::path& file);
   /// Writes MODEL.yaml, whole or not at all. @throws std::invalid_argument when the model is not
-  /// usable, std::runtime_error when the file
-  ///   cannot be written.
+  /// usable, std::runtime_error when the file cannot be written.
   void write(const std::filesystem::path& file) const;
 
   bool usable() const;                       ///< whether it answers questions

@@ -15,6 +15,13 @@ struct IndexRange {
   bool empty() const { return first == last; }
 };
 
+/// Current and voltage at one instant.
+struct Sample {
+  double time = 0.0;     ///< [s]
+  double current = 0.0;  ///< [A], positive into the battery
+  double voltage = 0.0;  ///< [V]
+};
+
 /**
  * @brief Current and voltage of one battery over time, as accepted by Intake.
  *
@@ -32,6 +39,17 @@ struct Series {
 
   std::size_t size() const { return time.size(); }
   bool empty() const { return time.empty(); }
+  Sample operator[](std::size_t n) const { return {time[n], current[n], voltage[n]}; }
+  void append(const Sample& sample) {
+    time.push_back(sample.time);
+    current.push_back(sample.current);
+    voltage.push_back(sample.voltage);
+  }
+  /// The temperatures stay.
+  void dropFirst(std::size_t count) {
+    for (auto* values : {&time, &current, &voltage})
+      values->erase(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(count));
+  }
 };
 
 /// Why samples offered to Intake were refused, by reason.
@@ -78,6 +96,9 @@ std::vector<IndexRange> contiguousRanges(const Series& series, double max_gap);
 
 /// @return indices of the samples with from <= time <= to; empty range when there are none.
 IndexRange indexRange(const Series& series, double from, double to);
+
+/// @return index of the first sample later than a time [s]; size() where there is none.
+std::size_t firstAfter(const Series& series, double time);
 
 /// @return copy of the samples in range, and of the temperatures between its first and last time.
 Series slice(const Series& series, IndexRange range);

@@ -5,10 +5,8 @@
 #include <stdexcept>
 
 #include "diagnosis/diagnose.hpp"
-#include "estimation/recording_fit.hpp"
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/profile.hpp"
-#include "prediction/stop_time.hpp"
+#include "estimation/identification.hpp"
+#include "prediction/questions.hpp"
 #include "recording/resample.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/diagnosis_page.hpp"
@@ -25,9 +23,7 @@ void requireUsable(const Fit& fit) {
 /// A recording as models are fitted to it: at the design rate, with the voltage of one block of the
 /// row.
 Series fittedSeries(const Recording& recording, double series_blocks) {
-  if (!areSeriesBlocks(series_blocks))
-    throw std::invalid_argument(format("series_blocks is %g, expected ", series_blocks) +
-                                kAllowedSeriesBlocks);
+  requireThat(areSeriesBlocks(series_blocks), "series_blocks", series_blocks, kAllowedSeriesBlocks);
   return perBlock(atDesignRate(recording.series), series_blocks);
 }
 

@@ -14,7 +14,7 @@
 #include "bag/battery_state_message.hpp"
 #include "battery_sof/intake.hpp"
 #include "util/files.hpp"
-#include "util/printable.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 

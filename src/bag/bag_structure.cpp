@@ -1,10 +1,8 @@
 #include "bag/bag_structure.hpp"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
+#include <boost/interprocess/file_mapping.hpp>
+#include <boost/interprocess/mapped_region.hpp>
 #include <cstdint>
 #include <cstring>
 #include <map>
@@ -57,30 +55,15 @@ struct Record {
 };
 
 /// A file's bytes, mapped rather than read: bags with pictures in them are larger than memory.
-class MappedFile {
- public:
-  explicit MappedFile(const std::filesystem::path& path) : size_(std::filesystem::file_size(path)) {
-    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) return;
-    data_ = size_ > 0 ? ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file, 0) : MAP_FAILED;
-    ::close(file);
+/// Nothing where it cannot be mapped.
+boost::interprocess::mapped_region mapped(const std::filesystem::path& path) {
+  using namespace boost::interprocess;
+  try {
+    return mapped_region(file_mapping(path.c_str(), read_only), read_only);
+  } catch (const interprocess_exception&) {
+    return mapped_region();
   }
-  ~MappedFile() {
-    if (data_ != MAP_FAILED) ::munmap(data_, size_);
-  }
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
-
-  /// Empty when the file could not be mapped.
-  std::string_view bytes() const {
-    return data_ == MAP_FAILED ? std::string_view()
-                               : std::string_view(static_cast<const char*>(data_), size_);
-  }
-
- private:
-  std::size_t size_;
-  void* data_ = MAP_FAILED;
-};
+}
 
 std::uint32_t numberAt(std::string_view bytes, std::size_t at) {
   std::uint32_t number = 0;
@@ -233,8 +216,9 @@ void walk(std::string_view bytes) {
 }  // namespace
 
 void requireSoundBag(const std::filesystem::path& path) {
-  const MappedFile file(path);
-  const std::string_view line = file.bytes().substr(0, kVersionLine.size());
+  const auto file = mapped(path);
+  const std::string_view bytes(static_cast<const char*>(file.get_address()), file.get_size());
+  const std::string_view line = bytes.substr(0, kVersionLine.size());
   if (line != kVersionLine) {
     const bool is_bag = line.substr(0, 7) == "#ROSBAG";
     throw RecordingError(
@@ -243,7 +227,7 @@ void requireSoundBag(const std::filesystem::path& path) {
                 : ": not a readable bag, or truncated"));
   }
   try {
-    walk(file.bytes());
+    walk(bytes);
   } catch (const RecordingError& error) {
     const bool has_no_index = std::string_view(error.what()).substr(0, 7) == "the bag";
     throw RecordingError(path.string() + (has_no_index ? ": " : ": damaged bag, ") + error.what());

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "util/constants.hpp"
-#include "util/number_text.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 

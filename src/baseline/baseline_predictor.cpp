@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "baseline/charge_phases.hpp"
 #include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
 #include "util/student.hpp"

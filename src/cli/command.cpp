@@ -6,12 +6,10 @@
 #include <ostream>
 #include <system_error>
 
-#include "estimation/recording_fit.hpp"
+#include "estimation/identification.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/priors_yaml.hpp"
 #include "util/files.hpp"
-#include "util/number_text.hpp"
-#include "util/printable.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -4,7 +4,7 @@
 #include "recording/checks.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/results.hpp"
-#include "util/printable.hpp"
+#include "util/text.hpp"
 
 /// The commands that need no model: check, convert and effects.
 namespace battery_sof {

@@ -1,7 +1,7 @@
 #include <chrono>
 
 #include "command.hpp"
-#include "estimation/recording_fit.hpp"
+#include "estimation/identification.hpp"
 #include "recording/checks.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"

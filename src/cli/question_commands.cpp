@@ -1,17 +1,13 @@
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
 #include "command.hpp"
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/maps.hpp"
-#include "prediction/pipeline.hpp"
-#include "prediction/stop_time.hpp"
+#include "prediction/questions.hpp"
 #include "recording/text_lines.hpp"
 #include "report/descriptions.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
-#include "util/number_text.hpp"
-#include "util/printable.hpp"
 #include "util/text.hpp"
 
 /// The commands that ask a saved model: crank, stop-time, charge and map.
@@ -34,61 +30,45 @@ std::vector<std::string> cellsOf(const std::string& line) {
   return cells;
 }
 
-/// The rows of a file, and refusals that name file and line.
-class ProfileFile {
- public:
-  explicit ProfileFile(const std::string& path) : path_(path), lines_(path) {}
-
-  bool next() {
-    if (!lines_.next()) return false;
-    cells_ = cellsOf(std::string(lines_.line()));
-    return true;
-  }
-
-  std::size_t column(const char* name) const {
-    for (std::size_t k = 0; k < cells_.size(); ++k)
-      if (cells_[k] == name) return k;
-    refuse(format("has no column \"%s\", expected the header time_s,current_a", name));
-  }
-
-  double number(std::size_t column, const char* name) const {
-    if (column >= cells_.size()) refuse(format("has no %s, expected a finite number", name));
-    const std::string& cell = cells_[column];
-    const std::optional<double> value = numberOf(cell);
-    if (!value || !std::isfinite(*value))
-      refuse(format("%s is \"%s\", expected a finite number", name, shortened(cell).c_str()));
-    return *value;
-  }
-
-  [[noreturn]] void refuse(const std::string& fault) const {
-    const std::string place =
-        lines_.number() > 0 ? ", line " + std::to_string(lines_.number()) : "";
-    throw UsageError(path_ + place + ": " + fault);
-  }
-
- private:
-  std::string path_;
-  TextLines lines_;
-  std::vector<std::string> cells_;
-};
-
 /// A current profile from a CSV file with the columns time_s and current_a; other columns are
 /// passed over. @throws UsageError naming file, line, what stands there and what was expected.
 CurrentProfile readProfile(const std::string& path) {
-  ProfileFile file(path);
-  if (!file.next()) file.refuse("is empty, expected the header time_s,current_a");
-  const std::size_t time = file.column(kColumns[0]), current = file.column(kColumns[1]);
+  TextLines lines(path);
+  std::vector<std::string> cells;
+  const auto refusal = [&](const std::string& fault) {
+    const std::string place = lines.number() > 0 ? format(", line %zu", lines.number()) : "";
+    return UsageError(path + place + ": " + fault);
+  };
+  const auto next = [&] {
+    const bool is_there = lines.next();
+    if (is_there) cells = cellsOf(std::string(lines.line()));
+    return is_there;
+  };
+  const auto columnOf = [&](const char* name) {
+    const auto found = std::find(cells.begin(), cells.end(), name);
+    if (found != cells.end()) return static_cast<std::size_t>(found - cells.begin());
+    throw refusal(format("has no column \"%s\", expected the header time_s,current_a", name));
+  };
+  const auto number = [&](std::size_t column, const char* name) {
+    if (column >= cells.size()) throw refusal(format("has no %s, expected a finite number", name));
+    const std::optional<double> value = numberOf(cells[column]);
+    if (value && std::isfinite(*value)) return *value;
+    throw refusal(
+        format("%s is \"%s\", expected a finite number", name, shortened(cells[column]).c_str()));
+  };
+  if (!next()) throw refusal("is empty, expected the header time_s,current_a");
+  const std::size_t time = columnOf(kColumns[0]), current = columnOf(kColumns[1]);
   CurrentProfile profile;
-  while (file.next()) {
-    const double t = file.number(time, kColumns[0]);
-    if (t < 0.0) file.refuse(format("time_s is %g, expected 0 or more", t));
+  while (next()) {
+    const double t = number(time, kColumns[0]);
+    if (t < 0.0) throw refusal(format("time_s is %g, expected 0 or more", t));
     if (!profile.empty() && t <= profile.time.back())
-      file.refuse(
+      throw refusal(
           format("time_s is %g, expected more than the %g before it", t, profile.time.back()));
     profile.time.push_back(t);
-    profile.current.push_back(file.number(current, kColumns[1]));
+    profile.current.push_back(number(current, kColumns[1]));
   }
-  if (profile.empty()) file.refuse("has a header line but no row below it");
+  if (profile.empty()) throw refusal("has a header line but no row below it");
   return profile;
 }
 

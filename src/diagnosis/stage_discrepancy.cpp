@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "diagnosis/verdict.hpp"
-#include "util/number_text.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

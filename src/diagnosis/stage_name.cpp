@@ -7,7 +7,7 @@
 #include "diagnosis/profile_interval.hpp"
 #include "estimation/composition_identification.hpp"
 #include "estimation/identification.hpp"
-#include "state/residual_filter.hpp"
+#include "state/state_estimator.hpp"
 
 namespace battery_sof {
 namespace {

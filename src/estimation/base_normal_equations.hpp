@@ -85,8 +85,7 @@ struct CrankWeight {
 
 /**
  * @brief The samples of a range with weight^2 where current < weight_current, 1 elsewhere (paper,
- * eq. 3), each made from the recording where it is needed: passes over a window need no copy of
- * it.
+ * eq. 3), each made from the recording where it is needed: passes over a window need no copy of it.
  */
 class WindowSamples {
  public:

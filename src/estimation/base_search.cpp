@@ -75,7 +75,7 @@ Penalty penaltyOf(const ParameterInfo& info, double value) {
 /// A window as the paper's search sees it.
 struct PaperWindow {
   BaseNormalEquations weighted, unweighted;  // eq. 3; eq. 4
-  FirstSample first;
+  Sample first;
 };
 
 /// What a point means in the paper's search: u_dc of eq. 4 with the normal equations of eq. 3.
@@ -90,7 +90,7 @@ PaperPoint evaluateAsInPaper(const PaperWindow& window, double u_dc_before,
                              const Eigen::VectorXd& x) {
   PaperPoint p;
   for (int j = 0; j < 4; ++j) p.theta[j] = x[j] * tableOne()[j].magnitude;
-  const FirstSample& first = window.first;
+  const Sample& first = window.first;
   const double r = first.current < 0.0 ? p.theta[0] : p.theta[1];
   // Beyond the bounds the penalty decides; the simulation only has to stay defined there.
   p.point = {std::max(p.theta[2], 1e-3 * tableOne()[2].lower),
@@ -150,7 +150,7 @@ BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& eq
 }
 
 BaseFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,
-                        const FirstSample& first) {
+                        const Sample& first) {
   auto weighted = samples.copied();
   weighted.front().weight = 0.0;
   auto unweighted = weighted;

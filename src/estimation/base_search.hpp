@@ -29,23 +29,17 @@ struct BaseFit {
 BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& equations,
                      const IdentifyOptions& options);
 
-/// First samples of a window, which the paper's start (eq. 5) rests on.
-struct FirstSample {
-  double current = 0.0;  ///< [A]
-  double voltage = 0.0;  ///< [V]
-};
-
 /**
  * @brief The paper's search: four normalised tunables, eqs. 3, 4 and 5, exponential penalty beyond
  * the bounds.
  *
- * The first sample sets the state and is left out of the sums (n = 2 to N in eqs. 3 and 4).
+ * The first sample sets the state (eq. 5) and is left out of the sums (n = 2 to N in eqs. 3 and 4).
  *
  * The penalty adds the squared residual (exp(10 d) - 1) 1 V for a relative excess d beyond a bound.
  * The paper gives no constants: ten per cent beyond a bound costs as much as one sample wrong by
  * 1.7 V.
  */
 BaseFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,
-                        const FirstSample& first);
+                        const Sample& first);
 
 }  // namespace battery_sof

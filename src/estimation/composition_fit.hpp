@@ -151,8 +151,7 @@ CompositionFit fitComposition(const LeastSquaresProblem& problem,
                               const CompositionSearch& search = {});
 
 /// @return a nested model's optimum as a point of the larger composition: what is new stands where
-/// it vanishes or, when
-///   it has none such, at its magnitude.
+/// it vanishes or, when it has none such, at its magnitude.
 CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point,
                           const BatteryModel& larger);
 

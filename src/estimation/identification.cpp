@@ -6,10 +6,10 @@
 
 #include "estimation/base_search.hpp"
 #include "estimation/composition_identification.hpp"
-#include "estimation/covariance.hpp"
 #include "estimation/fit_quality.hpp"
 #include "estimation/window.hpp"
 #include "recording/events.hpp"
+#include "recording/fit_mask.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/state_estimator.hpp"
 #include "util/text.hpp"
@@ -157,16 +157,13 @@ FittedModel describeFit(const Window& window, const BaseFit& fit,
       equations.jacobian({p.c2, p.beta, fit.u_c2_first}, {p.r_discharge, p.r_charge, p.u_dc});
   const double rho = std::clamp(lagOneCorrelation(left.residual), -0.9999, 0.9999);
 
-  FittedModel model = unfitted(series, range, excited, BatteryModel(), fit.status, "");
+  FittedModel model = unfitted(series, range, BatteryModel(), fit.status, "", excited);
   model.fit.parameters = p;
   model.fit.iterations = fit.iterations;
   model.fit.covariance = covarianceOf(p, left, rho);
   model.fit.estimates = estimatesOf(p, model.fit.covariance);
   model.fit.scores = scoresOf(series, range, left.residual, rho, crank_current);
-  if (std::none_of(model.fit.estimates.begin(), model.fit.estimates.begin() + kRowUDc,
-                   [](const ParameterEstimate& estimate) { return estimate.determined; }))
-    model.fit.status = FitStatus::kNotExcited;
-  model.fit.message = sentenceOf(model.fit);
+  conclude(model.fit);
   model.state = {series.time[range.last - 1], left.last.value, series.current[range.last - 1]};
   model.fit.first_state = {fit.u_c2_first};
   carryCovariance(model.fit.covariance, left.last);
@@ -194,8 +191,8 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
                      "the current moves by %g A in the window, at least %g A are needed to "
                      "distinguish a resistance from an offset",
                      span, kMinCurrentSpan);
-  return unfitted(series, range, excited, BatteryModel(options.effects, options.discrepancy),
-                  is_short ? FitStatus::kWindowTooShort : FitStatus::kNotExcited, message);
+  return unfitted(series, range, BatteryModel(options.effects, options.discrepancy),
+                  is_short ? FitStatus::kWindowTooShort : FitStatus::kNotExcited, message, excited);
 }
 
 double windowQualityOf(const Fit& fit, const WindowSamples& samples, double duration) {
@@ -210,9 +207,9 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
   const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current},
                               window.maxGap(), options.masked);
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
-  const FirstSample first = {series.current[range.first], series.voltage[range.first]};
-  const BaseFit fit = options.start == FitStart::kPaper ? searchAsInPaper(samples, options, first)
-                                                        : searchWindow(samples, equations, options);
+  const BaseFit fit = options.start == FitStart::kPaper
+                          ? searchAsInPaper(samples, options, series[range.first])
+                          : searchWindow(samples, equations, options);
   const bool is_base =
       options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
   FittedModel model = is_base ? describeFit(window, fit, equations, options.crank_weight_current)
@@ -265,6 +262,61 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
   StateEstimator estimator(model);
   for (std::size_t n = 1; n < inputs.samples.size(); ++n) estimator.follow(inputs.samples[n]);
   estimator.saveTo(model);
+}
+
+namespace {
+
+WindowChoice windowOf(const Series& series, const FitRequest& request) {
+  const IndexRange searched = samplesBetween(series, request.from, request.to);
+  if (request.from && request.to && !request.chooses_window) return {searched, 0.0, ""};
+  WindowSearch search;
+  search.from = series.time[searched.first];
+  search.to = series.time[searched.last - 1];
+  return chooseWindow(series, search);
+}
+
+}  // namespace
+
+FitPlan planFit(const Series& series, const FitRequest& request) {
+  FitPlan plan{windowOf(series, request), request.options};
+  if (!plan.window.range) return plan;
+  const InstrumentLimits limits = instrumentLimits(series);
+  plan.options.masked = limits.withoutClipped();
+  plan.options.voltage_lsb_std = limits.voltage_lsb_std;
+  if (plan.options.start != FitStart::kPaper)
+    plan.options.source = chargerControl(series, plan.window.range->last);
+  return plan;
+}
+
+FittedModel fitPlanned(const Series& series, const FitPlan& plan) {
+  FittedModel model;
+  if (!plan.window.range) {
+    model.fit.status = FitStatus::kNotExcited;
+    model.fit.message = plan.window.message;
+    return model;
+  }
+  model = identify(series, *plan.window.range, plan.options);
+  if (isUsable(model.fit)) fitErrors(model, series, *plan.window.range);
+  return model;
+}
+
+void carryToEnd(FittedModel& model, const Series& series, const FitRequest& request) {
+  carryState(model, series, samplesBetween(series, std::nullopt, request.to).last - 1);
+}
+
+IndexRange samplesBetween(const Series& series, std::optional<double> from,
+                          std::optional<double> to) {
+  if (series.empty())
+    throw std::invalid_argument("the recording has no samples, expected at least one");
+  const double first = from.value_or(series.time.front()), last = to.value_or(series.time.back());
+  if (!std::isfinite(first) || !std::isfinite(last))
+    throw std::invalid_argument(
+        format("the range is %g to %g s, expected finite times", first, last));
+  const IndexRange range = indexRange(series, first, last);
+  if (!range.empty()) return range;
+  throw std::invalid_argument(
+      format("no sample from %.3f to %.3f s; the recording holds %.3f to %.3f s", first, last,
+             series.time.front(), series.time.back()));
 }
 
 }  // namespace battery_sof

@@ -205,13 +205,10 @@ double chargeSwing(const Series& series, IndexRange range, double max_gap) {
 
 }  // namespace
 
-ExcitedRange excitedRange(const Series& series, IndexRange range) {
-  return excitedRange(series, range, gapThreshold(series));
-}
-
-ExcitedRange excitedRange(const Series& series, IndexRange range, double max_gap) {
+ExcitedRange excitedRange(const Series& series, IndexRange range, std::optional<double> max_gap) {
   ExcitedRange excited;
   if (range.empty()) return excited;
+  if (!max_gap) max_gap = gapThreshold(series);
   const auto values = [&](const std::vector<double>& all) {
     return Eigen::Map<const Eigen::ArrayXd>(all.data() + range.first,
                                             static_cast<Eigen::Index>(range.size()));
@@ -220,8 +217,8 @@ ExcitedRange excitedRange(const Series& series, IndexRange range, double max_gap
   excited.max_current = values(series.current).maxCoeff();
   excited.min_voltage = values(series.voltage).minCoeff();
   excited.max_voltage = values(series.voltage).maxCoeff();
-  addFlowTimes(series, range, max_gap, excited);
-  excited.charge_swing = chargeSwing(series, range, max_gap);
+  addFlowTimes(series, range, *max_gap, excited);
+  excited.charge_swing = chargeSwing(series, range, *max_gap);
   excited.temperature =
       temperatureAt(series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
   return excited;

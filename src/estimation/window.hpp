@@ -4,10 +4,11 @@
 #include <string>
 
 #include "battery_sof/series.hpp"
-#include "estimation/base_normal_equations.hpp"
 #include "state/fitted_model.hpp"
 
 namespace battery_sof {
+
+class WindowSamples;
 
 /// Fewest samples that are fitted: five an unknown. Below that a fit follows its noise.
 inline constexpr std::size_t kMinFitSamples = 30;
@@ -70,10 +71,9 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search);
  */
 double windowQuality(double rmse, double excitation);
 
-/// @return what the samples of the range drove the battery through.
-ExcitedRange excitedRange(const Series& series, IndexRange range);
-
-/// The same where gapThreshold(series) is known. @param max_gap [s].
-ExcitedRange excitedRange(const Series& series, IndexRange range, double max_gap);
+/// @return what the samples of the range drove the battery through. @param max_gap [s],
+/// gapThreshold(series) where that is known.
+ExcitedRange excitedRange(const Series& series, IndexRange range,
+                          std::optional<double> max_gap = std::nullopt);
 
 }  // namespace battery_sof

@@ -1,9 +1,8 @@
-#include "prediction/charge_acceptance.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "battery_sof/intake.hpp"
+#include "prediction/questions.hpp"
 #include "state/state_estimator.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
@@ -178,36 +177,37 @@ Interval followedCurrent(const FittedModel& model, const Series& series,
 
 }  // namespace
 
-MeanChargeCurrent currentAtVoltage(const FittedModel& model, const Series& series,
-                                   const std::vector<double>& driving) {
+EventComparison currentAtVoltage(const FittedModel& model, const Series& series,
+                                 const std::vector<double>& driving) {
   constexpr double kStep = 0.1;  // [s]
-  MeanChargeCurrent mean;
+  EventComparison charge;
+  charge.kind = PastEvent::Kind::kCharge;
+  charge.time = series.time.front();
+  charge.duration = series.time.back() - model.state.time;
+  charge.first_voltage = series.voltage.front();
   std::vector<VoltageStep> steps;
   double total = 0.0, duration = 0.0, volt_seconds = 0.0, before = model.state.time;
   for (std::size_t n = 0; n < series.size(); ++n) {
     const double dt = series.time[n] - before;
     before = series.time[n];
     total += dt;
-    mean.measured += series.current[n] * dt;
-    mean.mean_voltage += series.voltage[n] * dt;
+    charge.measured += series.current[n] * dt;
+    charge.voltage += series.voltage[n] * dt;
     duration += dt;
     volt_seconds += series.voltage[n] * dt;
     if (duration < kStep && n + 1 < series.size()) continue;
     steps.push_back({duration, volt_seconds / duration});
     duration = volt_seconds = 0.0;
   }
-  mean.measured /= total;
-  mean.mean_voltage /= total;
-  if (!model.fit.source) {
-    mean.current = expectedCurrent(model, steps, kMaxCurrent).current;
-    mean.modelled = mean.current.value;
-    return mean;
-  }
-  const Interval modelled = followedCurrent(model, series, driving);
-  mean.modelled = modelled.value;
-  mean.current = chargeAnswer(model, {mean.mean_voltage, series.voltage.front(), total}, modelled,
-                              kMaxCurrent);
-  return mean;
+  charge.measured /= total;
+  charge.voltage /= total;
+  charge.expected = model.fit.source ? followedCurrent(model, series, driving)
+                                     : expectedCurrent(model, steps, kMaxCurrent).current;
+  charge.modelled = charge.expected.value;
+  if (model.fit.source)
+    charge.expected = chargeAnswer(model, {charge.voltage, charge.first_voltage, total},
+                                   charge.expected, kMaxCurrent);
+  return charge;
 }
 
 }  // namespace battery_sof

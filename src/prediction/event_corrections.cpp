@@ -1,6 +1,7 @@
 #include "prediction/event_corrections.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -135,6 +136,17 @@ Interval around(double value, const std::vector<double>& errors, const IntervalC
 }
 
 }  // namespace
+
+EventComparison ofSeries(EventComparison event, double series_blocks) {
+  const bool is_charge = event.kind == PastEvent::Kind::kCharge;
+  for (double* voltage : is_charge ? std::array{&event.voltage, &event.first_voltage}
+                                   : std::array{&event.measured, &event.modelled})
+    *voltage *= series_blocks;
+  if (is_charge) return event;
+  event.expected = ofSeries(event.expected, series_blocks);
+  if (event.baseline) event.baseline = ofSeries(*event.baseline, series_blocks);
+  return event;
+}
 
 double medianOf(std::vector<double> values) {
   if (values.empty()) return 0.0;

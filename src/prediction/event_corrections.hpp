@@ -13,6 +13,16 @@ inline Interval ofSeries(const Interval& of_one, double series_blocks) {
   return {series_blocks * of_one.value, series_blocks * of_one.lower, series_blocks * of_one.upper};
 }
 
+/// An event that passed, and what a model expected of it: one frozen before it, of the current or
+/// the voltage that really stood, or one that runs through a recording.
+struct EventComparison : PastEvent {
+  Interval expected;  ///< of measured; a crank's bounds each have their own minimum
+  std::optional<Interval> baseline = std::nullopt;  ///< of measured, by the window's predictor
+};
+
+/// @return what was compared of one block, of a row of them.
+EventComparison ofSeries(EventComparison of_one, double series_blocks);
+
 /// 95 % quantile of the standard normal distribution: half-width of a 90 % interval in standard
 /// deviations.
 inline constexpr double kNinetyPercent = 1.6448536269514722;

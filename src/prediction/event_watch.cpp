@@ -4,8 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/cranking.hpp"
+#include "prediction/questions.hpp"
 #include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
@@ -14,16 +13,9 @@ namespace {
 constexpr double kMinControlled = 0.9;  // share of samples, as beginningOfCharge()
 constexpr double kAges[] = {PastEvent::kStopAge, 3.0 * PastEvent::kStopAge};  // [s]
 
-void append(Series& series, const StreamSample& sample) {
-  series.time.push_back(sample.time);
-  series.current.push_back(sample.current);
-  series.voltage.push_back(sample.voltage);
-}
-
 }  // namespace
 
-WatchedSample EventWatch::moveTo(const StreamSample& sample, const StateTracker& before,
-                                 double max_gap) {
+WatchedSample EventWatch::moveTo(const Sample& sample, const StateTracker& before, double max_gap) {
   const bool is_gap = sample.time - before.state().time > max_gap;
   std::optional<double> min_current;
   if (before.hasSource()) {
@@ -46,7 +38,7 @@ std::optional<EventComparison> CrankWatch::add(const WatchedSample& at) {
     model_ = at.before.modelNow();
     crank_ = {};
   }
-  if (at.detector.mayBeCrank()) append(crank_, at.sample);
+  if (at.detector.mayBeCrank()) crank_.append(at.sample);
   return std::nullopt;
 }
 
@@ -80,7 +72,7 @@ std::optional<EventComparison> ChargeWatch::add(const WatchedSample& at) {
   if (at.is_gap || !(before.hasSource() || at.detector.isCharging())) running_.reset();
   if (!running_ && at.detector.chargeBegins()) running_ = Charge{before.modelNow(), {}, 0, 0};
   if (!running_) return comparison;
-  append(running_->samples, at.sample);
+  running_->samples.append(at.sample);
   if (at.sample.time - running_->model.state.time < compare_after_) return comparison;
   complete_ = std::exchange(running_, std::nullopt);
   complete_->own = complete_->samples.size();
@@ -111,7 +103,7 @@ std::optional<EventComparison> ChargeWatch::finishComplete(const WatchedSample& 
   if (!complete_) return std::nullopt;
   if (complete_->samples.size() == complete_->own && at.before.isVoltageControlled())
     ++complete_->controlled;
-  if (!at.is_gap) append(complete_->samples, at.sample);
+  if (!at.is_gap) complete_->samples.append(at.sample);
   if (!at.is_gap && complete_->samples.size() < complete_->own + waitsFor(complete_->model.fit))
     return std::nullopt;
   const Charge charge = *std::exchange(complete_, std::nullopt);
@@ -125,21 +117,11 @@ EventComparison ChargeWatch::compare(const Charge& charge) {
   std::vector<double> driving;
   for (std::size_t n = 0; n < charge.own && charge.model.fit.source; ++n)
     driving.push_back(repairedVoltage(charge.samples, n, charge.model.fit.voltage_lag));
-  const MeanChargeCurrent expected = currentAtVoltage(charge.model, own, driving);
-  EventComparison comparison;
-  comparison.kind = PastEvent::Kind::kCharge;
-  comparison.time = own.time.front();
-  comparison.duration = own.time.back() - charge.model.state.time;
-  comparison.voltage = expected.mean_voltage;
-  comparison.first_voltage = own.voltage.front();
-  comparison.measured = expected.measured;
-  comparison.modelled = expected.modelled;
-  comparison.expected = expected.current;
-  return comparison;
+  return currentAtVoltage(charge.model, own, driving);
 }
 
 std::optional<EventComparison> StopWatch::add(const WatchedSample& at) {
-  const StreamSample& sample = at.sample;
+  const Sample& sample = at.sample;
   if (!at.detector.isInStop()) running_.reset();
   if (at.detector.stopBegins()) running_.emplace(at.before.modelNow());
   if (!running_) return std::nullopt;

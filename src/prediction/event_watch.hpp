@@ -6,17 +6,10 @@
 #include "prediction/event_corrections.hpp"
 #include "prediction/sample_stream.hpp"
 #include "recording/events.hpp"
-#include "state/event_history.hpp"
+#include "state/fitted_model.hpp"
 #include "state/state_tracker.hpp"
 
 namespace battery_sof {
-
-/// An event that passed, and what the model frozen before it expected of the current or the voltage
-/// that really stood.
-struct EventComparison : PastEvent {
-  Interval expected;  ///< of measured; a crank's bounds each have their own minimum
-  std::optional<Interval> baseline = std::nullopt;  ///< of measured, by the window's predictor
-};
 
 /// What ended with a sample and was compared with the model's expectation.
 struct SessionEvents {
@@ -25,7 +18,7 @@ struct SessionEvents {
 
 /// A sample as the watches take it.
 struct WatchedSample {
-  const StreamSample& sample;
+  const Sample& sample;
   const EventDetector& detector;  ///< moved on to it
   const StateTracker& before;     ///< as it stood before it
   double max_gap;                 ///< [s], longest interval that is joined
@@ -122,7 +115,7 @@ class EventWatch {
   explicit EventWatch(const EventLimits& limits) : limits_(limits), detector_(limits) {}
 
   /// Moves on to a sample. @param before the tracker as it stood before it.
-  WatchedSample moveTo(const StreamSample& sample, const StateTracker& before, double max_gap);
+  WatchedSample moveTo(const Sample& sample, const StateTracker& before, double max_gap);
   /// Forgets what is under way.
   void reset() { *this = EventWatch(limits_); }
   /// Begins behind a sample: what is under way there is not compared.

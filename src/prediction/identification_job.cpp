@@ -6,7 +6,7 @@
 #include "estimation/window.hpp"
 #include "recording/fit_mask.hpp"
 #include "recording/voltage_repair.hpp"
-#include "state/residual_filter.hpp"
+#include "state/state_estimator.hpp"
 #include "state/state_tracker.hpp"
 
 namespace battery_sof {
@@ -38,9 +38,8 @@ ModelMonitor followedBehind(const FittedModel& model, const Series& series, Mode
                             double max_gap) {
   followed.install(model, max_gap);
   followed.lookBack(series);
-  const auto later = std::upper_bound(series.time.begin(), series.time.end(), model.state.time);
-  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
-    followed.follow({series.time[n], series.current[n], series.voltage[n]}, max_gap);
+  for (std::size_t n = firstAfter(series, model.state.time); n < series.size(); ++n)
+    followed.follow(series[n], max_gap);
   return followed;
 }
 
@@ -86,7 +85,7 @@ ChargerShare::ChargerShare(const Series& series, const ControlModes& source)
   }
 }
 
-void ChargerShare::add(const StreamSample& sample) {
+void ChargerShare::add(const Sample& sample) {
   if (watch_) count(sample.time, watch_->add(sample.time, sample.current, sample.voltage));
 }
 

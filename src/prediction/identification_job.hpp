@@ -26,7 +26,7 @@ class ChargerShare {
   ChargerShare(const Series& series, const ControlModes& source);
 
   /// A sample later than the ones before.
-  void add(const StreamSample& sample);
+  void add(const Sample& sample);
   /// Drops blocks of 10 s that end before `time` [s].
   void forgetBefore(double time);
   /// The clock jumped: nothing is kept.

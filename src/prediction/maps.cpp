@@ -1,5 +1,4 @@
-#include "prediction/maps.hpp"
-
+#include "prediction/questions.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -1,5 +1,7 @@
 #include "prediction/model_monitor.hpp"
 
+#include <cmath>
+
 #include "estimation/fit_quality.hpp"
 #include "prediction/pipeline.hpp"
 
@@ -11,7 +13,7 @@ void ModelMonitor::install(const FittedModel& model, double max_gap) {
   compared_.clear();
   if (!steps_.event_history) model_->intervals.event_history = {};
   tracker_.emplace(*model_, max_gap, steps_.residual_filter);
-  tracker_->setCalibrations(crank_calibration_, charge_calibration_);
+  tracker_->setCalibrations(calibrations_);
 }
 
 void ModelMonitor::learnFrom(const FittedModel& model, double max_gap) {
@@ -25,7 +27,7 @@ void ModelMonitor::goOnAs(const ModelMonitor& other, const FittedModel& model) {
   compared_.clear();
   tracker_ = other.tracker_;
   tracker_->setKnown(model);
-  tracker_->setCalibrations(crank_calibration_, charge_calibration_);
+  tracker_->setCalibrations(calibrations_);
   watch_ = other.watch_;
 }
 
@@ -39,7 +41,7 @@ void ModelMonitor::forgetPast() {
   compared_.clear();
 }
 
-void ModelMonitor::moveTo(const StreamSample& first, double moved, double max_gap) {
+void ModelMonitor::moveTo(const Sample& first, double moved, double max_gap) {
   forgetPast();
   if (!model_) return;
   fitted_until_ += moved;
@@ -50,20 +52,18 @@ void ModelMonitor::moveTo(const StreamSample& first, double moved, double max_ga
   const bool learns = tracker_->learns();
   tracker_.emplace(there, max_gap, steps_.residual_filter);
   if (learns) tracker_->learn();
-  tracker_->setCalibrations(crank_calibration_, charge_calibration_);
+  tracker_->setCalibrations(calibrations_);
 }
 
-void ModelMonitor::setCalibrations(const IntervalCalibration& crank,
-                                   const IntervalCalibration& charge) {
-  crank_calibration_ = crank;
-  charge_calibration_ = charge;
-  if (tracker_) tracker_->setCalibrations(crank, charge);
+void ModelMonitor::setCalibrations(const IntervalCalibrations& calibrations) {
+  calibrations_ = calibrations;
+  if (tracker_) tracker_->setCalibrations(calibrations);
 }
 
-SessionEvents ModelMonitor::follow(const StreamSample& sample, double max_gap) {
+SessionEvents ModelMonitor::follow(const Sample& sample, double max_gap) {
   if (!tracker_ || sample.time <= tracker_->state().time) return {};
   SessionEvents events = watch(sample, max_gap);
-  tracker_->setCalibrations(crank_calibration_, charge_calibration_);
+  tracker_->setCalibrations(calibrations_);
   const bool settled = tracker_->follow(sample.time, sample.current, sample.voltage);
   if (settled && !tracker_->last().voltage_controlled)
     compared_.push_back({tracker_->lastTime(), tracker_->lastVoltage(), tracker_->last().voltage});
@@ -72,20 +72,22 @@ SessionEvents ModelMonitor::follow(const StreamSample& sample, double max_gap) {
   return events;
 }
 
-SessionEvents ModelMonitor::watch(const StreamSample& sample, double max_gap) {
+SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
   SessionEvents events;
   const WatchedSample at = watch_.moveTo(sample, *tracker_, max_gap);
   if (auto crank = watch_.cranks.add(at)) {
     crank->baseline = baselineCrankMinimum(model_->fit.baseline, crank->current);
     events.cranks.push_back(*crank);
-    if (steps_.calibration) update(crank_calibration_, crank->measured, crank->expected);
+    if (steps_.calibration)
+      update(calibrations_.crank_calibration, crank->measured, crank->expected);
     updateFrom(*crank);
   }
   if (auto charge = watch_.charges.add(at)) {
     charge->baseline =
         baselineChargeCurrent(model_->fit.baseline, charge->voltage, charge->duration);
     events.charges.push_back(*charge);
-    if (steps_.calibration) update(charge_calibration_, charge->measured, charge->expected);
+    if (steps_.calibration)
+      update(calibrations_.charge_calibration, charge->measured, charge->expected);
     charge_voltages_.push_back(charge->voltage);
     if (charge_voltages_.size() > kChargesKept) charge_voltages_.pop_front();
     updateFrom(*charge);
@@ -123,6 +125,98 @@ BacktestScore ModelMonitor::backtest() const {
   score.q_dyn_percent = qDyn(measured, expected);
   score.duration = compared_.back().time - compared_.front().time;
   return score;
+}
+
+namespace {
+
+constexpr double kBlock = 10.0;              // [s]
+constexpr double kClearlyBetter = 0.95;      // of the RMSE
+constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
+constexpr int kMinEvents = 3;
+// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
+// magnitude of 10 mOhm.
+constexpr double kNegligibleVoltage = 0.0125;  // [V]
+constexpr double kNegligibleCurrent = 1.25;    // [A]
+
+double meanOf(double sum, int count) { return count > 0 ? sum / count : 0.0; }
+
+double errorOf(const EventComparison& event) {
+  return std::abs(event.measured - event.expected.value);
+}
+
+}  // namespace
+
+void ModelSelector::Errors::add(double base_error, double extended_error) {
+  ++count;
+  base += base_error;
+  extended += extended_error;
+}
+
+void ModelSelector::Errors::add(const Errors& other) {
+  count += other.count;
+  base += other.base;
+  extended += other.extended;
+}
+
+bool ModelSelector::Errors::isExtendedWorse(double negligible) const {
+  if (count < kMinEvents) return false;
+  return extended > kToleratedWorsening * base && extended - base > negligible * count;
+}
+
+double ModelSelector::blockOf(double time) { return std::floor(time / kBlock); }
+
+void ModelSelector::add(const Sample& sample, const ModelMonitor& base,
+                        const SessionEvents& base_events, const ModelMonitor& extended,
+                        const SessionEvents& extended_events) {
+  const double interval = blocks_.empty() ? 0.0 : sample.time - blocks_.back().to;
+  if (blocks_.empty() || blockOf(sample.time) != blockOf(blocks_.back().from)) {
+    if (score().duration >= kMinDuration) extended_answers_ = isExtendedBetter();
+    blocks_.push_back({sample.time, sample.time, 0.0, {}, {}, {}});
+    while (blocks_.front().to < sample.time - ModelMonitor::kBacktestSpan) blocks_.pop_front();
+  }
+  Block& block = blocks_.back();
+  block.to = sample.time;
+  if (interval <= kBlock) block.duration += interval;
+  if (base.isCompared() && extended.isCompared())
+    block.squares.add(std::pow(base.error(), 2), std::pow(extended.error(), 2));
+  if (!base_events.cranks.empty() && !extended_events.cranks.empty())
+    block.cranks.add(errorOf(base_events.cranks[0]), errorOf(extended_events.cranks[0]));
+  if (!base_events.charges.empty() && !extended_events.charges.empty())
+    block.charges.add(errorOf(base_events.charges[0]), errorOf(extended_events.charges[0]));
+}
+
+ModelSelector::Block ModelSelector::total() const {
+  Block sum;
+  for (const Block& block : blocks_) {
+    sum.duration += block.duration;
+    sum.squares.add(block.squares);
+    sum.cranks.add(block.cranks);
+    sum.charges.add(block.charges);
+  }
+  return sum;
+}
+
+ModelSelectorScore ModelSelector::score() const {
+  const Block sum = total();
+  ModelSelectorScore score;
+  score.duration = sum.duration;
+  score.base_rmse = std::sqrt(meanOf(sum.squares.base, sum.squares.count));
+  score.extended_rmse = std::sqrt(meanOf(sum.squares.extended, sum.squares.count));
+  score.cranks = sum.cranks.count;
+  score.base_crank_error = meanOf(sum.cranks.base, sum.cranks.count);
+  score.extended_crank_error = meanOf(sum.cranks.extended, sum.cranks.count);
+  score.charges = sum.charges.count;
+  score.base_charge_error = meanOf(sum.charges.base, sum.charges.count);
+  score.extended_charge_error = meanOf(sum.charges.extended, sum.charges.count);
+  return score;
+}
+
+bool ModelSelector::isExtendedBetter() const {
+  const Block sum = total();
+  const double margin = extended_answers_ ? 1.0 : kClearlyBetter;
+  return std::sqrt(sum.squares.extended) < margin * std::sqrt(sum.squares.base) &&
+         !sum.cranks.isExtendedWorse(kNegligibleVoltage) &&
+         !sum.charges.isExtendedWorse(kNegligibleCurrent);
 }
 
 }  // namespace battery_sof

@@ -58,18 +58,17 @@ class ModelMonitor {
 
   /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what
   /// ended with it.
-  SessionEvents follow(const StreamSample& sample, double max_gap);
+  SessionEvents follow(const Sample& sample, double max_gap);
 
   /// Drops what is in progress and compared.
   void forgetPast();
   /// Puts the state onto the first sample of a clock that jumped back. @param moved [s], by how
   /// much.
-  void moveTo(const StreamSample& first, double moved, double max_gap);
+  void moveTo(const Sample& first, double moved, double max_gap);
 
   /// As the intervals of earlier models asked for.
-  void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
-  const IntervalCalibration& crankCalibration() const { return crank_calibration_; }
-  const IntervalCalibration& chargeCalibration() const { return charge_calibration_; }
+  void setCalibrations(const IntervalCalibrations& calibrations);
+  const IntervalCalibrations& calibrations() const { return calibrations_; }
 
   // These need a model.
   const FittedModel& accepted() const { return *model_; }  ///< as it was installed
@@ -97,17 +96,79 @@ class ModelMonitor {
     double time, measured, expected;
   };
 
-  SessionEvents watch(const StreamSample& sample, double max_gap);
+  SessionEvents watch(const Sample& sample, double max_gap);
   void updateFrom(const PastEvent& event);
 
   AnswerSteps steps_;
   EventWatch watch_;
-  IntervalCalibration crank_calibration_, charge_calibration_;
+  IntervalCalibrations calibrations_;
   std::optional<FittedModel> model_;
   std::optional<StateTracker> tracker_;
   double fitted_until_ = 0.0;
   std::deque<Compared> compared_;
   std::deque<double> charge_voltages_;  // [V], means of the last charges that passed
+};
+
+/// Errors of the base model and of an extended one over the same samples and events.
+struct ModelSelectorScore {
+  double duration = 0.0;                        ///< [s] of samples compared
+  double base_rmse = 0.0, extended_rmse = 0.0;  ///< [V], open loop
+  int cranks = 0;
+  double base_crank_error = 0.0,
+         extended_crank_error = 0.0;  ///< [V], mean magnitude, of the minima
+  int charges = 0;
+  double base_charge_error = 0.0,
+         extended_charge_error = 0.0;  ///< [A], mean magnitude, of the mean currents
+};
+
+/**
+ * @brief Two models compared over the last 15 min: which one answers.
+ *
+ * Every sample is predicted by both before it is compared, and identifications do not begin the
+ * contest again, so the scores are those of predictions that were really made (prequential; Dawid
+ * 1984). Decided every 10 s, by their samples' stamps.
+ *
+ * The extended model answers from when it has been compared for 2 min, its RMSE is below 0.95 of
+ * the base model's (a twentieth stands between a change and chatter) and neither its cranks nor its
+ * charges are worse. It stops when its RMSE is no longer below the base model's, or cranks or
+ * charges are worse: three or more of them, by more than a tenth and by more than 12.5 mV or 1.25 A
+ * on average.
+ */
+class ModelSelector {
+ public:
+  static constexpr double kMinDuration = 120.0;  ///< [s]
+
+  /// Takes in a sample and what ended with it. @param base, extended followed it both.
+  void add(const Sample& sample, const ModelMonitor& base, const SessionEvents& base_events,
+           const ModelMonitor& extended, const SessionEvents& extended_events);
+  /// Begins to compare again; who answers stays until the new past decides.
+  void forgetPast() { blocks_.clear(); }
+
+  bool doesExtendedAnswer() const { return extended_answers_; }
+  ModelSelectorScore score() const;
+
+ private:
+  /// Sums over an event's kind.
+  struct Errors {
+    int count = 0;
+    double base = 0.0, extended = 0.0;
+    void add(double base_error, double extended_error);
+    void add(const Errors& other);
+    bool isExtendedWorse(double negligible) const;
+  };
+  /// Sums over 10 s.
+  struct Block {
+    double from = 0.0, to = 0.0;  // [s], first and last sample
+    double duration = 0.0;        // [s], of sampling intervals, longer ones than a block left out
+    Errors squares, cranks, charges;
+  };
+
+  static double blockOf(double time);
+  Block total() const;
+  bool isExtendedBetter() const;
+
+  std::deque<Block> blocks_;
+  bool extended_answers_ = false;
 };
 
 }  // namespace battery_sof

@@ -20,8 +20,7 @@ constexpr double kToleratedWorsening = 1.1;
 constexpr double kNegligibleRmse = 0.0125;  // [V]
 
 void requirePositive(const char* name, double value) {
-  if (value > 0.0 && std::isfinite(value)) return;
-  throw std::invalid_argument(format("%s is %g, expected above 0 and finite", name, value));
+  requireThat(value > 0.0, name, value, "above 0 and finite");
 }
 
 const SessionOptions& checked(const SessionOptions& options) {
@@ -30,28 +29,16 @@ const SessionOptions& checked(const SessionOptions& options) {
   requirePositive("retry_period", options.retry_period);
   requirePositive("capacity", options.capacity);
   if (options.window_length) requirePositive("window_length", *options.window_length);
-  if (!(options.min_window_quality >= 0.0 && options.min_window_quality <= 1.0)) {
-    throw std::invalid_argument(
-        format("min_window_quality is %g, expected 0 to 1", options.min_window_quality));
-  }
-  if (!areSeriesBlocks(options.series_blocks))
-    throw std::invalid_argument(format("series_blocks is %g, expected ", options.series_blocks) +
-                                kAllowedSeriesBlocks);
+  requireThat(options.min_window_quality >= 0.0 && options.min_window_quality <= 1.0,
+              "min_window_quality", options.min_window_quality, "0 to 1");
+  requireThat(areSeriesBlocks(options.series_blocks), "series_blocks", options.series_blocks,
+              kAllowedSeriesBlocks);
   return options;
 }
 
 SessionEvents ofSeries(SessionEvents of_one, double series_blocks) {
-  for (auto* events : {&of_one.cranks, &of_one.stops})
-    for (EventComparison& event : *events) {
-      event.measured *= series_blocks;
-      event.modelled *= series_blocks;
-      event.expected = battery_sof::ofSeries(event.expected, series_blocks);
-      if (event.baseline) event.baseline = battery_sof::ofSeries(*event.baseline, series_blocks);
-    }
-  for (EventComparison& charge : of_one.charges) {
-    charge.voltage *= series_blocks;
-    charge.first_voltage *= series_blocks;
-  }
+  for (auto* events : {&of_one.cranks, &of_one.charges, &of_one.stops})
+    for (EventComparison& event : *events) event = battery_sof::ofSeries(event, series_blocks);
   return of_one;
 }
 
@@ -62,12 +49,6 @@ bool isRequired(const ParameterEstimate& estimate) {
 std::vector<std::string> sorted(std::vector<std::string> effects) {
   std::sort(effects.begin(), effects.end());
   return effects;
-}
-
-std::string join(const std::vector<std::string>& effects) {
-  std::string text;
-  for (const std::string& id : effects) text += (text.empty() ? "" : ", ") + id;
-  return text;
 }
 
 bool hasBothSigns(const Series& series, IndexRange range) {
@@ -97,7 +78,7 @@ SessionEvents OnlineSession::take(const RawSample& sample) {
   watchForJumps(sample);
   const SampleStream::Step step = stream_.push(sample);
   if (step.clock_restarted) ++epoch_;
-  for (const StreamSample& next : step.samples) {
+  for (const Sample& next : step.samples) {
     if (newest_ && next.time <= newest_->time) restartClock(newest_->time, next);
     advance(next);
   }
@@ -145,7 +126,7 @@ void OnlineSession::beginAnew() {
   next_extension_.reset();
 }
 
-void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
+void OnlineSession::restartClock(double old_newest, const Sample& first) {
   newest_.reset();
   const double moved = first.time - old_newest;
   contenders_.base.moveTo(first, moved, stream_.maxGap());
@@ -155,7 +136,7 @@ void OnlineSession::restartClock(double old_newest, const StreamSample& first) {
   offerRefusedAgain();
 }
 
-void OnlineSession::advance(const StreamSample& sample) {
+void OnlineSession::advance(const Sample& sample) {
   if (newest_ && sample.time - newest_->time > SampleStream::kClockAhead) offerRefusedAgain();
   if (newest_ && sample.time - newest_->time <= stream_.maxGap()) {
     driving_ += sample.time - newest_->time;
@@ -169,7 +150,7 @@ void OnlineSession::advance(const StreamSample& sample) {
   watchForSwap(sample);
 }
 
-void OnlineSession::follow(const StreamSample& sample, double max_gap) {
+void OnlineSession::follow(const Sample& sample, double max_gap) {
   if (!contenders_.base.holdsModel()) return;
   const SessionEvents ended = followBoth(sample, max_gap);
   events_.cranks.insert(events_.cranks.end(), ended.cranks.begin(), ended.cranks.end());
@@ -177,7 +158,7 @@ void OnlineSession::follow(const StreamSample& sample, double max_gap) {
   events_.stops.insert(events_.stops.end(), ended.stops.begin(), ended.stops.end());
 }
 
-SessionEvents OnlineSession::followBoth(const StreamSample& sample, double max_gap) {
+SessionEvents OnlineSession::followBoth(const Sample& sample, double max_gap) {
   auto& [base, extended, selector] = contenders_;
   const bool extended_answers = doesExtendedAnswer();
   const bool is_new =
@@ -207,9 +188,8 @@ void OnlineSession::loseModel(const std::string& why) {
 
 void OnlineSession::followAgain(double after, double max_gap) {
   const Series& series = stream_.series();
-  const auto later = std::upper_bound(series.time.begin(), series.time.end(), after);
-  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
-    follow({series.time[n], series.current[n], series.voltage[n]}, max_gap);
+  for (std::size_t n = firstAfter(series, after); n < series.size(); ++n)
+    follow(series[n], max_gap);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -309,9 +289,8 @@ void OnlineSession::takeSource(const ChargerShare& source) {
   if (!source.until()) return;
   source_ = source;
   const Series& series = stream_.series();
-  const auto later = std::upper_bound(series.time.begin(), series.time.end(), *source.until());
-  for (auto n = static_cast<std::size_t>(later - series.time.begin()); n < series.size(); ++n)
-    source_.add({series.time[n], series.current[n], series.voltage[n]});
+  for (std::size_t n = firstAfter(series, *source.until()); n < series.size(); ++n)
+    source_.add(series[n]);
 }
 
 std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
@@ -354,8 +333,7 @@ void OnlineSession::install(const IdentificationResult& result, bool base, bool 
   if (extended) {
     if (!contenders_.extended) {
       contenders_.extended.emplace(options_.events, options_.steps);
-      contenders_.extended->setCalibrations(contenders_.base.crankCalibration(),
-                                            contenders_.base.chargeCalibration());
+      contenders_.extended->setCalibrations(contenders_.base.calibrations());
     }
     install(*contenders_.extended, *result.extended);
   }

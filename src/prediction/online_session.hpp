@@ -6,15 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/cranking.hpp"
 #include "prediction/identification_job.hpp"
-#include "prediction/maps.hpp"
 #include "prediction/model_monitor.hpp"
-#include "prediction/model_selector.hpp"
-#include "prediction/profile.hpp"
+#include "prediction/questions.hpp"
 #include "prediction/sample_stream.hpp"
-#include "prediction/stop_time.hpp"
 
 namespace battery_sof {
 
@@ -208,8 +203,7 @@ class OnlineSession {
    * @param effects, discrepancy the whole composition, as in IdentifyOptions; a discrepancy that
    * was estimated again makes another composition.
    * @param from_driving [s] of driving(), not before: what comes from a computation of unknown
-   * length takes effect at one
-   *   moment of the recording, however fast that is played.
+   * length takes effect at one moment of the recording, however fast that is played.
    * @throws std::invalid_argument for an empty composition, one that cannot be, or
    * FitStart::kPaper.
    */
@@ -232,8 +226,7 @@ class OnlineSession {
   /// where none was seen.
   std::optional<double> chargeVoltage() const;
   /// How wide intervals are, as past events ask for.
-  IntervalCalibration crankCalibration() const { return inUse().crankCalibration(); }
-  IntervalCalibration chargeCalibration() const { return inUse().chargeCalibration(); }
+  IntervalCalibrations calibrations() const { return inUse().calibrations(); }
 
   SessionStatus status() const;
   StreamCounts counts() const { return stream_.counts(); }
@@ -278,16 +271,16 @@ class OnlineSession {
   /// does.
   void watchForJumps(const RawSample& sample);
   void goBackTo(const OnlineSession& before);
-  void restartClock(double old_newest, const StreamSample& first);
-  void advance(const StreamSample& sample);
-  void follow(const StreamSample& sample, double max_gap);
-  SessionEvents followBoth(const StreamSample& sample, double max_gap);
+  void restartClock(double old_newest, const Sample& first);
+  void advance(const Sample& sample);
+  void follow(const Sample& sample, double max_gap);
+  SessionEvents followBoth(const Sample& sample, double max_gap);
   void followAgain(double after, double max_gap);
-  void judgeRestored(const StreamSample& first);
+  void judgeRestored(const Sample& first);
   /// Goes on from what is known of any battery.
-  void beginFromPopulation(const StreamSample& sample);
+  void beginFromPopulation(const Sample& sample);
   /// Where a first rest or crank denies the model of the trip before: another battery.
-  void watchForSwap(const StreamSample& sample);
+  void watchForSwap(const Sample& sample);
   /// Where the clock jumped: a saved model that was refused by the clock before is judged once
   /// more.
   void offerRefusedAgain();
@@ -322,7 +315,7 @@ class OnlineSession {
   Contenders contenders_;
   std::optional<JobOut> job_;
   SessionEvents events_;  // not handed out yet
-  std::optional<StreamSample> newest_;
+  std::optional<Sample> newest_;
   double driving_ = 0.0;    // [s]
   double next_look_ = 0.0;  // [s] of driving
   int epoch_ = 0;

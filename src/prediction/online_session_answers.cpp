@@ -46,7 +46,7 @@ void OnlineSession::restore(const FittedModel& model) {
   restored_->fit.series_blocks /= options_.series_blocks;  // 1 when it is of such a row
 }
 
-void OnlineSession::judgeRestored(const StreamSample& first) {
+void OnlineSession::judgeRestored(const Sample& first) {
   if (!restored_) return;
   const std::string refusal = refusalOfRestored(first.time);
   const FittedModel model = *std::exchange(restored_, std::nullopt);
@@ -65,13 +65,13 @@ void OnlineSession::judgeRestored(const StreamSample& first) {
 
 ModelMonitor OnlineSession::restoredAt(const FittedModel& saved, double time) const {
   ModelMonitor monitor(options_.events, options_.steps);
-  monitor.setCalibrations(saved.intervals.crank_calibration, saved.intervals.charge_calibration);
+  monitor.setCalibrations(saved.intervals);
   monitor.learnFrom(parked(saved, time - saved.state.time, temperatureAt(stream_.series(), time)),
                     stream_.maxGap());
   return monitor;
 }
 
-void OnlineSession::beginFromPopulation(const StreamSample& sample) {
+void OnlineSession::beginFromPopulation(const Sample& sample) {
   basis_ = AnswerBasis::kPopulation;
   FittedModel model = populationPrior(options_.capacity, knownOf(options_.identify.priors, {}),
                                       sample.time, sample.current, sample.voltage);
@@ -80,7 +80,7 @@ void OnlineSession::beginFromPopulation(const StreamSample& sample) {
   contenders_.base.learnFrom(model, stream_.maxGap());
 }
 
-void OnlineSession::watchForSwap(const StreamSample& sample) {
+void OnlineSession::watchForSwap(const Sample& sample) {
   if (basis_ != AnswerBasis::kPreviousTrip || !contenders_.base.learns()) return;
   if (contenders_.base.surprise() < kSwapped) return;
   loseModel(
@@ -129,8 +129,7 @@ std::string OnlineSession::whyNoSample() const {
 FittedModel OnlineSession::restoredNow() const {
   const Series& first = stream_.waiting();
   ModelMonitor model = restoredAt(*restored_, first.time.front());
-  for (std::size_t n = 0; n < first.size(); ++n)
-    model.follow({first.time[n], first.current[n], first.voltage[n]}, stream_.maxGap());
+  for (std::size_t n = 0; n < first.size(); ++n) model.follow(first[n], stream_.maxGap());
   return model.now();
 }
 

@@ -7,7 +7,6 @@
 #include "model/input_sequence.hpp"
 #include "recording/series_blocks.hpp"
 #include "util/constants.hpp"
-#include "util/number_text.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -156,8 +155,7 @@ std::string excessiveCharge(const Fit& fit, const QueryRange& range, double capa
   if (moved <= supported) return "";
   return format(
       "it moves %.2f Ah, the model supports at most %.2f Ah (%d %% of %g Ah, or what the window "
-      "moved where it determined how the "
-      "open-circuit voltage follows the charge)",
+      "moved where it determined how the open-circuit voltage follows the charge)",
       moved, supported, range.charges ? 1 : 2, capacity);
 }
 
@@ -191,8 +189,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   }
   reasons.add(!range.says_nothing.empty(), range.says_nothing);
   reasons.add(range.beyond_identified > kDiscrepancyReach,
-              format("the discrepancy is held at its range's end, %.0f mV "
-                     "from where it would be",
+              format("the discrepancy is held at its range's end, %.0f mV from where it would be",
                      1e3 * fit.series_blocks * range.beyond_identified));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature)

@@ -7,7 +7,7 @@
 #include "model/simulation.hpp"
 #include "prediction/event_corrections.hpp"
 #include "state/fitted_model.hpp"
-#include "state/residual_filter.hpp"
+#include "state/state_estimator.hpp"
 #include "util/text.hpp"
 
 /**

@@ -15,19 +15,8 @@ constexpr double kDecimateAbove = 200.0;  // [Hz], twice the design rate of 100 
 // the past is cut in blocks, which makes a sample's cost constant
 constexpr double kSlack = 1.25;
 
-void appendTo(Series& series, const StreamSample& sample) {
-  series.time.push_back(sample.time);
-  series.current.push_back(sample.current);
-  series.voltage.push_back(sample.voltage);
-}
-
-void eraseFront(std::vector<double>& values, std::size_t count) {
-  values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
-}
-
-std::size_t countBefore(const std::vector<double>& times, double time) {
-  return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), time) -
-                                  times.begin());
+std::ptrdiff_t countBefore(const std::vector<double>& times, double time) {
+  return std::lower_bound(times.begin(), times.end(), time) - times.begin();
 }
 
 }  // namespace
@@ -124,15 +113,13 @@ void SampleStream::enter(const RawSample& sample, Step& step) {
   probe({sample.time, sample.current, sample.voltage}, step);
 }
 
-void SampleStream::probe(const StreamSample& sample, Step& step) {
+void SampleStream::probe(const Sample& sample, Step& step) {
   if (input_rate_) return emit(sample, step);
-  appendTo(probe_, sample);
+  probe_.append(sample);
   const double span = probe_.time.back() - probe_.time.front();
   if (probe_.size() < kProbeSamples || span < kProbeDuration) return;
   measureRate();
-  for (std::size_t n = 0; n < probe_.size(); ++n) {
-    emit({probe_.time[n], probe_.current[n], probe_.voltage[n]}, step);
-  }
+  for (std::size_t n = 0; n < probe_.size(); ++n) emit(probe_[n], step);
   probe_ = {};
 }
 
@@ -142,15 +129,10 @@ void SampleStream::measureRate() {
   if (*input_rate_ > kDecimateAbove) decimator_.emplace(*input_rate_);
 }
 
-void SampleStream::emit(const StreamSample& sample, Step& step) {
-  if (!decimator_) {
-    step.samples.push_back(sample);
-    appendTo(series_, sample);
-  } else {
-    for (const auto& out : decimator_->push(sample.time, sample.current, sample.voltage)) {
-      step.samples.push_back({out.time, out.current, out.voltage});
-      appendTo(series_, step.samples.back());
-    }
+void SampleStream::emit(const Sample& sample, Step& step) {
+  for (const Sample& due : decimator_ ? decimator_->push(sample) : std::vector<Sample>{sample}) {
+    step.samples.push_back(due);
+    series_.append(due);
   }
   forgetOld();
 }
@@ -158,14 +140,10 @@ void SampleStream::emit(const StreamSample& sample, Step& step) {
 void SampleStream::forgetOld() {
   if (series_.empty() || series_.time.back() - series_.time.front() <= kSlack * kept_) return;
   const double from = series_.time.back() - kept_;
-  const std::size_t samples = countBefore(series_.time, from);
-  for (auto* values : {&series_.time, &series_.current, &series_.voltage}) {
-    eraseFront(*values, samples);
-  }
-  const std::size_t temperatures = countBefore(series_.temperature_time, from);
-  for (auto* values : {&series_.temperature_time, &series_.temperature}) {
-    eraseFront(*values, temperatures);
-  }
+  series_.dropFirst(static_cast<std::size_t>(countBefore(series_.time, from)));
+  const std::ptrdiff_t temperatures = countBefore(series_.temperature_time, from);
+  for (auto* values : {&series_.temperature_time, &series_.temperature})
+    values->erase(values->begin(), values->begin() + temperatures);
 }
 
 }  // namespace battery_sof

@@ -9,13 +9,6 @@
 
 namespace battery_sof {
 
-/// One accepted instant, on the stream's own rate.
-struct StreamSample {
-  double time = 0.0;     ///< [s]
-  double current = 0.0;  ///< [A], positive into the battery
-  double voltage = 0.0;  ///< [V]
-};
-
 /// How many offered samples came to what.
 struct StreamCounts {
   std::size_t accepted = 0;
@@ -45,8 +38,8 @@ class SampleStream {
 
   /// What came of one offered sample.
   struct Step {
-    std::vector<StreamSample> samples;  ///< new in the series, in order
-    bool clock_restarted = false;       ///< the stream was emptied first
+    std::vector<Sample> samples;   ///< new in the series, in order, on its rate
+    bool clock_restarted = false;  ///< the stream was emptied first
   };
 
   /// @param kept [s], how much of the past is kept at least; > 0.
@@ -81,9 +74,9 @@ class SampleStream {
   void dropHeld();
   void restart(Step& step);
   void enter(const RawSample& sample, Step& step);
-  void probe(const StreamSample& sample, Step& step);
+  void probe(const Sample& sample, Step& step);
   void measureRate();
-  void emit(const StreamSample& sample, Step& step);
+  void emit(const Sample& sample, Step& step);
   void forgetOld();
 
   double kept_;

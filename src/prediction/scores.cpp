@@ -5,11 +5,130 @@
 #include <string>
 #include <utility>
 
-#include "baseline/charge_phases.hpp"
-#include "prediction/event_corrections.hpp"
+#include "recording/channel_statistics.hpp"
+#include "recording/events.hpp"
 #include "recording/series_blocks.hpp"
+#include "state/state_tracker.hpp"
 
 namespace battery_sof {
+
+// ---------------------------------------------------------------------------------------------
+// a model's course through a recording
+
+namespace {
+
+constexpr double kSameTime = 1e-6;     // [s]
+constexpr double kSameCurrent = 1e-6;  // [A]
+// [s], samples that the first state is taken from
+constexpr double kStartSpan = 1.0;
+
+/// Voltage that the model misses at a sample with its state as it stands [V].
+double missingAt(const FittedModel& model, const Series& series, std::size_t n) {
+  Simulation here = simulationOf(model);
+  InputStep now;
+  now.time = series.time[n];
+  now.held = now.current = series.current[n];
+  here.advance(now);
+  return series.voltage[n] - here.voltage();
+}
+
+/// The model with its state at the recording's first sample (paper, eq. 5), by the median over the
+/// first second; the effects' states at rest.
+FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
+  FittedModel start = model;
+  const Eigen::VectorXd rest = compositionOf(model.fit).restState();
+  start.state = {series.time.front(),
+                 0.0,
+                 series.current.front(),
+                 std::vector<double>(rest.data() + 1, rest.data() + rest.size()),
+                 std::nullopt,
+                 {},
+                 {},
+                 model.state.residual_state};
+  std::vector<double> missing;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    if (series.time[n] - series.time.front() > kStartSpan) break;
+    missing.push_back(missingAt(start, series, n));
+  }
+  const double middle = quantile(std::move(missing), 0.5);
+  const double voltage = series.voltage.front() - missingAt(start, series, 0) + middle;
+  setStateFromVoltage(start, series.time.front(), series.current.front(), voltage);
+  return start;
+}
+
+/// Index of the sample that the model's state belongs to, when the series is the recording it was
+/// fitted to.
+std::optional<std::size_t> indexOfState(const FittedModel& model, const Series& series) {
+  const auto at =
+      std::lower_bound(series.time.begin(), series.time.end(), model.state.time - kSameTime);
+  if (at == series.time.end() || *at > model.state.time + kSameTime) return std::nullopt;
+  const auto index = static_cast<std::size_t>(at - series.time.begin());
+  if (std::abs(series.current[index] - model.state.current) > kSameCurrent) return std::nullopt;
+  return index;
+}
+
+/// As a channel shows it that is `lag` samples behind.
+void delay(std::vector<double>& values, std::size_t lag) {
+  for (std::size_t n = values.size(); n-- > lag;) values[n] = values[n - lag];
+}
+
+/// Where a model begins to run towards a range.
+struct Start {
+  FittedModel model;
+  std::size_t first;  // sample that its state stands at
+  bool was_there;     // the state took that sample in
+};
+
+Start startFor(const FittedModel& model, const Series& series, IndexRange range) {
+  const std::optional<std::size_t> known = indexOfState(model, series);
+  if (known && *known < range.first) return {model, *known, true};
+  return {modelAtFirstSample(model, series), 0, false};
+}
+
+}  // namespace
+
+FittedModel drivenByCurrent(FittedModel model) {
+  model.fit.source.reset();
+  model.fit.voltage_lag = 0;
+  model.fit.residual_regression = {};
+  return model;
+}
+
+FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range) {
+  if (range.empty()) return {};
+  const auto [start, first, was_there] = startFor(model, series, range);
+  const InputSequence inputs = inputsOf(start.fit, series, {first, range.last});
+  const double own_current = std::pow(start.fit.scores.current_rmse.value_or(0.0), 2);
+  const double own_voltage = std::pow(start.fit.scores.rmse, 2);
+  StateEstimator estimator(start);
+  FollowedPrediction predicted;
+  for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
+    const FollowedSample at = estimator.predict(inputs.samples[n - first]);
+    if (n < range.first) continue;
+    const double half =
+        kNinetyPercent *
+        std::sqrt(at.variance + (at.voltage_controlled ? own_current : own_voltage));
+    const double half_a = at.voltage_controlled ? half : 0.0,
+                 half_v = at.voltage_controlled ? 0.0 : half;
+    predicted.voltage_controlled.push_back(at.voltage_controlled);
+    predicted.voltage.push_back(at.voltage);
+    predicted.voltage_lower.push_back(at.voltage - half_v);
+    predicted.voltage_upper.push_back(at.voltage + half_v);
+    predicted.equations_voltage.push_back(at.voltage -
+                                          (at.voltage_controlled ? 0.0 : at.regression_correction));
+    predicted.current.push_back(at.current);
+    predicted.current_lower.push_back(at.current - half_a);
+    predicted.current_upper.push_back(at.current + half_a);
+  }
+  for (auto* voltage : {&predicted.voltage, &predicted.voltage_lower, &predicted.voltage_upper,
+                        &predicted.equations_voltage})
+    delay(*voltage, start.fit.voltage_lag);
+  return predicted;
+}
+
+// ---------------------------------------------------------------------------------------------
+// scores
+
 namespace {
 
 double lowest(const std::vector<double>& values, IndexRange range) {
@@ -17,25 +136,25 @@ double lowest(const std::vector<double>& values, IndexRange range) {
                            values.begin() + static_cast<std::ptrdiff_t>(range.last));
 }
 
-CrankScore scoreCrank(const Series& part, const PredictedVoltage& predicted, const Event& crank) {
+EventComparison scoreCrank(const Series& part, const PredictedVoltage& predicted,
+                           const Event& crank) {
   const auto begin = part.voltage.begin();
   const auto lowest_at = std::min_element(begin + static_cast<std::ptrdiff_t>(crank.range.first),
                                           begin + static_cast<std::ptrdiff_t>(crank.range.last));
-  CrankScore score;
+  EventComparison score;
   score.time = part.time[static_cast<std::size_t>(lowest_at - begin)];
   score.current = crank.peak_current;
-  score.measured_minimum = *lowest_at;
-  score.predicted_minimum = {lowest(predicted.voltage, crank.range),
-                             lowest(predicted.lower, crank.range),
-                             lowest(predicted.upper, crank.range)};
+  score.measured = *lowest_at;
+  score.expected = {lowest(predicted.voltage, crank.range), lowest(predicted.lower, crank.range),
+                    lowest(predicted.upper, crank.range)};
   return score;
 }
 
-std::optional<double> meanAbsError(const std::vector<CrankScore>& cranks) {
+std::optional<double> meanAbsError(const std::vector<EventComparison>& cranks) {
   if (cranks.empty()) return std::nullopt;
   double sum = 0.0;
-  for (const CrankScore& crank : cranks)
-    sum += std::abs(crank.measured_minimum - crank.predicted_minimum.value);
+  for (const EventComparison& crank : cranks)
+    sum += std::abs(crank.measured - crank.expected.value);
   return sum / static_cast<double>(cranks.size());
 }
 
@@ -130,23 +249,24 @@ double meanCurrent(const Series& series, IndexRange range, IndexRange samples,
   return sum / static_cast<double>(samples.size());
 }
 
-ChargeScore scoreCharge(const Series& series, IndexRange range, IndexRange samples,
-                        const std::vector<char>& voltage_controlled,
-                        const MixedPrediction& predicted) {
+EventComparison scoreCharge(const Series& series, IndexRange range, IndexRange samples,
+                            const std::vector<char>& voltage_controlled,
+                            const MixedPrediction& predicted) {
   const auto mean = [&](const std::vector<double>& values) {
     return meanCurrent(series, range, samples, voltage_controlled,
                        values.empty() ? predicted.current : values);
   };
-  ChargeScore score;
+  EventComparison score;
+  score.kind = PastEvent::Kind::kCharge;
   score.time = series.time[samples.first];
   for (std::size_t k = samples.first; k < samples.last; ++k) {
     score.measured += series.current[k];
-    score.mean_voltage += series.voltage[k] / static_cast<double>(samples.size());
+    score.voltage += series.voltage[k] / static_cast<double>(samples.size());
   }
   score.first_voltage = series.voltage[samples.first];
   score.measured /= static_cast<double>(samples.size());
-  score.predicted = {mean(predicted.current), mean(predicted.current_lower),
-                     mean(predicted.current_upper)};
+  score.expected = {mean(predicted.current), mean(predicted.current_lower),
+                    mean(predicted.current_upper)};
   return score;
 }
 
@@ -211,15 +331,15 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
   BothWaysScores scores;
   scores.mixed =
       scoreMixed(series, range, overSeries(series, range, predicted.voltage_controlled), predicted);
-  for (ChargeScore& charge : scores.mixed.charges)
-    charge.predicted = correctChargePrediction(
-        model, {charge.mean_voltage, charge.first_voltage, charge.duration}, charge.predicted);
+  for (EventComparison& charge : scores.mixed.charges)
+    charge.expected = correctChargePrediction(
+        model, {charge.voltage, charge.first_voltage, charge.duration}, charge.expected);
   scores.cranks = scorePrediction(series, range,
                                   {predicted.equations_voltage, predicted.voltage_lower,
                                    predicted.voltage_upper})
                       .cranks;
-  for (CrankScore& crank : scores.cranks)
-    crank.predicted_minimum = correctCrankPrediction(model, crank.current, crank.predicted_minimum);
+  for (EventComparison& crank : scores.cranks)
+    crank.expected = correctCrankPrediction(model, crank.current, crank.expected);
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
   return scores;
 }
@@ -230,49 +350,35 @@ BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& se
   const std::vector<char> mask = overSeries(series, range, voltage_controlled);
   const MixedPrediction line = predictBaseline(baseline, series, range, mask);
   scores.mixed = scoreMixed(series, range, mask, line);
-  for (ChargeScore& charge : scores.mixed.charges)
-    if (const auto current = baselineChargeCurrent(baseline, charge.mean_voltage, charge.duration))
-      charge.predicted = *current;
+  for (EventComparison& charge : scores.mixed.charges)
+    if (const auto current = baselineChargeCurrent(baseline, charge.voltage, charge.duration))
+      charge.expected = *current;
   if (line.voltage.empty()) return scores;
   scores.cranks = scorePrediction(series, range, line.voltages()).cranks;
-  for (CrankScore& crank : scores.cranks)
+  for (EventComparison& crank : scores.cranks)
     if (const auto minimum = baselineCrankMinimum(baseline, crank.current))
-      crank.predicted_minimum = *minimum;
+      crank.expected = *minimum;
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
   return scores;
 }
 
 namespace {
 
-void scale(double& voltage, double series_blocks) { voltage *= series_blocks; }
-
-void scale(std::optional<double>& voltage, double series_blocks) {
-  if (voltage) *voltage *= series_blocks;
-}
-
-void scale(Interval& voltage, double series_blocks) { voltage = ofSeries(voltage, series_blocks); }
-
-void scale(std::vector<CrankScore>& cranks, double series_blocks) {
-  for (CrankScore& crank : cranks) {
-    scale(crank.measured_minimum, series_blocks);
-    scale(crank.predicted_minimum, series_blocks);
-  }
+void scale(std::vector<EventComparison>& events, std::optional<double>& error,
+           double series_blocks) {
+  for (EventComparison& event : events) event = ofSeries(event, series_blocks);
+  if (error) *error *= series_blocks;
 }
 
 void scale(PredictionScores& scores, double series_blocks) {
-  scale(scores.rmse, series_blocks);
-  scale(scores.max_abs, series_blocks);
-  scale(scores.cranks, series_blocks);
-  scale(scores.crank_mean_abs_error, series_blocks);
+  scores.rmse *= series_blocks;
+  scores.max_abs *= series_blocks;
+  scale(scores.cranks, scores.crank_mean_abs_error, series_blocks);
 }
 
 void scale(BothWaysScores& scores, double series_blocks) {
-  for (ChargeScore& charge : scores.mixed.charges) {
-    scale(charge.mean_voltage, series_blocks);
-    scale(charge.first_voltage, series_blocks);
-  }
-  scale(scores.cranks, series_blocks);
-  scale(scores.crank_mean_abs_error, series_blocks);
+  for (EventComparison& charge : scores.mixed.charges) charge = ofSeries(charge, series_blocks);
+  scale(scores.cranks, scores.crank_mean_abs_error, series_blocks);
 }
 
 }  // namespace

@@ -6,18 +6,32 @@
 
 #include "battery_sof/series.hpp"
 #include "estimation/fit_quality.hpp"
-#include "prediction/profile.hpp"
+#include "prediction/event_corrections.hpp"
 #include "recording/events.hpp"
 
 namespace battery_sof {
 
-/// One crank's lowest voltage, measured and predicted.
-struct CrankScore {
-  double time = 0.0;              ///< [s], of the measured minimum
-  double current = 0.0;           ///< [A], of largest magnitude
-  double measured_minimum = 0.0;  ///< [V]
-  Interval predicted_minimum;     ///< [V], each bound's own minimum over the crank
+/// A prediction in the mixed direction with what a crank's correction starts from.
+struct FollowedPrediction : MixedPrediction {
+  /// one a sample of the range; the input is as measured and has no width
+  std::vector<char> voltage_controlled;
+  std::vector<double> equations_voltage;  ///< [V], of the equations alone
 };
+
+/// @return the model with the current as its input throughout: without source, lag of the voltage
+/// and residual regression.
+FittedModel drivenByCurrent(FittedModel model);
+
+/**
+ * @brief Runs a model over a recording and returns what it expects in a range of it: the current
+ * where its source controls the voltage, the voltage elsewhere, with 90 % intervals.
+ *
+ * In the recording it was fitted to (same time and current at the end of its window), the model
+ * runs on from the state it ended with. Otherwise, or for a range before that, it runs from the
+ * first sample, whose state is taken from the first second's voltage (paper, eq. 5, median), so
+ * inside a later range nothing is used but its inputs. Across gaps the battery is taken to rest.
+ */
+FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range);
 
 /// How a prediction compares with what was measured.
 struct PredictionScores {
@@ -26,7 +40,7 @@ struct PredictionScores {
   double rmse = 0.0;         ///< [V]
   double max_abs = 0.0;      ///< [V]
   double coverage_90 = 0.0;  ///< share of samples inside their 90 % interval [0, 1]
-  std::vector<CrankScore> cranks;
+  std::vector<EventComparison> cranks;
   std::optional<double> crank_mean_abs_error;  ///< [V]; none without cranks
 };
 
@@ -34,23 +48,15 @@ struct PredictionScores {
 PredictionScores scorePrediction(const Series& series, IndexRange range,
                                  const PredictedVoltage& predicted, const EventLimits& limits = {});
 
-/// Mean current at the beginning of a charge, measured and predicted.
-struct ChargeScore {
-  double time = 0.0;                               ///< [s], of the charge's first sample
-  double duration = 0.0;                           ///< [s], 10 or 60
-  double measured = 0.0;                           ///< [A]
-  double mean_voltage = 0.0, first_voltage = 0.0;  ///< [V]
-  /// [A]; bounds are means of bounds, the value itself where none are given
-  Interval predicted;
-};
-
 /// How a prediction in the mixed direction compares with what was measured.
 struct MixedScores {
   std::optional<double> share_percent;          ///< both quantities together
   std::optional<double> current_share_percent;  ///< where the voltage is controlled
   std::optional<double> voltage_share_percent;  ///< where the current is controlled
   std::optional<double> current_rmse;           ///< [A], where the voltage is controlled
-  std::vector<ChargeScore> charges;             ///< in the order of time, 10 s before 60 s
+  /// the first 10 and 60 s of each, in the order of time; bounds are means of bounds, the value
+  /// itself where none are given
+  std::vector<EventComparison> charges;
 };
 
 /**
@@ -74,7 +80,7 @@ MixedScores scoreMixed(const Series& series, IndexRange range,
 /// How a predictor did in the direction that was controlled, sample by sample and event by event.
 struct BothWaysScores {
   MixedScores mixed;
-  std::vector<CrankScore> cranks;
+  std::vector<EventComparison> cranks;
   std::optional<double> crank_mean_abs_error;  ///< [V]; none without cranks
 };
 

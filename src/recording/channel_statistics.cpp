@@ -117,13 +117,11 @@ double noiseLevel(const std::vector<double>& values, std::optional<double> step)
 
 std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds,
                                      std::size_t min_samples) {
-  std::vector<IndexRange> runs;
-  std::size_t first = bounds.first;
-  for (std::size_t k = bounds.first + 1; k <= bounds.last; ++k) {
-    if (k < bounds.last && values[k] == values[first]) continue;
-    if (k - first >= min_samples) runs.push_back({first, k});
-    first = k;
-  }
+  std::vector<IndexRange> runs =
+      cutWhere(bounds, [&](std::size_t k) { return values[k] == values[k - 1]; });
+  runs.erase(std::remove_if(runs.begin(), runs.end(),
+                            [&](const IndexRange& run) { return run.size() < min_samples; }),
+             runs.end());
   return runs;
 }
 

@@ -32,6 +32,30 @@ std::optional<double> findStep(const std::vector<double>& values);
  */
 double noiseLevel(const std::vector<double>& values, std::optional<double> step);
 
+/// @return bounds cut before every sample k that does not belong with the one before it. @param
+/// joined bool(k), of every sample but the first.
+template <typename Joined>
+std::vector<IndexRange> cutWhere(IndexRange bounds, Joined&& joined) {
+  std::vector<IndexRange> ranges;
+  for (std::size_t k = bounds.first; k < bounds.last; ++k) {
+    if (ranges.empty() || !joined(k)) ranges.push_back({k, k});
+    ranges.back().last = k + 1;
+  }
+  return ranges;
+}
+
+/// @return ranges within bounds of samples that follow each other and hold. @param holds bool(k).
+template <typename Holds>
+std::vector<IndexRange> rangesWhere(IndexRange bounds, Holds&& holds) {
+  std::vector<IndexRange> ranges;
+  for (std::size_t k = bounds.first; k < bounds.last; ++k) {
+    if (!holds(k)) continue;
+    if (ranges.empty() || ranges.back().last != k) ranges.push_back({k, k});
+    ranges.back().last = k + 1;
+  }
+  return ranges;
+}
+
 /// @return ranges within bounds in which one exact value repeats at least min_samples times, in
 /// order.
 std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds,

@@ -45,18 +45,6 @@ bool isEven(const Evidence& evidence, IndexRange range) {
          std::abs(voltage_change) <= kRestDrift && median(series.voltage, range) < kRestVoltage;
 }
 
-/// Ranges within a stretch where the magnitude of the current stays at or below limit.
-std::vector<IndexRange> quietRanges(const Series& series, IndexRange stretch, double limit) {
-  std::vector<IndexRange> ranges;
-  std::size_t first = stretch.first;
-  for (std::size_t k = stretch.first; k <= stretch.last; ++k) {
-    if (k < stretch.last && std::abs(series.current[k]) <= limit) continue;
-    if (k > first) ranges.push_back({first, k});
-    first = k + 1;
-  }
-  return ranges;
-}
-
 /// The correlation that chance does not reach: three standard deviations of unrelated edges, within
 /// 0.3 to 0.6.
 double clearCorrelation(std::size_t edges) {
@@ -102,14 +90,15 @@ bool isTwelveVoltBlock(const Evidence& evidence) {
 
 std::vector<IndexRange> apparentRests(const Evidence& evidence) {
   const double limit = kRestShare * evidence.largest_current;
+  const auto is_quiet = [&](std::size_t k) {
+    return std::abs(evidence.series.current[k]) <= limit;
+  };
   std::vector<IndexRange> rests;
-  for (const IndexRange& stretch : evidence.stretches) {
-    for (const IndexRange& range : quietRanges(evidence.series, stretch, limit)) {
+  for (const IndexRange& stretch : evidence.stretches)
+    for (const IndexRange& range : rangesWhere(stretch, is_quiet))
       if (range.size() >= kRestSamples && durationOf(evidence, range) >= kRestDuration &&
           isEven(evidence, range))
         rests.push_back(range);
-    }
-  }
   return rests;
 }
 
@@ -138,16 +127,14 @@ std::vector<Finding> findSkew(const Evidence& evidence) {
   if (!(evidence.fast ? isSkewed(evidence, edges) : isSkewedByASample(edges))) return {};
   const char* late = edges.lag > 0.0 ? "voltage" : "current";
   const char* early = edges.lag > 0.0 ? "current" : "voltage";
-  return {Finding{
-      "skew", Severity::kWarning,
-      std::string(late) + " comes " + twoDigits(std::abs(edges.lag)) + " s after " + early +
-          " at " + counted(edges.edges, "edge") +
-          (evidence.fast ? "" : " (to the nearest whole sample)"),
-      "every edge leaves an error the model cannot explain, and cranks are predicted from the "
-      "wrong "
-      "samples; shift " +
-          std::string(late) + " back before fitting",
-      edges.lag, "s", edges.edges}};
+  return {Finding{"skew", Severity::kWarning,
+                  std::string(late) + " comes " + twoDigits(std::abs(edges.lag)) + " s after " +
+                      early + " at " + counted(edges.edges, "edge") +
+                      (evidence.fast ? "" : " (to the nearest whole sample)"),
+                  "every edge leaves an error the model cannot explain, and cranks are predicted "
+                  "from the wrong samples; shift " +
+                      std::string(late) + " back before fitting",
+                  edges.lag, "s", edges.edges}};
 }
 
 std::vector<Finding> findOffset(const Evidence& evidence) {
@@ -169,8 +156,8 @@ std::vector<Finding> findOffset(const Evidence& evidence) {
       "current reads " + number(offset) + " A at " + counted(starts.size(), "apparent rest"),
       std::string("either the sensor's zero is off by that much or ") +
           (offset < 0.0 ? "a consumer" : "a charger") +
-          " really draws it; current and voltage alone cannot tell. If it is the zero, "
-          "counted charge drifts by " +
+          " really draws it; current and voltage alone cannot tell. If it is the zero, counted "
+          "charge drifts by " +
           number(24.0 * std::abs(offset)) + " Ah a day",
       offset, "A", samples, someTimes(starts)}};
 }
@@ -192,23 +179,23 @@ std::vector<Finding> findExcitation(const Evidence& evidence) {
   const Channel& current = evidence.current;
   const double low = current.lowest, high = current.highest;
   if (!evidence.excited)
-    return {excitation(
-        Severity::kProblem,
-        "the current does not change: " + number(low) + " A to " + number(high) + " A",
-        "neither resistance nor dynamics can be identified from it, and sign and skew cannot be "
-        "checked",
-        high - low)};
+    return {
+        excitation(Severity::kProblem,
+                   "the current does not change: " + number(low) + " A to " + number(high) + " A",
+                   "neither resistance nor dynamics can be identified from it, and sign and skew "
+                   "cannot be checked",
+                   high - low)};
   const double negligible =
       evidence.largest_current *
       std::clamp(6.0 * current.noise / evidence.largest_current, kRestShare, 0.05);
   std::vector<Finding> findings;
   if (high <= negligible)
-    findings.push_back(excitation(
-        Severity::kWarning,
-        "the battery is never charged: current stays at or below " + number(high) + " A",
-        "charging resistance and charge acceptance cannot be identified; check that the sensor "
-        "shows both directions",
-        high));
+    findings.push_back(
+        excitation(Severity::kWarning,
+                   "the battery is never charged: current stays at or below " + number(high) + " A",
+                   "charging resistance and charge acceptance cannot be identified; check that the "
+                   "sensor shows both directions",
+                   high));
   if (low >= -negligible)
     findings.push_back(excitation(
         Severity::kWarning,

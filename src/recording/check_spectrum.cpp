@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "check_parts.hpp"
+#include "recording/channel_statistics.hpp"
 #include "recording/spectral_line.hpp"
 #include "util/constants.hpp"
 
@@ -32,16 +33,12 @@ long shiftOf(const Evidence& evidence) {
 std::vector<IndexRange> evenRanges(const Evidence& evidence) {
   const std::vector<double>& time = evidence.series.time;
   const auto margin = static_cast<std::size_t>(std::abs(shiftOf(evidence)) + kTaps);
+  const auto is_even = [&](std::size_t k) {
+    return std::abs(time[k] - time[k - 1] - evidence.interval) <= kUneven * evidence.interval;
+  };
   std::vector<IndexRange> ranges;
-  std::size_t first = 1;
-  for (std::size_t k = 1; k <= time.size(); ++k) {
-    if (k < time.size()) {
-      const double interval = time[k] - time[k - 1];
-      if (std::abs(interval - evidence.interval) <= kUneven * evidence.interval) continue;
-    }
-    if (k > first + 2 * margin) ranges.push_back({first + margin, k - margin});
-    first = k + 1;
-  }
+  for (const IndexRange& range : rangesWhere({1, time.size()}, is_even))
+    if (range.size() > 2 * margin) ranges.push_back({range.first + margin, range.last - margin});
   return ranges;
 }
 

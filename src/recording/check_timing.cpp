@@ -49,8 +49,7 @@ std::string meaningOf(const Gaps& gaps) {
            "not counted";
   return "nearly all are of " + number(quantile(gaps.length, 0.5)) +
          " s: a slower logging rate rather than lost samples; they still cut the recording, "
-         "because "
-         "fast changes inside them are not seen";
+         "because fast changes inside them are not seen";
 }
 
 std::string describeClock(const RejectedCounts& rejected, double step) {
@@ -103,18 +102,16 @@ std::vector<Finding> findSlowRate(const Evidence& evidence) {
   const double interval = evidence.interval;
   if (interval <= kFineInterval) return {};
   const bool is_slow = interval > kSlowInterval;
-  return {Finding{
-      "rate", is_slow ? Severity::kWarning : Severity::kNote,
-      interval > 2.0 ? "sampled every " + number(interval) + " s"
-                     : "sampled at " + number(1.0 / interval) + " Hz",
-      is_slow
-          ? "a crank shows in one sample or in none, at no particular instant of it: its lowest "
-            "voltage, fast polarisation and any shift between the channels are not in this "
-            "recording; slow behaviour is"
-          : "a crank of " + number(kCrankDuration) + " s shows in " +
-                number(std::floor(kCrankDuration / interval)) +
-                " samples or so; its lowest voltage is read too high",
-      interval, "s", evidence.series.size()}};
+  return {Finding{"rate", is_slow ? Severity::kWarning : Severity::kNote,
+                  interval > 2.0 ? "sampled every " + number(interval) + " s"
+                                 : "sampled at " + number(1.0 / interval) + " Hz",
+                  is_slow ? "a crank shows in one sample or in none, at no particular instant of "
+                            "it: its lowest voltage, fast polarisation and any shift between the "
+                            "channels are not in this recording; slow behaviour is"
+                          : "a crank of " + number(kCrankDuration) + " s shows in " +
+                                number(std::floor(kCrankDuration / interval)) +
+                                " samples or so; its lowest voltage is read too high",
+                  interval, "s", evidence.series.size()}};
 }
 
 std::vector<Finding> findUnevenRate(const Evidence& evidence) {
@@ -134,15 +131,13 @@ std::vector<Finding> findUnevenRate(const Evidence& evidence) {
 std::vector<Finding> findHeldValues(const Evidence& evidence) {
   if (evidence.hold == 1) return {};
   const double held = static_cast<double>(evidence.hold) * evidence.interval;
-  return {Finding{
-      "rate", Severity::kWarning,
-      "the current channel is updated only every " + counted(evidence.hold, "sample") + " (" +
-          number(held) + " s), the voltage channel at every sample",
-      "between updates the current is old: voltage edges without a current edge look like fast "
-      "polarisation and bias "
-      "resistances; filter both channels below " +
-          number(0.25 / held) + " Hz before fitting",
-      held, "s", evidence.series.size()}};
+  return {Finding{"rate", Severity::kWarning,
+                  "the current channel is updated only every " + counted(evidence.hold, "sample") +
+                      " (" + number(held) + " s), the voltage channel at every sample",
+                  "between updates the current is old: voltage edges without a current edge look "
+                  "like fast polarisation and bias resistances; filter both channels below " +
+                      number(0.25 / held) + " Hz before fitting",
+                  held, "s", evidence.series.size()}};
 }
 
 std::vector<Finding> findGaps(const Evidence& evidence) {
@@ -199,14 +194,13 @@ std::vector<Finding> findLost(const Evidence& evidence) {
   if (losses.from.size() < kFewestPlaces) return {};
   const auto lost = static_cast<double>(losses.samples);
   const double percent = 100.0 * lost / (lost + static_cast<double>(evidence.series.size()));
-  return {Finding{
-      "missing", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
-      counted(losses.samples, "sample") + " (" + twoDigits(percent) +
-          " %) lost from a regular grid of " + number(evidence.interval) + " s, in " +
-          counted(losses.from.size(), "place"),
-      "the logger or the bus drops messages; a crank may have lost its peak, nothing is put in "
-      "their place",
-      percent, "%", losses.samples, someTimes(losses.from)}};
+  return {Finding{"missing", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
+                  counted(losses.samples, "sample") + " (" + twoDigits(percent) +
+                      " %) lost from a regular grid of " + number(evidence.interval) + " s, in " +
+                      counted(losses.from.size(), "place"),
+                  "the logger or the bus drops messages; a crank may have lost its peak, nothing "
+                  "is put in their place",
+                  percent, "%", losses.samples, someTimes(losses.from)}};
 }
 
 }  // namespace battery_sof::check_parts

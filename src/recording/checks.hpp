@@ -60,14 +60,12 @@ std::string toString(Severity severity);
  * - sign: that of the correlation of voltage with current changes at edges.
  * - offset: one small current at every apparent rest. A consumer looks the same: always a note.
  * - skew: the sub-sample shift between voltage and current changes at edges, alike in both halves
- * of the recording; whole
- *   samples only below 20 Hz.
+ *   of the recording; whole samples only below 20 Hz.
  * - stuck: one value repeats while the other channel moves up and down, or repeats for long where
  * the channel is noisy
  *   elsewhere; or both channels repeat the sample before under load where both flicker.
  * - missing: samples that the intake refused, and samples that a regular grid lacks in 20 places or
- * more. A gap in which
- *   the logger was off is not missing.
+ *   more. A gap in which the logger was off is not missing.
  * - aliasing: a steady tone (findSpectralLines) in the voltage less its regression on the changes
  * of current, of more than
  *   1 mV and half the noise, and of more than twice what the resistance at edges makes of the current at its frequency. It
@@ -76,8 +74,7 @@ std::string toString(Severity severity);
  *
  * @throws std::invalid_argument when the recording has no sample.
  * @note A common gain of the current, gain and offset of the voltage, and a constant contact
- * resistance leave no trace in
- *   current and voltage: nothing here can find them.
+ * resistance leave no trace in current and voltage: nothing here can find them.
  */
 CheckReport checkRecording(const Recording& recording);
 

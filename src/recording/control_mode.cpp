@@ -177,13 +177,12 @@ std::vector<ControlModeStretch> stretchesOf(const Series& series,
                                             const std::vector<ControlModeReason>& reasons,
                                             double max_gap) {
   std::vector<ControlModeStretch> stretches;
-  for (const IndexRange& range : contiguousRanges(series, max_gap)) {
-    std::size_t first = range.first;
-    for (std::size_t k = range.first + 1; k <= range.last; ++k) {
-      if (k < range.last && reasons[k] == reasons[first]) continue;
-      stretches.push_back({{first, k}, controlModeOf(reasons[first]), toString(reasons[first])});
-      first = k;
-    }
+  const auto joined = [&](std::size_t k) {
+    return reasons[k] == reasons[k - 1] && series.time[k] - series.time[k - 1] <= max_gap;
+  };
+  for (const IndexRange& range : cutWhere({0, series.size()}, joined)) {
+    const ControlModeReason reason = reasons[range.first];
+    stretches.push_back({range, controlModeOf(reason), toString(reason)});
   }
   return stretches;
 }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "recording/control_mode.hpp"
 
 namespace battery_sof {
 

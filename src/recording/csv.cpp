@@ -15,8 +15,6 @@
 #include "battery_sof/sample_list.hpp"
 #include "util/constants.hpp"
 #include "util/files.hpp"
-#include "util/number_text.hpp"
-#include "util/printable.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

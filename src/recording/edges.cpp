@@ -135,11 +135,7 @@ void refineLags(const Comparison& comparison, double interval, EdgeResponse& res
 /// Every n-th sample.
 Series everyNth(const Series& series, std::size_t stride) {
   Series some;
-  for (std::size_t k = 0; k < series.size(); k += stride) {
-    some.time.push_back(series.time[k]);
-    some.current.push_back(series.current[k]);
-    some.voltage.push_back(series.voltage[k]);
-  }
+  for (std::size_t k = 0; k < series.size(); k += stride) some.append(series[k]);
   return some;
 }
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
+#include "recording/channel_statistics.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -66,16 +68,6 @@ Event describeEvent(const Series& series, IndexRange range, EventKind kind) {
   return event;
 }
 
-void cutIntoEvents(const Series& series, IndexRange stretch, const std::vector<EventKind>& kinds,
-                   std::vector<Event>& events) {
-  std::size_t first = stretch.first;
-  for (std::size_t k = stretch.first + 1; k <= stretch.last; ++k) {
-    if (k < stretch.last && kinds[k] == kinds[first]) continue;
-    events.push_back(describeEvent(series, {first, k}, kinds[first]));
-    first = k;
-  }
-}
-
 }  // namespace
 
 std::string toString(EventKind kind) {
@@ -123,8 +115,11 @@ std::vector<Event> detectEvents(const Series& series, const EventLimits& limits)
   const double max_gap = gapThreshold(series);
   const std::vector<EventKind> kinds = kindOfEverySample(series, limits, max_gap);
   std::vector<Event> events;
-  for (const IndexRange& stretch : contiguousRanges(series, max_gap))
-    cutIntoEvents(series, stretch, kinds, events);
+  const auto joined = [&](std::size_t k) {
+    return kinds[k] == kinds[k - 1] && series.time[k] - series.time[k - 1] <= max_gap;
+  };
+  for (const IndexRange& range : cutWhere({0, series.size()}, joined))
+    events.push_back(describeEvent(series, range, kinds[range.first]));
   return events;
 }
 
@@ -161,6 +156,55 @@ EventSummary summarise(const Series& series, const std::vector<Event>& events) {
     summary.max_charge_voltage = std::max(summary.max_charge_voltage.value_or(high), high);
   }
   return summary;
+}
+
+namespace {
+
+constexpr double kMinControlled = 0.9;  // share of samples
+constexpr double kFewestSamples = 3.0;
+
+void requireMask(const Series& series, IndexRange range,
+                 const std::vector<char>& voltage_controlled) {
+  if (voltage_controlled.size() == series.size() && range.first <= range.last &&
+      range.last <= series.size())
+    return;
+  throw std::invalid_argument("charge phases: range " + std::to_string(range.first) + " to " +
+                              std::to_string(range.last) + " and a mask of " +
+                              std::to_string(voltage_controlled.size()) + " for " +
+                              std::to_string(series.size()) + " samples");
+}
+
+}  // namespace
+
+std::vector<std::size_t> chargeBeginnings(const Series& series, IndexRange range,
+                                          const std::vector<char>& voltage_controlled) {
+  requireMask(series, range, voltage_controlled);
+  std::vector<std::size_t> beginnings;
+  EventDetector detector;
+  for (std::size_t k = range.first; k < range.last; ++k) {
+    detector.add(series.time[k], series.current[k], false, 0.0);
+    if (!voltage_controlled[k])
+      detector.denyCharge();
+    else if (detector.chargeBegins())
+      beginnings.push_back(k);
+  }
+  return beginnings;
+}
+
+std::optional<IndexRange> beginningOfCharge(const Series& series, IndexRange range,
+                                            std::size_t first, double duration,
+                                            const std::vector<char>& voltage_controlled) {
+  requireMask(series, range, voltage_controlled);
+  const double interval = medianInterval(series);
+  if (first >= range.last || interval * kFewestSamples > duration) return std::nullopt;
+  const double end = series.time[first] + duration - 0.5 * interval;
+  std::size_t last = first, controlled = 0;
+  for (; last < range.last && series.time[last] < end; ++last)
+    controlled += voltage_controlled[last] ? 1 : 0;
+  const bool complete = series.time[last - 1] + interval >= end;
+  if (!complete || static_cast<double>(controlled) < kMinControlled * duration / interval)
+    return std::nullopt;
+  return IndexRange{first, last};
 }
 
 }  // namespace battery_sof

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "check_parts.hpp"
+#include "recording/channel_statistics.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -78,13 +79,9 @@ constexpr double kRemembered = 30.0;  // [s]
 
 /// Stretches in which the current reads a limit at which it is cut off.
 std::vector<IndexRange> clippedStretches(const Series& series, const InstrumentLimits& limits) {
-  std::vector<IndexRange> stretches;
-  for (std::size_t k = 0; k < series.size(); ++k) {
-    if (!contains(limits.current_limits, series.current[k])) continue;
-    if (stretches.empty() || stretches.back().last != k) stretches.push_back({k, k});
-    stretches.back().last = k + 1;
-  }
-  return stretches;
+  return rangesWhere({0, series.size()}, [&](std::size_t k) {
+    return contains(limits.current_limits, series.current[k]);
+  });
 }
 
 /// From steps that reach most of the way to the limit: the flanks of what is cut off, in the same

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "recording/fit_mask.hpp"
 
 namespace battery_sof {
 

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "battery_sof/sample_list.hpp"
-#include "util/printable.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -28,9 +27,7 @@ void appendSample(Series& series, const RawSample& sample) {
                                 " s is not after the recording's last sample at " +
                                 std::to_string(series.time.back()) +
                                 " s; the intake and the recording do not belong together");
-  series.time.push_back(sample.time);
-  series.current.push_back(sample.current);
-  series.voltage.push_back(sample.voltage);
+  series.append({sample.time, sample.current, sample.voltage});
   if (sample.temperature && std::isfinite(*sample.temperature))
     appendTemperature(series, sample.time, *sample.temperature);
 }

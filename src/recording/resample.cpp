@@ -88,7 +88,7 @@ void Decimator::settle(Channel& channel, double value) const {
   for (auto& section : channel.history) section.fill(value);
 }
 
-void Decimator::startAt(const Output& sample) {
+void Decimator::startAt(const Sample& sample) {
   settle(current_channel_, sample.current);
   settle(voltage_channel_, sample.voltage);
   start_ = sample.time;
@@ -97,8 +97,8 @@ void Decimator::startAt(const Output& sample) {
   filtered_ = sample;
 }
 
-void Decimator::advance(const Output& input, std::vector<Output>& due) {
-  const Output filtered{input.time, filter(current_channel_, input.current),
+void Decimator::advance(const Sample& input, std::vector<Sample>& due) {
+  const Sample filtered{input.time, filter(current_channel_, input.current),
                         filter(voltage_channel_, input.voltage)};
   for (double stamp = outputStamp(); isReached(stamp + delay_, filtered.time);
        stamp = outputStamp()) {
@@ -109,7 +109,7 @@ void Decimator::advance(const Output& input, std::vector<Output>& due) {
   filtered_ = filtered;
 }
 
-Decimator::Output Decimator::between(const Output& before, const Output& after, double time) {
+Sample Decimator::between(const Sample& before, const Sample& after, double time) {
   const double span = after.time - before.time;
   const double weight = span > 0.0 ? std::min((time - before.time) / span, 1.0) : 1.0;
   return {time, interpolate(before.current, after.current, weight),
@@ -127,8 +127,8 @@ double Decimator::outputStamp() const {
   return start_ + static_cast<double>(outputs_) / kDesignRate;
 }
 
-std::vector<Decimator::Output> Decimator::push(double time, double current, double voltage) {
-  const Output sample{time, current, voltage};
+std::vector<Sample> Decimator::push(const Sample& sample) {
+  const auto [time, current, voltage] = sample;
   if (!std::isfinite(time) || !std::isfinite(current) || !std::isfinite(voltage) ||
       (previous_ && time <= previous_->time))
     throw std::invalid_argument("Decimator: sample (" + std::to_string(time) + " s, " +
@@ -136,8 +136,8 @@ std::vector<Decimator::Output> Decimator::push(double time, double current, doub
                                 " V) is not finite or not after the one before");
   const bool gap = !previous_ || time - previous_->time > kGapIntervals / input_rate_;
   if (gap) startAt(sample);
-  const Output before = gap ? sample : *previous_;
-  std::vector<Output> due;
+  const Sample before = gap ? sample : *previous_;
+  std::vector<Sample> due;
   for (; isReached(inputTime(), time); ++inputs_)
     advance(between(before, sample, inputTime()), due);
   previous_ = sample;
@@ -151,14 +151,8 @@ Series resample(const Series& series) {
   if (interval <= 0.0 || !isAtLeastTwice(1.0 / interval)) return series;
   Decimator decimator(1.0 / interval);
   Series result;
-  for (std::size_t k = 0; k < series.size(); ++k) {
-    for (const auto& output :
-         decimator.push(series.time[k], series.current[k], series.voltage[k])) {
-      result.time.push_back(output.time);
-      result.current.push_back(output.current);
-      result.voltage.push_back(output.voltage);
-    }
-  }
+  for (std::size_t k = 0; k < series.size(); ++k)
+    for (const Sample& output : decimator.push(series[k])) result.append(output);
   result.temperature_time = series.temperature_time;
   result.temperature = series.temperature;
   return result;

@@ -47,13 +47,10 @@ class Decimator {
   /// @param input_rate [Hz], at least twice kDesignRate. @throws std::invalid_argument otherwise.
   explicit Decimator(double input_rate);
 
-  struct Output {
-    double time, current, voltage;  ///< [s], [A], [V]
-  };
   /// Takes one sample (time strictly increasing, all finite) and returns the outputs that became
   /// due, in order.
   /// @throws std::invalid_argument for a sample that is not finite or not after the one before.
-  std::vector<Output> push(double time, double current, double voltage);
+  std::vector<Sample> push(const Sample& sample);
 
   /// Forgets the past: the next sample starts again.
   void reset();
@@ -64,9 +61,9 @@ class Decimator {
   };
   double filter(Channel& channel, double value) const;
   void settle(Channel& channel, double value) const;
-  void startAt(const Output& sample);
-  void advance(const Output& input, std::vector<Output>& due);
-  static Output between(const Output& before, const Output& after, double time);
+  void startAt(const Sample& sample);
+  void advance(const Sample& input, std::vector<Sample>& due);
+  static Sample between(const Sample& before, const Sample& after, double time);
   bool isReached(double time, double now) const;
   double inputTime() const;
   double outputStamp() const;
@@ -75,8 +72,8 @@ class Decimator {
   std::array<Biquad, 4> sections_{};
   double delay_ = 0.0;
   Channel current_channel_, voltage_channel_;
-  std::optional<Output> previous_;  // the last sample pushed
-  Output filtered_{};        // the last point of the filtered signal, before its delay is taken off
+  std::optional<Sample> previous_;  // the last sample pushed
+  Sample filtered_{};        // the last point of the filtered signal, before its delay is taken off
   double start_ = 0.0;       // time of the first sample since the last gap
   std::size_t inputs_ = 0;   // grid points filtered since start_
   std::size_t outputs_ = 0;  // results given since start_

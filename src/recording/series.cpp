@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 
+#include "recording/channel_statistics.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -70,18 +72,16 @@ double gapThreshold(const Series& series) { return gapThreshold(medianInterval(s
 double gapThreshold(double median_interval) { return std::max(10.0 * median_interval, 5.0); }
 
 std::vector<IndexRange> contiguousRanges(const Series& series, double max_gap) {
-  std::vector<IndexRange> ranges;
-  std::size_t first = 0;
-  for (std::size_t k = 1; k <= series.size(); ++k) {
-    if (k < series.size() && series.time[k] - series.time[k - 1] <= max_gap) continue;
-    ranges.push_back({first, k});
-    first = k;
-  }
-  return ranges;
+  const auto joined = [&](std::size_t k) { return series.time[k] - series.time[k - 1] <= max_gap; };
+  return cutWhere({0, series.size()}, joined);
 }
 
 IndexRange indexRange(const Series& series, double from, double to) {
   return rangeBetween(series.time, from, to);
+}
+
+std::size_t firstAfter(const Series& series, double time) {
+  return std::upper_bound(series.time.begin(), series.time.end(), time) - series.time.begin();
 }
 
 Series slice(const Series& series, IndexRange range) {

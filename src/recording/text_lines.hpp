@@ -2,8 +2,10 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "battery_sof/csv.hpp"
 
@@ -14,7 +16,7 @@ namespace battery_sof {
  * byte-order mark is passed over.
  *
  * What is neither a regular file nor a pipe (a device, a folder, a socket) is refused before it is
- * opened. No more than one line and one block is held at a time.
+ * opened. No more than one line is held at a time.
  */
 class TextLines {
  public:
@@ -23,9 +25,6 @@ class TextLines {
 
   /// @throws RecordingError naming the file and why it cannot be read.
   explicit TextLines(const std::filesystem::path& path, BytesSeen seen = {});
-  TextLines(const TextLines&) = delete;
-  TextLines& operator=(const TextLines&) = delete;
-  ~TextLines();
 
   /// Goes on to the next line that is not blank. @return false at the end.
   /// @throws RecordingError when reading fails, or naming a line longer than kLongest.
@@ -39,14 +38,12 @@ class TextLines {
 
  private:
   bool nextOfAny();
-  bool readOn();
 
   std::filesystem::path path_;
   BytesSeen seen_;
-  int descriptor_;
-  std::string held_;  // read, of which what lies before at_ is done with
-  std::size_t at_ = 0;
-  std::string_view line_;
+  std::ifstream file_;
+  std::vector<char> room_;
+  std::string_view line_;  // of room_
   std::size_t number_ = 0;
   bool finished_ = true;
 };

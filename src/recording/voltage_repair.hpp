@@ -39,8 +39,7 @@ VoltageRepair findVoltageRepair(const Series& series);
 Series repaired(const Series& series, const VoltageRepair& repair);
 
 /// @return the voltage [V] that repaired() puts at a sample, drop-outs as isDropOut() says; reads
-/// no further than a sample beyond
-///   the one `lag` later.
+/// no further than a sample beyond the one `lag` later.
 double repairedVoltage(const Series& series, std::size_t k, std::size_t lag);
 
 }  // namespace battery_sof

@@ -10,9 +10,7 @@
 #include <vector>
 
 #include "diagnosis/diagnosis.hpp"
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/maps.hpp"
-#include "prediction/stop_time.hpp"
+#include "prediction/questions.hpp"
 #include "wording.hpp"
 
 namespace battery_sof {

@@ -4,7 +4,6 @@
 
 #include "battery_sof/version.hpp"
 #include "page.hpp"
-#include "page_assets.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
 
@@ -19,8 +18,7 @@ constexpr char kHead[] =
     "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
     "<meta name=\"color-scheme\" content=\"light dark\">\n"
     "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-    "'unsafe-inline'; "
-    "script-src 'unsafe-inline'; img-src data:\">\n";
+    "'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n";
 
 void requireMatching(const Recording& recording, const Diagnosis& diagnosis) {
   for (const auto* model : {&diagnosis.base_voltage, &diagnosis.extended_voltage})

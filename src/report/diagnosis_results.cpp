@@ -5,7 +5,6 @@
 #include "descriptions.hpp"
 #include "diagnosis/combination.hpp"
 #include "report/results.hpp"
-#include "util/printable.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
 
@@ -327,8 +326,7 @@ std::string useOfDiscrepancy(const Diagnosis& diagnosis) {
   if (diagnosis.extended.fit.discrepancy || diagnosis.charger_share == 0.0)
     return "It is in the extended model.";
   return "It is in the extended model's voltage; a model file answers in the direction that the "
-         "source controls and has what was estimated "
-         "there.";
+         "source controls and has what was estimated there.";
 }
 
 }  // namespace battery_sof

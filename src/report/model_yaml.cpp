@@ -9,7 +9,7 @@
 #include "prediction/pipeline.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/series_blocks.hpp"
-#include "state/residual_filter.hpp"
+#include "state/state_estimator.hpp"
 #include "util/constants.hpp"
 #include "util/files.hpp"
 #include "yaml_fields.hpp"

@@ -105,8 +105,7 @@ std::string regimeTable(const Diagnosis& d) {
          element(
              "p.note",
              "Measured minus base model, with 95 % intervals. Marked: more than chance would give, "
-             "counting how many "
-             "numbers were looked at; of fewer than seven episodes none is.") +
+             "counting how many numbers were looked at; of fewer than seven episodes none is.") +
          table({"regime", "episodes", "mean [mV]", "slope [mV/s]", "at its end [mV]"}, rows);
 }
 
@@ -152,15 +151,15 @@ std::string segmentTable(const Diagnosis& d, double clock_origin) {
   for (const MismatchSegment& s : d.mismatch) {
     if (rows.size() == kSegmentsListed) break;
     const double from = s.from - clock_origin, to = s.to - clock_origin;
-    rows.push_back({{format("%.1f to %.1f s", from, to) +
-                     element("button", "show",
-                             format("type=\"button\" class=\"show\" data-from=\"%.3f\" "
-                                    "data-to=\"%.3f\"",
-                                    from, to))},
-                    {escaped(plainName(s.regime))},
-                    numberCell(millivolts(s.mean_error)),
-                    numberCell(millivolts(s.peak_error)),
-                    numberCell(format("%.1g", s.p_value))});
+    rows.push_back(
+        {{format("%.1f to %.1f s", from, to) +
+          element("button", "show",
+                  format("type=\"button\" class=\"show\" data-from=\"%.3f\" data-to=\"%.3f\"", from,
+                         to))},
+         {escaped(plainName(s.regime))},
+         numberCell(millivolts(s.mean_error)),
+         numberCell(millivolts(s.peak_error)),
+         numberCell(format("%.1g", s.p_value))});
   }
   const std::string more =
       format("The first %zu of %zu; the JSON holds all.", kSegmentsListed, d.mismatch.size());
@@ -387,8 +386,7 @@ std::string comparisonSection(const Diagnosis& d) {
   return section(
       "comparison", "Before and after",
       element("p.note", note + "The hold-out is the end of the drive: no fit and no choice has "
-                               "seen it. Better is a higher "
-                               "Q_dyn and less of everything else.") +
+                               "seen it. Better is a higher Q_dyn and less of everything else.") +
           metricTable(d) + regimeComparisonTable(d));
 }
 
@@ -401,12 +399,10 @@ std::string detectionLimitsSection(const Diagnosis& d) {
   if (!d.detection_limits.empty() && !d.unexplained.isNoise())
     html += element("p", whyNothingIsPromised(d.unexplained) + tries);
   if (!hidden.empty() && d.unexplained.isNoise())
-    html += element(
-        "p",
-        "These may be present at their usual strength without this recording showing it. Strengths "
-        "are estimates, as good as the "
-        "model that was found" +
-            tries);
+    html += element("p",
+                    "These may be present at their usual strength without this recording showing "
+                    "it. Strengths are estimates, as good as the model that was found" +
+                        tries);
   if (!hidden.empty()) html += detectionLimitsTable(hidden);
   if (!visible.empty())
     html += details(format("What would have shown (%zu)", visible.size()),
@@ -437,8 +433,7 @@ std::string readingSection() {
   const char* const items[][2] = {
       {"Base model",
        "the small circuit of the paper: two resistances, a double layer with its charge transfer, "
-       "a constant "
-       "open-circuit voltage. It is fitted to the training part."},
+       "a constant open-circuit voltage. It is fitted to the training part."},
       {"Extended model",
        "the base model with the effects found here, everything fitted together, and the "
        "discrepancy."},

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "page.hpp"
+#include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
 #include "report/diagnosis_page.hpp"
 #include "util/text.hpp"
@@ -14,16 +15,10 @@ namespace {
 std::vector<IndexRange> bucketRanges(const Series& series, std::size_t buckets) {
   const double begin = series.time.front();
   const double width = (series.time.back() - begin) / static_cast<double>(buckets);
-  std::vector<IndexRange> ranges;
-  std::size_t last_bucket = buckets;
-  for (std::size_t n = 0; n < series.size(); ++n) {
-    const auto bucket =
-        std::min(static_cast<std::size_t>((series.time[n] - begin) / width), buckets - 1);
-    if (bucket != last_bucket) ranges.push_back({n, n});
-    ranges.back().last = n + 1;
-    last_bucket = bucket;
-  }
-  return ranges;
+  const auto bucket = [&](std::size_t n) {
+    return std::min(static_cast<std::size_t>((series.time[n] - begin) / width), buckets - 1);
+  };
+  return cutWhere({0, series.size()}, [&](std::size_t n) { return bucket(n) == bucket(n - 1); });
 }
 
 void pickExtremes(IndexRange range, const Trace& trace, std::vector<std::size_t>& picked) {
@@ -263,10 +258,9 @@ std::string drawingHtml(const Drawing& drawing, const std::string& title,
 }
 
 std::string drawingsHtml(const Drawing& drawing) {
-  std::string html =
-      element("p.note",
-              "These plots cannot be zoomed: the program was built without the plot library "
-              "(package libjs-dygraphs).");
+  std::string html = element("p.note",
+                             "These plots cannot be zoomed: the program was built without the plot "
+                             "library (package libjs-dygraphs).");
   html +=
       drawingHtml(drawing, "Terminal voltage [V]", drawing.voltages, operatingModeBands(drawing));
   if (!drawing.diagnosis.source.voltage_controlled.empty())

@@ -6,9 +6,8 @@
 
 #include "battery_sof/series.hpp"
 #include "model/effect.hpp"
-#include "prediction/cranking.hpp"
+#include "prediction/questions.hpp"
 #include "prediction/scores.hpp"
-#include "prediction/stop_time.hpp"
 #include "recording/checks.hpp"
 #include "state/fitted_model.hpp"
 

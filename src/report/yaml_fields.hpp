@@ -14,8 +14,6 @@
 
 #include "report/model_yaml.hpp"
 #include "util/files.hpp"
-#include "util/number_text.hpp"
-#include "util/printable.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -12,7 +12,6 @@
 #include "bag/bag_storage.hpp"
 #include "bag/battery_state_message.hpp"
 #include "ros/background_work.hpp"
-#include "util/printable.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -283,8 +282,7 @@ void BatterySofNode::demandStatus() {
   contents.standing = options_.standing;
   contents.standing.charge = options_.standing.chargeAt(session_.chargeVoltage());
   contents.events = events_;
-  contents.events.crank_calibration = session_.crankCalibration();
-  contents.events.charge_calibration = session_.chargeCalibration();
+  static_cast<IntervalCalibrations&>(contents.events) = session_.calibrations();
   last_status_time_ = contents.session.newest_time;
   last_status_steady_ = ros::SteadyTime::now();
   const bool is_waiting = due_status_.has_value();
@@ -326,8 +324,7 @@ DiagnosticsSnapshot BatterySofNode::snapshot() {
   snapshot.fit_ms = fit_ms_;
   snapshot.no_data_for = noDataFor();
   snapshot.events = events_;
-  snapshot.events.crank_calibration = session_.crankCalibration();
-  snapshot.events.charge_calibration = session_.chargeCalibration();
+  static_cast<IntervalCalibrations&>(snapshot.events) = session_.calibrations();
   snapshot.state_file = options_.state_file.empty() ? "off" : options_.state_file;
   snapshot.state_file_fault = state_file_fault_;
   snapshot.internal_fault = internal_fault_;

@@ -192,8 +192,8 @@ std::uint8_t stateCode(SessionState state) {
 }
 
 /// What the record of one kind of event says of all of them.
-EventRecord recordOf(const EventTally& model, const EventTally& baseline,
-                     const IntervalCalibration& scale, const std::optional<EventComparison>& last) {
+EventRecord recordOf(const KindTally& kind, const IntervalCalibration& scale) {
+  const auto& [model, baseline, last] = kind;
   EventRecord record;
   record.count = static_cast<std::uint32_t>(model.count);
   record.coverage = orNan(model.coverageOf());
@@ -239,10 +239,8 @@ SofStatus messageOf(const StatusContents& contents) {
   put(message.stop_time, contents.answers.stop_time);
   put(message.charge, contents.answers.charge);
   const EventTallies& events = contents.events;
-  message.past_cranks =
-      recordOf(events.cranks, events.baseline_cranks, events.crank_calibration, events.last_crank);
-  message.past_charges = recordOf(events.charges, events.baseline_charges,
-                                  events.charge_calibration, events.last_charge);
+  message.past_cranks = recordOf(events.cranks, events.crank_calibration);
+  message.past_charges = recordOf(events.charges, events.charge_calibration);
   message.expected_time = session.expected ? session.expected->time : kNan;
   message.expected_voltage = session.expected ? orNan(session.expected->voltage) : kNan;
   message.expected_current = session.expected ? orNan(session.expected->current) : kNan;

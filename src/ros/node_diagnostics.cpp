@@ -16,8 +16,8 @@ std::string shown(const std::optional<double>& value, double factor = 1.0) {
 
 /// How one kind of event compares with what was expected of it.
 void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events,
-         const char* unit, const EventTally& tally, const EventTally& baseline,
-         const IntervalCalibration& scale) {
+         const char* unit, const KindTally& kind, const IntervalCalibration& scale) {
+  const EventTally &tally = kind.model, &baseline = kind.baseline;
   status.add(events, tally.count);
   status.add(events + " inside their interval", tally.inside);
   status.add(events + "' share inside [%]", shown(tally.coverageOf(), 100.0));
@@ -116,8 +116,8 @@ void NodeDiagnostics::reportPredictionError(Status& status) {
   }
   status.add("Q_dyn [%]", shown(backtest.q_dyn_percent));
   status.add("compared over [s]", backtest.duration);
-  add(status, "cranks", "V", events.cranks, events.baseline_cranks, events.crank_calibration);
-  add(status, "charges", "A", events.charges, events.baseline_charges, events.charge_calibration);
+  add(status, "cranks", "V", events.cranks, events.crank_calibration);
+  add(status, "charges", "A", events.charges, events.charge_calibration);
 }
 
 void NodeDiagnostics::reportResponseTimes(Status& status) {

@@ -2,21 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace battery_sof {
 
-void ResponseClock::Ring::add(double value) {
-  if (values.size() < kKept)
-    values.push_back(value);
-  else
-    values[next] = value;
-  next = (next + 1) % kKept;
-  ++count;
-}
-
 double ResponseClock::Ring::quantile(double share) const {
   if (values.empty()) return 0.0;
-  std::vector<double> sorted = values;
+  std::vector<double> sorted(values.begin(), values.end());
   const auto index =
       static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(sorted.size() - 1)));
   std::nth_element(sorted.begin(), sorted.begin() + index, sorted.end());

@@ -1,10 +1,10 @@
 #pragma once
 
+#include <boost/circular_buffer.hpp>
 #include <cmath>
 #include <cstddef>
 #include <mutex>
 #include <optional>
-#include <vector>
 
 #include "prediction/online_session.hpp"
 
@@ -31,25 +31,25 @@ struct EventTally {
   }
 };
 
-/// The cranks and charges of the running back-test.
-struct EventTallies {
-  EventTally cranks, charges;  ///< of the model
-  /// of its window's baseline predictors, where they expected something
-  EventTally baseline_cranks, baseline_charges;
-  std::optional<EventComparison> last_crank, last_charge;
-  IntervalCalibration crank_calibration, charge_calibration;
+/// One kind of event in the running back-test.
+struct KindTally {
+  EventTally model;
+  EventTally baseline;  ///< of its window's baseline predictors, where they expected something
+  std::optional<EventComparison> last;
 
-  void add(const SessionEvents& events) {
-    for (const EventComparison& crank : events.cranks)
-      add(last_crank.emplace(crank), cranks, baseline_cranks);
-    for (const EventComparison& charge : events.charges)
-      add(last_charge.emplace(charge), charges, baseline_charges);
-  }
-
- private:
-  static void add(const EventComparison& event, EventTally& model, EventTally& baseline) {
+  void add(const EventComparison& event) {
+    last = event;
     model.add(event.measured, event.expected);
     if (event.baseline) baseline.add(event.measured, *event.baseline);
+  }
+};
+
+struct EventTallies : IntervalCalibrations {
+  KindTally cranks, charges;
+
+  void add(const SessionEvents& events) {
+    for (const EventComparison& crank : events.cranks) cranks.add(crank);
+    for (const EventComparison& charge : events.charges) charges.add(charge);
   }
 };
 
@@ -76,9 +76,12 @@ class ResponseClock {
  private:
   /// The last kKept durations.
   struct Ring {
-    std::vector<double> values;
-    std::size_t next = 0, count = 0;
-    void add(double value);
+    boost::circular_buffer<double> values{kKept};
+    std::size_t count = 0;
+    void add(double value) {
+      values.push_back(value);
+      ++count;
+    }
     double quantile(double share) const;
   };
 

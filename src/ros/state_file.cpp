@@ -8,7 +8,7 @@
 
 #include "report/model_yaml.hpp"
 #include "util/files.hpp"
-#include "util/printable.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {

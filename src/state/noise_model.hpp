@@ -97,8 +97,7 @@ class NoiseFilter {
 class Whitening {
  public:
   /// @param samples durations and counts are used.  @throws std::invalid_argument for a noise that
-  /// is not finite, has
-  ///   white_std or ar_time at or below 0, or a negative part.
+  /// is not finite, has white_std or ar_time at or below 0, or a negative part.
   Whitening(const NoiseModel& noise, const std::vector<InputSample>& samples);
 
   std::size_t size() const { return gains_.size(); }

@@ -1,10 +1,162 @@
 #include "state/state_estimator.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
+#include "model/input_sequence.hpp"
+#include "recording/events.hpp"
 #include "recording/voltage_repair.hpp"
 
 namespace battery_sof {
+namespace {
+
+constexpr double kAverage = 0.1;  // [s], docs/physics.md#noise-of-a-residual
+constexpr std::size_t kMinAverages = 30;
+// Of a stop's voltage, about its mean so far (docs/decisions/0018-stops.md).
+constexpr double kStopError = 0.05, kLeastStopError = 0.02;  // [V]
+constexpr double kStopMemory = 5.0, kStopForgets = 8.0;      // [s]
+
+NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise,
+                             const ResidualState& residual_state) {
+  const NoiseModel n = noise.value_or(NoiseModel{1.0, 0.0, 1.0, 0.0});
+  NoiseFilter<double> filter(n.white_std * n.white_std, n.ar_std * n.ar_std, n.ar_time,
+                             n.walk_std * n.walk_std);
+  filter.setVariances(residual_state.p_dd, residual_state.p_da, residual_state.p_aa);
+  return filter;
+}
+
+}  // namespace
+
+ResidualFilter::ResidualFilter(const FittedModel& model, bool follows_stops)
+    : noise_(model.fit.noise),
+      filter_(filterOf(model.fit.noise, model.state.residual_state)),
+      drift_(model.state.residual_state.drift),
+      colored_(model.state.residual_state.colored),
+      next_stop_(model.intervals.event_history.nextStop(model.fit.scores.rmse)) {
+  if (model.fit.source && follows_stops) min_current_ = model.fit.source->min_current;
+}
+
+void ResidualFilter::expectStop() {
+  if (min_current_) setLevel(next_stop_);
+}
+
+void ResidualFilter::follow(const InputSample& sample, double error) {
+  const double duration = sample.step.duration;
+  if (!min_current_) return sample.voltage_controlled ? wait(duration) : update(duration, error);
+  const bool in_stop = !sample.voltage_controlled && isStopLoad(sample.step.current, *min_current_);
+  if (in_stop != in_stop_) setLevel(next_stop_);
+  in_stop_ = in_stop;
+  if (in_stop) updateInStop(duration, error);
+}
+
+void ResidualFilter::update(double duration, double error) {
+  if (!noise_) return;
+  const auto step = filter_.step(duration, 1.0, false);
+  colored_ *= step.persistence;
+  const double innovation = error - drift_ - colored_;
+  drift_ += step.drift * innovation;
+  colored_ += step.colored * innovation;
+}
+
+void ResidualFilter::wait(double duration) {
+  if (noise_) colored_ *= filter_.wait(duration);
+}
+
+void ResidualFilter::setLevel(const ErrorForecast& level) {
+  drift_ = level.mean;
+  colored_ = 0.0;
+  filter_.setVariances(level.variance, 0.0, 0.0);
+}
+
+void ResidualFilter::updateInStop(double duration, double error) {
+  const double weight = duration / (kStopError * kStopError * kStopMemory);
+  const double variance = 1.0 / (1.0 / std::max(filter_.p_dd(), 1e-6) + weight);
+  drift_ +=
+      std::max(variance * weight, 1.0 - std::exp(-duration / kStopForgets)) * (error - drift_);
+  filter_.setVariances(std::max(variance, kLeastStopError * kLeastStopError), 0.0, 0.0);
+}
+
+ErrorForecast ResidualFilter::forecast(double ahead) const {
+  // The spread from stop to stop holds what passes.
+  if (min_current_)
+    return {drift_, filter_.p_dd() + (noise_ ? std::pow(noise_->walk_std, 2) * ahead : 0.0)};
+  NoiseFilter<double> later = filter_;
+  const double persistence = later.wait(ahead);
+  return {drift_ + persistence * colored_, later.variance()};
+}
+
+ErrorForecast ResidualFilter::forecastThrough(double ahead) const {
+  const ErrorForecast all = forecast(ahead);
+  if (min_current_) return {0.0, all.variance};
+  const double left_out = all.mean - drift_;
+  return noise_ ? ErrorForecast{drift_, all.variance + left_out * left_out} : all;
+}
+
+ResidualState ResidualFilter::residualState() const {
+  return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()};
+}
+
+namespace {
+
+/// What a model missed of its window's voltage; nothing where the voltage drove.
+std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const Series& series,
+                                                 IndexRange range) {
+  if (model.fit.first_state.empty() || range.empty()) return {};
+  Simulation simulation = simulationOf(atFirstState(model));
+  std::vector<std::optional<double>> missed;
+  for (const InputSample& sample : inputsOf(model.fit, series, range).samples) {
+    const double error = simulation.follow(sample);
+    missed.push_back(sample.voltage_controlled ? std::nullopt : std::optional<double>(error));
+  }
+  return missed;
+}
+
+}  // namespace
+
+void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
+  const std::vector<std::optional<double>> missed = missedVoltage(model, series, range);
+  const double interval = medianInterval(series);
+  const auto each =
+      static_cast<std::size_t>(std::max(1.0, std::round(kAverage / std::max(interval, 1e-6))));
+  std::vector<InputSample> samples;
+  std::vector<double> means;
+  double before = series.time[range.first];
+  std::size_t averages = 0;
+  for (std::size_t first = 0; first < missed.size(); first += each) {
+    const std::size_t last = std::min(first + each, missed.size());
+    InputSample sample;
+    sample.count = 0.0;
+    double sum = 0.0, time = 0.0;
+    for (std::size_t n = first; n < last; ++n) {
+      time += series.time[range.first + n] / static_cast<double>(last - first);
+      if (!missed[n]) continue;
+      sum += *missed[n];
+      sample.count += 1.0;
+    }
+    sample.step.duration = std::max(0.0, time - before);
+    before = time;
+    samples.push_back(sample);
+    means.push_back(sample.count > 0.0 ? sum / sample.count : 0.0);
+    if (sample.count > 0.0) ++averages;
+  }
+  if (averages < kMinAverages) return;
+  model.fit.noise = fitNoise(
+      Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())),
+      samples);
+  model.state.residual_state = {0.0, 0.0, 0.0, 0.0,
+                                model.fit.noise->ar_std * model.fit.noise->ar_std};
+  ResidualFilter tracker(model);
+  for (std::size_t n = 0; n < missed.size(); ++n) {
+    const double duration =
+        n == 0 ? 0.0 : series.time[range.first + n] - series.time[range.first + n - 1];
+    if (missed[n])
+      tracker.update(duration, *missed[n]);
+    else
+      tracker.wait(duration);
+  }
+  model.state.residual_state = tracker.residualState();
+}
 
 StateEstimator::StateEstimator(const FittedModel& model, bool uncertain)
     : simulation_(uncertain ? uncertainSimulationOf(model) : simulationOf(model)),

@@ -1,9 +1,77 @@
 #pragma once
 
+#include "battery_sof/series.hpp"
+#include "model/input_sequence.hpp"
 #include "state/fitted_model.hpp"
-#include "state/residual_filter.hpp"
 
 namespace battery_sof {
+
+/// What turns a current's error into that of a voltage [Ohm]: r_charge's magnitude.
+inline constexpr double kOhmsOfCurrentError = 0.01;
+
+/**
+ * @brief Follows what a model misses, sample by sample, and says what it will miss later.
+ *
+ *     u_b - u_m = d + a + w   (NoiseModel),   forecast after h:  d + a exp(-h / ar_time)
+ *
+ * The walk d is what stays (a state of charge that moved), the AR part a what passes. Without a
+ * noise model nothing is forecast. Constant memory; across a gap it waits.
+ *
+ * Where a charger controls the model's voltage, d is the level of stops alone (isStopLoad()), a is
+ * zero: between stops what past ones say (EventHistory::nextStop()), in a stop the mean of its own
+ * samples, which forgets within ten seconds. What a crank misses says nothing of it.
+ *
+ *     1 / p <- 1 / p + w,   w = duration / (s^2 T),   p >= (20 mV)^2,   s = 50 mV,   T = 5 s
+ *     level <- level + max(p w, 1 - exp(-duration / 8 s)) (error - level)
+ */
+class ResidualFilter {
+ public:
+  /// Begins with the model's saved discrepancy. @param follows_stops false: cranks and all other
+  /// samples count alike.
+  explicit ResidualFilter(const FittedModel& model, bool follows_stops = true);
+  /// Begins between stops, where a charger controls the model's voltage.
+  void expectStop();
+  /// Past stops say something else now.
+  void setNextStop(const ErrorForecast& level) { next_stop_ = level; }
+
+  /// Moves on to a sample. @param error [V], measured - modelled; not looked at where the voltage is
+  /// the input.
+  void follow(const InputSample& sample, double error);
+  /// Takes in the error of a sample. @param duration [s] since the sample before.  @param error
+  /// [V], measured - modelled.
+  void update(double duration, double error);
+  /// Lets time pass without a sample.
+  void wait(double duration);
+
+  /// @param ahead [s] from the last sample.
+  ErrorForecast forecast(double ahead) const;
+  /// For an event that is unlike the driving before it, as a crank is: d is kept, a is not carried
+  /// into it and its square counts as variance (docs/decisions/0004-residual-carried-forward.md).
+  /// The level of stops is not a crank's, whose past events hold their own: the mean is zero then.
+  ErrorForecast forecastThrough(double ahead) const;
+  ResidualState residualState() const;
+
+ private:
+  void setLevel(const ErrorForecast& level);
+  void updateInStop(double duration, double error);
+
+  std::optional<NoiseModel> noise_;
+  NoiseFilter<double> filter_;
+  double drift_, colored_;
+  std::optional<double> min_current_;  // [A], of a charger's rule
+  ErrorForecast next_stop_;
+  bool in_stop_ = false;
+};
+
+/**
+ * @brief Fits the noise model of a fit's residual over its window, and starts the discrepancy from
+ * it.
+ *
+ * On averages of at least 0.1 s (docs/physics.md#noise-of-a-residual), where the current is the
+ * input; elsewhere it waits. Leaves the model as it is when the window has fewer than 30 of them.
+ * @param range the window that was fitted; the model's state stands at its last sample.
+ */
+void fitErrors(FittedModel& model, const Series& series, IndexRange range);
 
 /// One sample as a model followed it.
 struct FollowedSample {

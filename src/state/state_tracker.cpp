@@ -22,17 +22,6 @@ constexpr double kUsualCurrentError = 3.0;                             // [A], w
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
-void append(Series& series, double time, double current, double voltage) {
-  series.time.push_back(time);
-  series.current.push_back(current);
-  series.voltage.push_back(voltage);
-}
-
-void forgetFirst(Series& series, std::size_t count) {
-  for (auto* values : {&series.time, &series.current, &series.voltage})
-    values->erase(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(count));
-}
-
 }  // namespace
 
 StateTracker::StateTracker(const FittedModel& model, double max_gap, bool follows_errors)
@@ -65,7 +54,7 @@ bool StateTracker::follow(double time, double current, double voltage) {
                                 " s is not after the state's " + std::to_string(state().time) +
                                 " s");
   if (needs_trace_) trace_.append(time, current, max_gap_);
-  append(recent_, time, current, voltage);
+  recent_.append({time, current, voltage});
   voltage_controlled_ = watch_ && watch_->add(time, current, voltage);
   controlled_.push_back(voltage_controlled_);
   const std::size_t behind = watch_ ? model_.fit.voltage_lag + 1 : 0;
@@ -86,7 +75,7 @@ void StateTracker::settleOldest() {
                                      : sample.voltage - last_.voltage;
   has_settled_ = true;
   if (needs_trace_) trace_.forgetBefore(settled_.state().time - kTraceKept);
-  forgetFirst(recent_, oldest);
+  recent_.dropFirst(oldest);
   controlled_.erase(controlled_.begin(), controlled_.begin() + static_cast<std::ptrdiff_t>(oldest));
   settled_count_ = 1;
 }
@@ -174,12 +163,6 @@ void StateTracker::setKnown(const FittedModel& model) {
   model_.provenance = model.provenance;
   model_.fit.excited = model.fit.excited;
   model_.fit.scores = model.fit.scores;
-}
-
-void StateTracker::setCalibrations(const IntervalCalibration& crank,
-                                   const IntervalCalibration& charge) {
-  model_.intervals.crank_calibration = crank;
-  model_.intervals.charge_calibration = charge;
 }
 
 FittedModel StateTracker::modelAt(const StateEstimator& estimator) const {

@@ -44,7 +44,9 @@ class StateTracker {
   /// [standard deviations], see Surprise.
   double surprise() const { return surprise_.largest; }
   /// Widths of intervals, as past events ask for.
-  void setCalibrations(const IntervalCalibration& crank, const IntervalCalibration& charge);
+  void setCalibrations(const IntervalCalibrations& calibrations) {
+    static_cast<IntervalCalibrations&>(model_.intervals) = calibrations;
+  }
   /// What the caller knows of the model and its window does not say: recording, duration of the fit,
   /// and what an earlier window saw (carryCranks()).
   void setKnown(const FittedModel& model);

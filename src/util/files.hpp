@@ -38,8 +38,7 @@ void writeFileAtomically(const std::filesystem::path& path,
  * opened for long.
  * @param largest [bytes]; a larger file is refused before it is read.
  * @throws std::runtime_error naming the file, what is wrong with it (not there, too large, no
- * regular file, the system's reason)
- *   and what was expected.
+ * regular file, the system's reason) and what was expected.
  */
 std::string readRegularFile(const std::filesystem::path& path, std::size_t largest);
 

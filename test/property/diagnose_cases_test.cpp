@@ -18,9 +18,7 @@ Recording recordingOf(const std::string& name,
   Recording recording;
   recording.name = name;
   for (const reference::RecordedSample& sample : samples) {
-    recording.series.time.push_back(sample.time);
-    recording.series.current.push_back(sample.current);
-    recording.series.voltage.push_back(sample.voltage);
+    recording.series.append({sample.time, sample.current, sample.voltage});
   }
   recording.offered = recording.series.size();
   return recording;

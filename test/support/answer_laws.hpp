@@ -4,10 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/cranking.hpp"
-#include "prediction/profile.hpp"
-#include "prediction/stop_time.hpp"
+#include "prediction/questions.hpp"
 
 /// What holds of every answer, whatever the model, its state and the question. Each function
 /// returns the first law that an answer breaks, with its numbers; empty when it keeps them all.

@@ -49,9 +49,8 @@ inline Series answered(const BaseParameters& battery, const std::vector<double>&
   double u_c2 = u_c2_first;
   for (std::size_t n = 0; n < current.size(); ++n) {
     if (n > 0) u_c2 = step.advance(u_c2, 0.5 * (current[n - 1] + current[n]), interval);
-    series.time.push_back(static_cast<double>(n) * interval);
-    series.current.push_back(current[n]);
-    series.voltage.push_back(terminalVoltage(battery, current[n], u_c2) + noise * random.normal());
+    series.append({static_cast<double>(n) * interval, current[n],
+                   terminalVoltage(battery, current[n], u_c2) + noise * random.normal()});
   }
   return series;
 }

@@ -45,9 +45,7 @@ inline StartStopDrive startStopDrive(const BatteryModel& model, const Eigen::Vec
     sample.voltage = wanted;
     const double error = simulation.follow(sample);
     current = source ? -error : wanted;
-    clean.time.push_back(time);
-    clean.current.push_back(current);
-    clean.voltage.push_back(source ? wanted : simulation.voltage());
+    clean.append({time, current, source ? wanted : simulation.voltage()});
     inputs.controlled.push_back(source ? 1 : 0);
     time += 1.0;
   };

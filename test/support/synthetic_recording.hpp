@@ -91,9 +91,7 @@ inline Series driveSeries(const std::vector<double>& profile) {
   for (std::size_t k = 0; k < profile.size(); ++k) {
     double current = profile[k];
     const double voltage = battery.step(current, 1e-3);
-    series.time.push_back(1e-3 * static_cast<double>(k));
-    series.current.push_back(current);
-    series.voltage.push_back(voltage);
+    series.append({1e-3 * static_cast<double>(k), current, voltage});
   }
   return series;
 }
@@ -102,9 +100,7 @@ inline Series driveSeries(const std::vector<double>& profile) {
 inline Series everyNth(const Series& series, std::size_t n) {
   Series result;
   for (std::size_t k = 0; k < series.size(); k += n) {
-    result.time.push_back(series.time[k]);
-    result.current.push_back(series.current[k]);
-    result.voltage.push_back(series.voltage[k]);
+    result.append(series[k]);
   }
   return result;
 }

@@ -33,7 +33,7 @@ class Tidy(unittest.TestCase):
             "c++ -I '/a b' -include own.hpp -c x.cpp")
 
     def test_a_header_is_looked_at_through_the_source_of_its_name_or_one_that_includes_it(self):
-        sources = ["src/recording/csv.cpp", "src/recording/intake.cpp", "src/report/answer_results.cpp"]
+        sources = ["src/recording/csv.cpp", "src/recording/intake.cpp", "src/report/results.cpp"]
         self.assertEqual(tidy.sources_of(["include/battery_sof/intake.hpp", "src/recording/intake.cpp"], sources), sources[1:2])
         self.assertEqual(tidy.sources_of(["include/battery_sof/sample_list.hpp"], sources), sources[:1])
         self.assertEqual(tidy.sources_of(["docs/model.md", "test/unit/recording/csv_test.cpp", "src/gone.cpp"], sources), [])

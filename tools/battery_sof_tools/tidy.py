@@ -18,7 +18,7 @@ from .files import ROOT, read_text
 LAST_COMMITS = 5
 OF_GCC_ALONE = "-Wno-unused-command-line-argument"  # limits of inlining
 MAINS = ("origin/main", "main")
-SAMPLE = ("src/util/number_text.cpp", "src/util/text.cpp", "src/prediction/profile.cpp")
+SAMPLE = ("src/util/text.cpp", "src/prediction/profile.cpp")
 
 
 def git(*arguments):

@@ -55,9 +55,7 @@ class BagStorage : public ::testing::Test {
 Series someSeries() {
   Series series;
   for (int n = 0; n < 3000; ++n) {
-    series.time.push_back(n / 100.0);
-    series.current.push_back(n % 7 * -0.1);
-    series.voltage.push_back(12.275 + n % 5 * 0.025);
+    series.append({n / 100.0, n % 7 * -0.1, 12.275 + n % 5 * 0.025});
     if (n % 100 == 50) {
       series.temperature_time.push_back(n / 100.0);
       series.temperature.push_back(318.15);
@@ -102,9 +100,7 @@ TEST_F(BagStorage, RoundTripKeepsEverySampleAsItWas) {
 TEST_F(BagStorage, CsvToBagToCsvKeepsTimesOfAnEpochClockToTheNanosecondADoubleCanHold) {
   Series series;
   for (int n = 0; n < 50; ++n) {
-    series.time.push_back(1490425206.9 + n * 0.01);
-    series.current.push_back(-12.5);
-    series.voltage.push_back(12.5);
+    series.append({1490425206.9 + n * 0.01, -12.5, 12.5});
   }
   writeCsv(file("a.csv"), series);
   writeBag(file("a.bag"), readCsv(file("a.csv")).series);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "baseline/charge_phases.hpp"
 #include "recording/events.hpp"
 #include "support/synthetic_recording.hpp"
 
@@ -17,9 +16,7 @@ struct Driven {
   std::vector<char> voltage_controlled;
   IndexRange all() const { return {0, series.size()}; }
   void add(double interval, double current, double voltage, bool controlled) {
-    series.time.push_back(series.empty() ? 0.0 : series.time.back() + interval);
-    series.current.push_back(current);
-    series.voltage.push_back(voltage);
+    series.append({series.empty() ? 0.0 : series.time.back() + interval, current, voltage});
     voltage_controlled.push_back(controlled ? 1 : 0);
   }
 };

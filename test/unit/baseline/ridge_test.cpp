@@ -18,9 +18,8 @@ Series steps(std::size_t samples, double interval, double noise) {
   for (std::size_t k = 0; k < samples; ++k) {
     if (random.uniform(0.0, 1.0) < interval / 5.0) current = random.uniform(-40.0, 30.0);
     memory += (1.0 - std::exp(-interval / 10.0)) * (current - memory);
-    series.time.push_back(interval * static_cast<double>(k));
-    series.current.push_back(current);
-    series.voltage.push_back(12.5 + 0.006 * current + 0.01 * memory + noise * random.normal());
+    series.append({interval * static_cast<double>(k), current,
+                   12.5 + 0.006 * current + 0.01 * memory + noise * random.normal()});
   }
   return series;
 }

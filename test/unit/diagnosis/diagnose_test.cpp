@@ -191,9 +191,7 @@ TEST(Diagnose, OneSampleASecondWhoseVoltageIsHalfASecondLateIsNamedSo) {
   Recording recording;
   recording.name = "logger";
   for (std::size_t k = kSecond; k < fast.size(); k += kSecond) {
-    recording.series.time.push_back(fast.time[k]);
-    recording.series.current.push_back(fast.current[k]);
-    recording.series.voltage.push_back(fast.voltage[k - kLate]);
+    recording.series.append({fast.time[k], fast.current[k], fast.voltage[k - kLate]});
   }
   recording.offered = recording.series.size();
   const Diagnosis diagnosis = diagnose(recording);

@@ -18,9 +18,7 @@ Series heldCurrents(double interval, const std::vector<std::pair<double, double>
   Series series;
   for (const auto& [current, seconds] : parts)
     for (long n = 0; n < std::lround(seconds / interval); ++n) {
-      series.time.push_back(interval * static_cast<double>(series.size()));
-      series.current.push_back(current);
-      series.voltage.push_back(voltage);
+      series.append({interval * static_cast<double>(series.size()), current, voltage});
     }
   return series;
 }

@@ -11,9 +11,7 @@ constexpr double kInterval = 0.01;  // [s]
 InputSequence stepped(double before, double after) {
   Series series;
   for (int n = 0; n < 200; ++n) {
-    series.time.push_back(kInterval * n);
-    series.current.push_back(n < 100 ? before : after);
-    series.voltage.push_back(12.5);
+    series.append({kInterval * n, n < 100 ? before : after, 12.5});
   }
   return inputSequence(series, {0, series.size()});
 }

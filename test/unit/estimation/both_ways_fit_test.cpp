@@ -5,7 +5,6 @@
 
 #include "estimation/composition_fit.hpp"
 #include "estimation/identification.hpp"
-#include "state/residual_filter.hpp"
 #include "state/state_estimator.hpp"
 #include "support/start_stop.hpp"
 

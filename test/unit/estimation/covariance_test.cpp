@@ -1,4 +1,4 @@
-#include "estimation/covariance.hpp"
+#include "estimation/fit_quality.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "estimation/recording_fit.hpp"
+#include "estimation/identification.hpp"
 
 #include <gtest/gtest.h>
 

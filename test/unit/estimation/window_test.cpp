@@ -113,10 +113,9 @@ TEST(ExcitedRange, AddsUpIntervalsAndRunsAsTheirDefinitionSays) {
     for (int k = 0; k < 500; ++k) {
       if (random.uniform(0.0, 1.0) < 0.1)
         level = random.uniform(0.0, 1.0) < 0.3 ? 0.0 : random.uniform(-2.0, 2.0);
-      series.time.push_back((series.empty() ? 0.0 : series.time.back()) +
-                            (random.uniform(0.0, 1.0) < 0.02 ? 30.0 : 1.0));
-      series.current.push_back(level);
-      series.voltage.push_back(12.0 + 0.1 * random.normal());
+      series.append({(series.empty() ? 0.0 : series.time.back()) +
+                         (random.uniform(0.0, 1.0) < 0.02 ? 30.0 : 1.0),
+                     level, 12.0 + 0.1 * random.normal()});
     }
     double time[2] = {0.0, 0.0}, run[2] = {0.0, 0.0}, longest[2] = {0.0, 0.0};
     std::vector<double> charge{0.0};  // [As]

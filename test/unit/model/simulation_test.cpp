@@ -204,9 +204,8 @@ Series steppingCurrent(double interval) {
   for (std::size_t n = 0; n <= (knots.size() - 1) * per_second; ++n) {
     const std::size_t k = std::min(n / per_second, knots.size() - 2);
     const double share = static_cast<double>(n - k * per_second) / static_cast<double>(per_second);
-    series.time.push_back(static_cast<double>(n) * interval);
-    series.current.push_back(knots[k] + share * (knots[k + 1] - knots[k]));
-    series.voltage.push_back(12.6);
+    series.append(
+        {static_cast<double>(n) * interval, knots[k] + share * (knots[k + 1] - knots[k]), 12.6});
   }
   return series;
 }

@@ -147,8 +147,8 @@ TEST_F(BothWays, AnExactPredictionHasAFullShareAndExactEvents) {
   const BothWaysScores scores = scoreBothWays(model, inputs_->series, rest(), exact);
   EXPECT_DOUBLE_EQ(*scores.mixed.share_percent, 100.0);
   EXPECT_DOUBLE_EQ(*scores.crank_mean_abs_error, 0.0);
-  for (const ChargeScore& charge : scores.mixed.charges)
-    EXPECT_DOUBLE_EQ(charge.predicted.value, charge.measured);
+  for (const EventComparison& charge : scores.mixed.charges)
+    EXPECT_DOUBLE_EQ(charge.expected.value, charge.measured);
 }
 
 TEST_F(BothWays, PastCranksCorrectThePredictedOnes) {

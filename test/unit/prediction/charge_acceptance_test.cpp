@@ -1,4 +1,4 @@
-#include "prediction/charge_acceptance.hpp"
+#include "prediction/questions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -164,12 +164,10 @@ TEST(CurrentAtVoltage, IsTheCurrentThatFlowedWhenTheModelIsTrue) {
   for (int n = 1; n <= 1000; ++n) {
     const double i = 30.0 + 10.0 * std::sin(0.01 * n);
     u_c2 = step.advance(u_c2, i, 0.01);
-    series.time.push_back(model.state.time + 0.01 * n);
-    series.current.push_back(i);
-    series.voltage.push_back(test::terminalVoltage(battery, i, u_c2));
+    series.append({model.state.time + 0.01 * n, i, test::terminalVoltage(battery, i, u_c2)});
   }
-  const MeanChargeCurrent mean = currentAtVoltage(model, series);
-  EXPECT_NEAR(mean.current.value, mean.measured, 0.02 * mean.measured);
+  const EventComparison mean = currentAtVoltage(model, series);
+  EXPECT_NEAR(mean.expected.value, mean.measured, 0.02 * mean.measured);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "prediction/cranking.hpp"
+#include "prediction/questions.hpp"
 
 #include <gtest/gtest.h>
 

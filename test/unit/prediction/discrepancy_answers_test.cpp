@@ -2,10 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "estimation/identification.hpp"
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/cranking.hpp"
-#include "prediction/profile.hpp"
-#include "prediction/stop_time.hpp"
+#include "prediction/questions.hpp"
+#include "prediction/scores.hpp"
 #include "report/model_yaml.hpp"
 #include "support/drive_with_discrepancy.hpp"
 

@@ -3,9 +3,9 @@
 #include "estimation/fit_quality.hpp"
 #include "estimation/identification.hpp"
 #include "estimation/window.hpp"
-#include "prediction/cranking.hpp"
 #include "prediction/online_session.hpp"
-#include "state/residual_filter.hpp"
+#include "prediction/questions.hpp"
+#include "state/state_estimator.hpp"
 #include "state/state_tracker.hpp"
 #include "support/composed.hpp"
 
@@ -117,7 +117,7 @@ TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   fitErrors(model, series, *choice.range);
   carryState(model, series, series.size() - 1);
   // the session has learned from the cranks it saw
-  model.intervals.crank_calibration = session.crankCalibration();
+  model.intervals.crank_calibration = session.calibrations().crank_calibration;
   CrankingQuery query;
   query.i_load = -25.0;
   query.t_stop = 20.0;

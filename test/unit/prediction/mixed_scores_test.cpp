@@ -21,10 +21,10 @@ Measured measured(double interval, std::size_t samples) {
   for (std::size_t k = 0; k < samples; ++k) {
     const double t = interval * static_cast<double>(k), phase = std::fmod(t + 1e-9, 100.0);
     const bool controlled = phase >= 20.0;
-    made.series.time.push_back(t);
-    made.series.current.push_back(controlled ? 40.0 * std::exp(-(phase - 20.0) / 20.0) + 1.0
-                                             : -20.0 - std::fmod(phase, 5.0));
-    made.series.voltage.push_back(controlled ? 14.0 : 12.0 + 0.01 * std::fmod(phase, 7.0));
+    made.series.append(
+        {t,
+         controlled ? 40.0 * std::exp(-(phase - 20.0) / 20.0) + 1.0 : -20.0 - std::fmod(phase, 5.0),
+         controlled ? 14.0 : 12.0 + 0.01 * std::fmod(phase, 7.0)});
     made.voltage_controlled.push_back(controlled ? 1 : 0);
   }
   return made;
@@ -96,8 +96,8 @@ TEST(ScoreMixed, ChargesAreMeanCurrentsOverSecondsAtEveryRate) {
     EXPECT_EQ(scores.charges[1].duration, 60.0);
     EXPECT_NEAR(scores.charges[0].time, 20.0, 1e-6);
     EXPECT_NEAR(scores.charges[0].measured, 1.0 + 4.0 * 20.0 * (1.0 - std::exp(-0.5)), 1.0);
-    EXPECT_NEAR(scores.charges[0].predicted.value, scores.charges[0].measured + 2.0, 1e-9);
-    EXPECT_EQ(scores.charges[1].predicted.upper, 50.0);
+    EXPECT_NEAR(scores.charges[0].expected.value, scores.charges[0].measured + 2.0, 1e-9);
+    EXPECT_EQ(scores.charges[1].expected.upper, 50.0);
   }
 }
 

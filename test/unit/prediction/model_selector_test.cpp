@@ -1,4 +1,4 @@
-#include "prediction/model_selector.hpp"
+#include "prediction/model_monitor.hpp"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ class Rivals {
   void pass(double seconds, double base_error) {
     for (int n = 0; n < 2 * seconds; ++n) {
       time_ += 0.5;
-      const StreamSample sample{time_, 0.0, drivenBattery().u_dc + base_error};
+      const Sample sample{time_, 0.0, drivenBattery().u_dc + base_error};
       const SessionEvents of_base = base_.follow(sample, 5.0),
                           of_extended = extended_.follow(sample, 5.0);
       selector.add(sample, base_, of_base, extended_, of_extended);
@@ -38,7 +38,7 @@ class Rivals {
     of_base.measured = of_extended.measured = 10.0 + base_error;
     of_extended.expected.value = 10.0 + off_;
     time_ += 0.5;
-    const StreamSample sample{time_, 0.0, drivenBattery().u_dc};
+    const Sample sample{time_, 0.0, drivenBattery().u_dc};
     base_.follow(sample, 5.0);
     extended_.follow(sample, 5.0);
     selector.add(sample, base_, {{of_base}, {}, {}}, extended_, {{of_extended}, {}, {}});

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "estimation/window.hpp"
-#include "state/residual_filter.hpp"
+#include "state/state_estimator.hpp"
 #include "support/base_circuit.hpp"
 
 namespace battery_sof {
@@ -103,7 +103,7 @@ TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
   fitErrors(model, recording.series, *choice.range);
   carryState(model, recording.series, recording.series.size() - 1);
   // estimated from the cranks that passed
-  model.intervals.crank_calibration = session.crankCalibration();
+  model.intervals.crank_calibration = session.calibrations().crank_calibration;
   const CrankingAnswer offline = predictCranking(model, kQuery);
   const CrankingAnswer online = session.live().predictCranking(kQuery);
 
@@ -163,8 +163,10 @@ TEST(OnlineSession, WhatHappensDuringAnIdentificationIsJudgedByTheModelItBrings)
     EXPECT_EQ(of_late.cranks[k].time, feeder.cranks[k].time);
     EXPECT_EQ(of_late.cranks[k].expected.lower, feeder.cranks[k].expected.lower);
   }
-  EXPECT_EQ(late.crankCalibration().factor, prompt.crankCalibration().factor);
-  EXPECT_EQ(late.chargeCalibration().events, prompt.chargeCalibration().events);
+  EXPECT_EQ(late.calibrations().crank_calibration.factor,
+            prompt.calibrations().crank_calibration.factor);
+  EXPECT_EQ(late.calibrations().charge_calibration.events,
+            prompt.calibrations().charge_calibration.events);
   EXPECT_EQ(late.live().predictCranking(kQuery).message,
             prompt.live().predictCranking(kQuery).message);
 }

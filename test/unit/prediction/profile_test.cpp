@@ -1,11 +1,11 @@
-#include "prediction/profile.hpp"
+#include "prediction/questions.hpp"
+#include "prediction/scores.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "estimation/identification.hpp"
-#include "prediction/scores.hpp"
 #include "state/state_tracker.hpp"
 #include "support/base_drive.hpp"
 

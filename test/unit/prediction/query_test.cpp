@@ -1,13 +1,9 @@
-#include "prediction/pipeline.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/cranking.hpp"
-#include "prediction/profile.hpp"
-#include "prediction/stop_time.hpp"
+#include "prediction/questions.hpp"
 #include "support/known_model.hpp"
 
 namespace battery_sof {

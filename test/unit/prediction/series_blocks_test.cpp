@@ -1,9 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "estimation/identification.hpp"
-#include "prediction/charge_acceptance.hpp"
-#include "prediction/cranking.hpp"
-#include "prediction/stop_time.hpp"
+#include "prediction/questions.hpp"
 #include "recording/series_blocks.hpp"
 #include "support/base_drive.hpp"
 

@@ -108,8 +108,8 @@ TEST_P(SeriesBlocks, FollowsAProfileAndARecordingWithAsManyTimesTheVoltage) {
   EXPECT_EQ(of_row.report.from_current.rmse, blocks_ * of_one.report.from_current.rmse);
   EXPECT_EQ(of_row.report.from_current.q_dyn_percent, of_one.report.from_current.q_dyn_percent);
   ASSERT_FALSE(of_one.report.from_current.cranks.empty());
-  EXPECT_EQ(of_row.report.from_current.cranks[0].measured_minimum,
-            blocks_ * of_one.report.from_current.cranks[0].measured_minimum);
+  EXPECT_EQ(of_row.report.from_current.cranks[0].measured,
+            blocks_ * of_one.report.from_current.cranks[0].measured);
 }
 
 /// A session that has followed a drive and identified on the spot.

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "baseline/charge_phases.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/online_session.hpp"
-#include "prediction/profile.hpp"
+#include "prediction/scores.hpp"
+#include "recording/events.hpp"
 #include "state/state_tracker.hpp"
 #include "support/sourced_drive.hpp"
 
@@ -264,11 +264,13 @@ TEST(SessionAtASource, AnIdentificationHoweverLongLosesNoEventAndCountsNoneTwice
   ASSERT_EQ(late.accepted, prompt.accepted);
   EXPECT_EQ(late.events.cranks.size(), prompt.events.cranks.size());
   EXPECT_EQ(late.events.charges.size(), prompt.events.charges.size());
-  EXPECT_EQ(late.session.crankCalibration().events, prompt.session.crankCalibration().events);
-  EXPECT_EQ(late.session.chargeCalibration().events, prompt.session.chargeCalibration().events);
-  EXPECT_EQ(prompt.session.crankCalibration().events,
+  EXPECT_EQ(late.session.calibrations().crank_calibration.events,
+            prompt.session.calibrations().crank_calibration.events);
+  EXPECT_EQ(late.session.calibrations().charge_calibration.events,
+            prompt.session.calibrations().charge_calibration.events);
+  EXPECT_EQ(prompt.session.calibrations().crank_calibration.events,
             static_cast<int>(prompt.events.cranks.size()));
-  EXPECT_EQ(prompt.session.chargeCalibration().events,
+  EXPECT_EQ(prompt.session.calibrations().charge_calibration.events,
             static_cast<int>(prompt.events.charges.size()));
   const EventHistory of_late = late.session.model()->intervals.event_history,
                      of_prompt = prompt.session.model()->intervals.event_history;
@@ -313,8 +315,8 @@ TEST(SessionAtASource, StatusSaysWhoImposesWhat) {
   const ControlModes source = detectControlMode(series);
   EXPECT_NEAR(*status.charger_share, source.share, 0.05);
   EXPECT_EQ(status.voltage_controlled, static_cast<bool>(source.voltage_controlled.back()));
-  EXPECT_GT(session.session.crankCalibration().events, 3);
-  EXPECT_GE(session.session.chargeCalibration().events, 3);
+  EXPECT_GT(session.session.calibrations().crank_calibration.events, 3);
+  EXPECT_GE(session.session.calibrations().charge_calibration.events, 3);
   const std::vector<PastEvent> charges = session.session.model()->intervals.event_history.charges;
   ASSERT_GT(charges.size(), 3u);
   EXPECT_EQ(session.session.chargeVoltage(), usualVoltage(charges));

@@ -1,4 +1,4 @@
-#include "prediction/stop_time.hpp"
+#include "prediction/questions.hpp"
 
 #include <gtest/gtest.h>
 

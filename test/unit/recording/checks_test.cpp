@@ -83,9 +83,7 @@ TEST(Checks, CurrentThatASourceHoldsAndVoltageThatACycleLimitsAreNeitherClippedN
     for (int k = 0; k < seconds; ++k) {
       double current = wished;
       const double voltage = battery.step(current, 1.0);
-      series.time.push_back(static_cast<double>(series.size()));
-      series.current.push_back(current);
-      series.voltage.push_back(voltage);
+      series.append({static_cast<double>(series.size()), current, voltage});
     }
   };
   hold(0.0, 600.0);
@@ -589,9 +587,7 @@ Series without(const Series& series, Test test) {
   Series kept;
   for (std::size_t k = 0; k < series.size(); ++k) {
     if (test(k)) continue;
-    kept.time.push_back(series.time[k]);
-    kept.current.push_back(series.current[k]);
-    kept.voltage.push_back(series.voltage[k]);
+    kept.append(series[k]);
   }
   return kept;
 }

@@ -14,9 +14,7 @@ namespace {
 Series twoParts() {
   Series series;
   for (int n = 0; n < 15; ++n) {
-    series.time.push_back(n < 10 ? n : n + 100.0);
-    series.current.push_back(0.0);
-    series.voltage.push_back(12.0);
+    series.append({n < 10 ? n : n + 100.0, 0.0, 12.0});
   }
   return series;
 }

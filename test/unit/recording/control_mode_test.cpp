@@ -13,9 +13,7 @@ namespace battery_sof {
 namespace {
 
 void add(Series& series, double interval, double current, double voltage) {
-  series.time.push_back(series.empty() ? 0.0 : series.time.back() + interval);
-  series.current.push_back(current);
-  series.voltage.push_back(voltage);
+  series.append({series.empty() ? 0.0 : series.time.back() + interval, current, voltage});
 }
 
 /// Wanted currents, a value for every interval, through a battery whose charging voltage ends

@@ -16,9 +16,8 @@ Series steps(double flicker, double seen, double step = 20.0) {
   Series series;
   for (int k = 0; k < 2000; ++k) {
     const double held = (k / 100) % 2 == 0 ? step : -step, own = flicker * normal(generator);
-    series.time.push_back(0.01 * k);
-    series.current.push_back(held + own);
-    series.voltage.push_back(12.5 + 0.005 * (held + seen * own) + 1e-5 * normal(generator));
+    series.append(
+        {0.01 * k, held + own, 12.5 + 0.005 * (held + seen * own) + 1e-5 * normal(generator)});
   }
   return series;
 }

@@ -15,9 +15,7 @@ namespace {
 Series seriesOf(const std::vector<double>& current, double interval) {
   Series series;
   for (std::size_t k = 0; k < current.size(); ++k) {
-    series.time.push_back(interval * static_cast<double>(k));
-    series.current.push_back(current[k]);
-    series.voltage.push_back(12.5 + 0.005 * current[k]);
+    series.append({interval * static_cast<double>(k), current[k], 12.5 + 0.005 * current[k]});
   }
   return series;
 }
@@ -104,10 +102,9 @@ TEST(Cranks, AloneAreThoseOfAllTheEvents) {
     Series series;
     for (int k = 0; k < 400; ++k) {
       const double current = std::round(random.uniform(-300.0, 40.0) * random.uniform(0.0, 1.0));
-      series.time.push_back((series.empty() ? 0.0 : series.time.back()) +
-                            (random.uniform(0.0, 1.0) < 0.05 ? 20.0 : 1.0));
-      series.current.push_back(current);
-      series.voltage.push_back(12.5 + 0.005 * current + 0.1 * random.normal());
+      series.append({(series.empty() ? 0.0 : series.time.back()) +
+                         (random.uniform(0.0, 1.0) < 0.05 ? 20.0 : 1.0),
+                     current, 12.5 + 0.005 * current + 0.1 * random.normal()});
     }
     const IndexRange range{30, 350};
     const Series part = slice(series, range);

@@ -174,9 +174,7 @@ TEST(Decimation, JitterOfTheInputMovesTheResultByLittle) {
   Series jittered;
   for (int k = 0; k < 4000; ++k) {
     const double time = 1e-3 * (k + random.uniform(-0.4, 0.4));
-    jittered.time.push_back(time);
-    jittered.current.push_back(wave(time));
-    jittered.voltage.push_back(12.0);
+    jittered.append({time, wave(time), 12.0});
   }
   const Series slow = resample(jittered);
   const double gain = gainAt(designBessel8(20.0, 1000.0), 2.0, 1000.0);
@@ -233,7 +231,7 @@ TEST(Decimator, StreamsTheSameAsTheWholeSeries) {
   Decimator decimator(1.0 / medianInterval(fast));
   std::vector<double> current;
   for (std::size_t k = 0; k < fast.size(); ++k) {
-    for (const auto& output : decimator.push(fast.time[k], fast.current[k], fast.voltage[k])) {
+    for (const auto& output : decimator.push(fast[k])) {
       current.push_back(output.current);
     }
   }
@@ -242,11 +240,11 @@ TEST(Decimator, StreamsTheSameAsTheWholeSeries) {
 
 TEST(Decimator, ForgetsThePastWhenReset) {
   Decimator decimator(1000.0);
-  for (int k = 0; k < 100; ++k) decimator.push(100.0 + 1e-3 * k, -300.0, 9.0);
+  for (int k = 0; k < 100; ++k) decimator.push({100.0 + 1e-3 * k, -300.0, 9.0});
   decimator.reset();
-  std::vector<Decimator::Output> outputs;
+  std::vector<Sample> outputs;
   for (int k = 0; k < 100; ++k) {
-    for (const auto& output : decimator.push(1e-3 * k, 20.0, 13.0)) outputs.push_back(output);
+    for (const auto& output : decimator.push({1e-3 * k, 20.0, 13.0})) outputs.push_back(output);
   }
   ASSERT_FALSE(outputs.empty());
   EXPECT_EQ(outputs.front().time, 0.0);
@@ -257,9 +255,9 @@ TEST(Decimator, RatesAndSamplesOutsideTheirRangesAreRefused) {
   EXPECT_THROW(Decimator(150.0), std::invalid_argument);
   EXPECT_THROW(Decimator(std::nan("")), std::invalid_argument);
   Decimator decimator(1000.0);
-  decimator.push(1.0, 0.0, 12.0);
-  EXPECT_THROW(decimator.push(1.0, 0.0, 12.0), std::invalid_argument);
-  EXPECT_THROW(decimator.push(2.0, std::nan(""), 12.0), std::invalid_argument);
+  decimator.push({1.0, 0.0, 12.0});
+  EXPECT_THROW(decimator.push({1.0, 0.0, 12.0}), std::invalid_argument);
+  EXPECT_THROW(decimator.push({2.0, std::nan(""), 12.0}), std::invalid_argument);
 }
 
 }  // namespace

@@ -91,9 +91,7 @@ struct Forced {
       const double compared = battery.follow(sample);
       current = sample.voltage_controlled ? sample.step.current - compared : -20.0;
       discrepancy[static_cast<Eigen::Index>(n)] = added;
-      series.time.push_back(time);
-      series.current.push_back(current);
-      series.voltage.push_back(sample.voltage_controlled ? held : battery.voltage() + added);
+      series.append({time, current, sample.voltage_controlled ? held : battery.voltage() + added});
       voltage_controlled.push_back(sample.voltage_controlled);
     }
   }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "prediction/cranking.hpp"
+#include "prediction/questions.hpp"
 #include "report/model_yaml.hpp"
 #include "support/commands.hpp"
 #include "support/known_model.hpp"

@@ -283,9 +283,8 @@ TEST_F(PlottedPage, StaysSmallForADayOfDriving) {
   Series& series = made.recording.series;
   test::Random random(1);
   for (long n = 0; n < 800000; ++n) {
-    series.time.push_back(series.time.back() + 0.1);
-    series.current.push_back(random.uniform(-300.0, 100.0));
-    series.voltage.push_back(random.uniform(9.0, 15.0));
+    series.append(
+        {series.time.back() + 0.1, random.uniform(-300.0, 100.0), random.uniform(9.0, 15.0)});
     made.diagnosis.base_voltage.push_back(random.uniform(9.0, 15.0));
     made.diagnosis.extended_voltage.push_back(random.uniform(9.0, 15.0));
   }

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "battery_sof/csv.hpp"
-#include "prediction/cranking.hpp"
+#include "prediction/questions.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
 #include "support/comma_locale.hpp"

@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "estimation/identification.hpp"
-#include "prediction/cranking.hpp"
-#include "prediction/profile.hpp"
-#include "state/residual_filter.hpp"
+#include "prediction/questions.hpp"
+#include "prediction/scores.hpp"
+#include "state/state_estimator.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {

@@ -1,4 +1,4 @@
-#include "state/event_history.hpp"
+#include "state/fitted_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,16 +16,16 @@ EventHistory missedBy(const std::vector<double>& errors) {
 }
 
 TEST(NextStop, IsTheModelsUsualErrorBeforeTheFirst) {
-  const StopLevel level = EventHistory().nextStop(0.15);
+  const ErrorForecast level = EventHistory().nextStop(0.15);
   EXPECT_EQ(level.mean, 0.0);
   EXPECT_DOUBLE_EQ(level.variance, 0.15 * 0.15);
 }
 
 TEST(NextStop, ComesToALevelThatAllStopsShow) {
-  const StopLevel one = missedBy({-0.3}).nextStop(0.15);
+  const ErrorForecast one = missedBy({-0.3}).nextStop(0.15);
   EXPECT_LT(one.mean, -0.15);
   EXPECT_GT(one.mean, -0.3);
-  const StopLevel many = missedBy(std::vector<double>(20, -0.3)).nextStop(0.15);
+  const ErrorForecast many = missedBy(std::vector<double>(20, -0.3)).nextStop(0.15);
   EXPECT_NEAR(many.mean, -0.3, 0.005);
   EXPECT_LT(many.variance, one.variance);
   EXPECT_GT(std::sqrt(many.variance), 0.02) << "one stop differs from the next";

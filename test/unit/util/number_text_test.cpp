@@ -1,4 +1,4 @@
-#include "util/number_text.hpp"
+#include "util/text.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "util/printable.hpp"
+#include "util/text.hpp"
 
 #include <gtest/gtest.h>
 
