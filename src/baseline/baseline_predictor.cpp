@@ -6,7 +6,6 @@
 #include <map>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"

@@ -1,6 +1,5 @@
 #include "prediction/identification_job.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "estimation/window.hpp"

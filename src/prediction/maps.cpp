@@ -35,18 +35,10 @@ Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name
   return map;
 }
 
-int gravity(AnswerCode code) {
-  switch (code) {
-    case AnswerCode::kOk: return 0;
-    case AnswerCode::kExtrapolation: return 1;
-    case AnswerCode::kNoModel: return 2;
-    case AnswerCode::kInvalidQuery: return 3;
-  }
-  return 3;
-}
-
+/// Of the codes the least is the gravest, but for kOk.
 void take(MapVerdict& verdict, AnswerCode code, const std::string& message) {
-  if (gravity(code) > gravity(verdict.code)) verdict = {code, message};
+  if (code == AnswerCode::kOk) return;
+  if (verdict.code == AnswerCode::kOk || code < verdict.code) verdict = {code, message};
 }
 
 /// @return how many answers a map has.

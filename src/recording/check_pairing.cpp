@@ -79,15 +79,16 @@ Finding excitation(Severity severity, const std::string& what, const std::string
   return Finding{"excitation", severity, what, meaning, value, "A"};
 }
 
-}  // namespace
-
 double typicalVoltage(const Evidence& evidence) { return quantile(evidence.series.voltage, 0.5); }
 
+/// The only one the limits here are meant for.
 bool isTwelveVoltBlock(const Evidence& evidence) {
   const double typical = typicalVoltage(evidence);
   return typical >= kLowestBlock && typical <= kHighestBlock;
 }
 
+/// Ranges in which the battery seems to rest: small, even current and a voltage that barely moves,
+/// for a minute or more.
 std::vector<IndexRange> apparentRests(const Evidence& evidence) {
   const double limit = kRestShare * evidence.largest_current;
   const auto is_quiet = [&](std::size_t k) {
@@ -101,6 +102,8 @@ std::vector<IndexRange> apparentRests(const Evidence& evidence) {
         rests.push_back(range);
   return rests;
 }
+
+}  // namespace
 
 std::vector<Finding> findSign(const Evidence& evidence) {
   if (!evidence.excited || !evidence.edges || evidence.edges->edges < kEdgesForSign) return {};

@@ -64,22 +64,11 @@ std::vector<Finding> findExcitation(const Evidence& evidence);
 /// What the evidence is not enough for, each with its reason.
 std::vector<std::string> listNotJudged(const Evidence& evidence);
 
-/// Ranges in which the battery seems to rest: small, even current and a voltage that barely moves,
-/// for a minute or more.
-std::vector<IndexRange> apparentRests(const Evidence& evidence);
-
 /// The samples after which the current channel is regularly updated; 1 when it is at every sample.
 std::size_t updateInterval(const Evidence& evidence);
 
 /// Blocks of evenly spaced samples in which tones can be looked for; needs edges.
 std::size_t evenBlocks(const Evidence& evidence);
-
-/// Median of the voltage [V].
-double typicalVoltage(const Evidence& evidence);
-
-/// Whether the voltage is that of a 12 V lead-acid block, the only one the limits here are meant
-/// for.
-bool isTwelveVoltBlock(const Evidence& evidence);
 
 /// Up to ten times [s], evenly spread over all where something was found.
 std::vector<double> someTimes(const std::vector<double>& times);

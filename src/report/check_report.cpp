@@ -6,6 +6,7 @@
 
 #include "battery_sof/intake.hpp"
 #include "descriptions.hpp"
+#include "recording/channel_statistics.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/events.hpp"
 #include "util/constants.hpp"
@@ -22,11 +23,7 @@ EventSummary summaryOf(const Recording& recording) {
   return summarise(recording.series, detectEvents(recording.series));
 }
 
-struct Extremes {
-  double low, high;
-};
-
-Extremes extremesOf(const std::vector<double>& values) {
+Bounds extremesOf(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return {*low, *high};
 }
@@ -61,9 +58,9 @@ std::string entry(const std::string& label, const std::string& text) {
 
 std::string describeRange(const std::vector<double>& values, std::optional<double> step,
                           const std::string& unit) {
-  const Extremes extremes = extremesOf(values);
+  const Bounds extremes = extremesOf(values);
   std::string text =
-      number(extremes.low) + " " + unit + " to " + number(extremes.high) + " " + unit;
+      number(extremes.lower) + " " + unit + " to " + number(extremes.upper) + " " + unit;
   return step ? text + ", in steps of " + threeDigits(*step) + " " + unit : text;
 }
 
@@ -80,9 +77,9 @@ std::string overviewText(const Recording& recording, const CheckReport& report) 
       entry("current", describeRange(series.current, report.current_lsb, "A")) +
       entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V"));
   if (series.temperature.empty()) return text;
-  const Extremes kelvin = extremesOf(series.temperature);
-  return text + entry("temperature", number(kelvin.low - kZeroCelsius) + " degC to " +
-                                         number(kelvin.high - kZeroCelsius) + " degC");
+  const Bounds kelvin = extremesOf(series.temperature);
+  return text + entry("temperature", number(kelvin.lower - kZeroCelsius) + " degC to " +
+                                         number(kelvin.upper - kZeroCelsius) + " degC");
 }
 
 std::string eventsText(const EventSummary& summary) {
@@ -179,8 +176,8 @@ std::string checkReportText(const std::string& name, const Recording& recording,
 nlohmann::json checkReportJson(const std::string& name, const Recording& recording,
                                const CheckReport& report) {
   const auto range = [](const std::vector<double>& values) {
-    const Extremes extremes = extremesOf(values);
-    return std::vector<double>{extremes.low, extremes.high};
+    const Bounds extremes = extremesOf(values);
+    return std::vector<double>{extremes.lower, extremes.upper};
   };
   const Series& series = recording.series;
   std::optional<std::vector<double>> celsius;

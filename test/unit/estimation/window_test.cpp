@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "estimation/base_normal_equations.hpp"
 #include "support/base_drive.hpp"
 
 namespace battery_sof {

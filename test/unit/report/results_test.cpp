@@ -39,7 +39,8 @@ TEST(IdentifyText, SaysWhichParametersAreNotDetermined) {
 TEST(PredictionJson, HoldsTheContractsFieldsAndNullForWhatIsUndefined) {
   PredictionReport report;
   PredictionScores& scores = report.from_current;
-  scores.cranks.push_back({12.0, -200.0, 10.1, {10.0, 9.8, 10.2}});
+  scores.cranks.push_back(
+      {{PastEvent::Kind::kCrank, 12.0, 0.0, -200.0, 0.0, 0.0, 10.1}, {10.0, 9.8, 10.2}});
   const auto json = resultJson(report);
   EXPECT_EQ(json["schema"], "battery_sof/prediction/1");
   EXPECT_TRUE(json["q_dyn_percent"].is_null());
