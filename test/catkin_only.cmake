@@ -41,50 +41,41 @@ add_test(NAME live_page_under_attack
     "${CATKIN_DEVEL_PREFIX}" "${CMAKE_CURRENT_BINARY_DIR}/page")
 set_tests_properties(live_page_in_a_browser live_page_under_attack PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 RUN_SERIAL TRUE)
 
+# A script of tests, and what it is called with: it finds the scripts' own package. 77: skipped.
+function(battery_sof_script_test name timeout script)
+  add_test(NAME ${name} COMMAND "${PYTHON_EXECUTABLE}" -B "${CMAKE_CURRENT_SOURCE_DIR}/${script}" ${ARGN})
+  set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT ${timeout}
+    ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR};PYTHONPATH=${PROJECT_SOURCE_DIR}/tools")
+endfunction()
+
 # The benchmark of the diagnosis: its arithmetic, and a tenth of it as a whole (some minutes).
-add_test(NAME proof_counts_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/proof/proof_test.py")
-set_tests_properties(proof_counts_right PROPERTIES TIMEOUT 120 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
+battery_sof_script_test(proof_counts_right 120 proof/proof_test.py)
 add_test(NAME proof_quick
   COMMAND "${PYTHON_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/proof" quick --build "${CMAKE_BINARY_DIR}"
     --seal "${CMAKE_CURRENT_SOURCE_DIR}/proof/quick" --out "${CMAKE_BINARY_DIR}/proof/quick")
 set_tests_properties(proof_quick PROPERTIES TIMEOUT 600 PROCESSORS 2)
 
 # What judges the diagnosis on forms that no catalogue has: its arithmetic.
-add_test(NAME strangers_count_right COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/out_of_model/out_of_model_test.py")
-set_tests_properties(strangers_count_right PROPERTIES TIMEOUT 120)
+battery_sof_script_test(strangers_count_right 120 out_of_model/out_of_model_test.py)
 
 # What the scripts share, and the shell scripts.
-add_test(NAME scripts_do_what_they_say COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/tools_test.py")
-set_tests_properties(scripts_do_what_they_say PROPERTIES TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
-add_test(NAME tables_say_what_was_measured COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/measures_test.py")
-set_tests_properties(tables_say_what_was_measured PROPERTIES TIMEOUT 60)
-add_test(NAME pages_hold_the_figures_of_the_results COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/results_test.py")
-set_tests_properties(pages_hold_the_figures_of_the_results PROPERTIES TIMEOUT 60)
-add_test(NAME words_are_those_of_the_field COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/words_test.py")
-set_tests_properties(words_are_those_of_the_field PROPERTIES TIMEOUT 120)
-add_test(NAME fleet_has_the_same_rows_however_it_is_run COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/fleet_test.py")
-set_tests_properties(fleet_has_the_same_rows_however_it_is_run PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300 ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
-add_test(NAME fleet_survives_damaged_files COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/fleet_attack_test.py")
-set_tests_properties(fleet_survives_damaged_files PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300)
-add_test(NAME setup_brings_path_and_completion
-  COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/path_test.py" "${CATKIN_DEVEL_PREFIX}")
-set_tests_properties(setup_brings_path_and_completion PROPERTIES TIMEOUT 60)
-add_test(NAME diagnosis_can_be_interrupted
-  COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/interruption_test.py" "${CMAKE_BINARY_DIR}")
-set_tests_properties(diagnosis_can_be_interrupted PROPERTIES TIMEOUT 120)
+battery_sof_script_test(scripts_do_what_they_say 300 tools/tools_test.py)
+battery_sof_script_test(tables_say_what_was_measured 60 tools/measures_test.py)
+battery_sof_script_test(pages_hold_the_figures_of_the_results 60 tools/results_test.py)
+battery_sof_script_test(words_are_those_of_the_field 120 tools/words_test.py)
+battery_sof_script_test(fleet_has_the_same_rows_however_it_is_run 300 tools/fleet_test.py)
+battery_sof_script_test(fleet_survives_damaged_files 300 tools/fleet_attack_test.py)
+battery_sof_script_test(setup_brings_path_and_completion 60 tools/path_test.py "${CATKIN_DEVEL_PREFIX}")
+battery_sof_script_test(diagnosis_can_be_interrupted 120 tools/interruption_test.py "${CMAKE_BINARY_DIR}")
 # What README.md and the pages tell a reader to type, and the site of the pages.
-add_test(NAME commands_of_the_pages_run
-  COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/pages_test.py" "${CMAKE_BINARY_DIR}")
-set_tests_properties(commands_of_the_pages_run PROPERTIES TIMEOUT 600)
+battery_sof_script_test(commands_of_the_pages_run 600 tools/pages_test.py "${CMAKE_BINARY_DIR}")
 add_test(NAME layouts_name_what_is_published
   COMMAND "${CATKIN_DEVEL_PREFIX}/env.sh" "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/layouts_test.py")
 set_tests_properties(layouts_name_what_is_published PROPERTIES TIMEOUT 60)
 add_test(NAME pages_make_a_site COMMAND "${PYTHON_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/make_docs" "${CMAKE_BINARY_DIR}/docs")
 set_tests_properties(pages_make_a_site PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 120)
 foreach(tool clang-format clang-tidy catkin_lint shellcheck)
-  add_test(NAME ${tool}_finds_nothing COMMAND "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/style_test.py" ${tool})
-  set_tests_properties(${tool}_finds_nothing PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 300
-    ENVIRONMENT "BATTERY_SOF_BUILD=${CMAKE_BINARY_DIR}")
+  battery_sof_script_test(${tool}_finds_nothing 300 tools/style_test.py ${tool})
 endforeach()
 # At fifty times real time an identification that another program slows down ends some seconds of the bag later.
 set_tests_properties(clang-tidy_finds_nothing _ctest_${PROJECT_NAME}_rostest_rates PROPERTIES PROCESSORS 2)

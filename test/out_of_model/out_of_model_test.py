@@ -3,12 +3,8 @@
 import json
 import os
 import stat
-import sys
 import tempfile
 import unittest
-
-sys.dont_write_bytecode = True
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "tools"))
 
 import numpy as np
 

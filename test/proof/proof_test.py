@@ -2,24 +2,19 @@
 
 import json
 import os
-import sys
 import tempfile
 import unittest
-
-sys.dont_write_bytecode = True
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "tools"))
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from battery_sof_tools import rates
-from battery_sof_tools.files import ROOT, digest
+from battery_sof_tools.files import digest
 from battery_sof_tools.benchmark import scorers
 from battery_sof_tools.benchmark.preregistered import base_circuit as base, difficulty, judged, levels, score, seal, strength
 from battery_sof_tools.sof import catalogue, program
 
-CATALOGUE = catalogue(program(os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build")), "sof"))
-
+CATALOGUE = catalogue(program(os.environ["BATTERY_SOF_BUILD"], "sof"))
 TRUE = np.array([5e-3, 7e-3, np.log(900.0), np.log(22.0), 12.7, 0.01])
 ACQUISITION = {"voltage_white_v": 2e-3, "voltage_step_v": 1e-3, "voltage_correlated_v": 1e-3, "voltage_correlation_time_s": 3.0,
                "voltage_walk_v_per_sqrt_min": 5e-4, "current_white_a": 0.05, "current_step_a": 0.02}

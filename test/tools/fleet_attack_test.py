@@ -18,10 +18,6 @@ import warnings
 import zlib
 from unittest import mock
 
-sys.dont_write_bytecode = True
-ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-sys.path.insert(0, os.path.join(ROOT, "tools"))
-
 try:
     import statsmodels  # noqa: F401
 except ImportError as absent:
@@ -31,7 +27,7 @@ if not shutil.which("snakemake"):
     print("SKIPPED: snakemake is not installed")
     sys.exit(77)
 
-from battery_sof_tools.files import write_json
+from battery_sof_tools.files import ROOT, write_json
 from battery_sof_tools.fleet import command, database, plan, schema, steps
 
 RECORDINGS = 10

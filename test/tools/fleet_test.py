@@ -15,11 +15,6 @@ import time
 import unittest
 import zlib
 
-sys.dont_write_bytecode = True
-ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-sys.path.insert(0, os.path.join(ROOT, "tools"))
-BUILD = os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build"))
-
 try:
     import numpy as np
     import statsmodels  # noqa: F401
@@ -31,10 +26,11 @@ if not shutil.which("snakemake"):
     sys.exit(77)
 
 from battery_sof_tools import recordings
+from battery_sof_tools.files import ROOT
 from battery_sof_tools.fleet import database, departures, discoveries, judge, listing, page, plan, priors, schema
 from battery_sof_tools.sof import program
 
-SOF = program(BUILD, "sof")
+SOF = program(os.environ["BATTERY_SOF_BUILD"], "sof")
 QUICK = ("--steps", "check,convert,identify,predict,score", "--jobs", "2", "--sof", SOF)
 
 

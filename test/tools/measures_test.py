@@ -1,13 +1,7 @@
 #!/usr/bin/env python3
 """What the tables of measured recordings and of hard usage say of their rows."""
 
-import os
-import sys
 import unittest
-
-sys.dont_write_bytecode = True
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 from battery_sof_tools import recordings
 from battery_sof_tools.benchmark import measured

@@ -13,15 +13,16 @@ Usage: pages_test.py BUILD
 
 import os
 import re
-import signal
-import socket
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+import reading_ease  # beside this file
+from battery_sof_tools.files import ROOT
+from battery_sof_tools.stress.ros import Processes
+
 MARKED = ("README.md", "docs/tutorial.md")  # every block of these has a mark
 PAGES = MARKED + ("docs/your-recordings.md", "docs/node.md", "docs/energy-manager.md")
 WORDS = {"README.md": 600, "docs/tutorial.md": 1200, "docs/your-recordings.md": 500, "docs/node.md": 1700, "docs/energy-manager.md": 500, "docs/cli.md": 1700,
@@ -33,9 +34,6 @@ EASE = 55.0  # Flesch reading ease of the plain pages, at least
 SHOWN = {"docs/node.md": ("examples/clients/src/crank_client.cpp", "examples/clients/scripts/crank_client.py"), "docs/your-recordings.md": ("examples/clients/scripts/can_to_csv.py",)}
 MARK = re.compile(r"<!-- (?:run me(?P<exit>, exit \d)?(?P<core> with roscore)?|not run: (?P<reason>.+)) -->$")
 BUILD = ""
-sys.path.insert(0, os.path.join(ROOT, "tools"))
-
-import reading_ease  # noqa: E402  (beside this file)
 
 
 class Block:
@@ -90,10 +88,6 @@ class Shell:
         self.folder = folder
         self.environment = {"PATH": "/usr/local/bin:/usr/bin:/bin", "HOME": folder, "LC_ALL": "C.UTF-8", "ROS_HOME": os.path.join(folder, "ros"), **(environment or {})}
 
-    def begin(self, line, **files):
-        return subprocess.Popen(["bash", "--norc", "-c", f'. build/devel/setup.bash; exec {line}'], cwd=self.folder, env=self.environment,
-                                stdin=subprocess.DEVNULL, start_new_session=True, text=True, **files)
-
     def run(self, line):
         """Exit code, standard output and standard error."""
         done = subprocess.run(["bash", "--norc", "-c", f". build/devel/setup.bash; {line}"], cwd=self.folder, env=self.environment,
@@ -101,35 +95,16 @@ class Shell:
         return done.returncode, done.stdout, done.stderr
 
 
-class Roscore:
+class Roscore(Processes):
     """A roscore on a free port, and the launch files under it; all ended at the end."""
 
-    def __init__(self, folder):
-        with socket.socket() as one:
-            one.bind(("127.0.0.1", 0))
-            port = one.getsockname()[1]
-        self.shell = Shell(folder, {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1"})
-        self.log = tempfile.TemporaryFile(mode="w+")
-        self.started = [self.shell.begin(f"roscore -p {port}", stdout=self.log, stderr=self.log)]
-
     def __enter__(self):
-        self.until("rosparam list", "roscore")
+        super().__enter__()
+        self.shell = Shell(self.folder, {name: os.environ[name] for name in ("ROS_MASTER_URI", "ROS_IP")})
         return self
 
-    def __exit__(self, *error):
-        for process in reversed(self.started):
-            process.send_signal(signal.SIGINT)
-        for process in reversed(self.started):
-            try:
-                process.wait(timeout=30)
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
-        self.log.close()
-
     def said(self):
-        self.log.seek(0)
-        return self.log.read()
+        return "".join(read(os.path.join(self.folder, name)) for name in ("roscore.log", "bash.log") if os.path.exists(os.path.join(self.folder, name)))
 
     def until(self, line, what):
         """What a line prints once it ends with 0."""
@@ -148,7 +123,7 @@ class Roscore:
         nodes = told.split()
         if code != 0 or not nodes:
             raise AssertionError(f"{line}: {error}")
-        self.started.append(self.shell.begin(line, stdout=self.log, stderr=self.log))
+        self.start("bash", "--norc", "-c", f". build/devel/setup.bash; exec {line}", cwd=self.folder, env=self.shell.environment)
         for node in nodes:
             self.until(f"rosservice list | grep -qx {node}/get_loggers", line)
         for node in nodes:

@@ -2,14 +2,8 @@
 """The pages hold the figures of docs/results.json, and the gate sees what is worse."""
 
 import copy
-import os
 import re
-import sys
 import unittest
-
-sys.dont_write_bytecode = True
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-sys.path.insert(0, os.path.join(ROOT, "tools"))
 
 from battery_sof_tools.files import read_json
 from battery_sof_tools.results import gate, measurements, pages

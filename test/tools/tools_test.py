@@ -10,19 +10,16 @@ import sys
 import tempfile
 import unittest
 
-sys.dont_write_bytecode = True
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-sys.path.insert(0, os.path.join(ROOT, "tools"))
-
 import numpy as np
 
 import reading_ease  # beside this file
 from battery_sof_tools import concealment, docs_site, files, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
 from battery_sof_tools.benchmark import answers, laws, real
 from battery_sof_tools.benchmark.generator import Generator
+from battery_sof_tools.files import ROOT
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
 
-BUILD = os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build"))
+BUILD = os.environ["BATTERY_SOF_BUILD"]
 FORMS = {mechanism: ["a", "b"] for mechanism in ("acid", "ageing", "instrument")}
 
 

@@ -2,12 +2,12 @@
 
 import math
 
-import actionlib
 import rospy
-from battery_sof.msg import IdentifyAction, IdentifyGoal, SofStatus
+from battery_sof.msg import SofStatus
 from battery_sof.srv import PredictChargeAcceptance, PredictCranking, PredictStopTime, SimulateProfile
 
-NODE = "/battery_sof_node"
+from .stress.ros import NODE, perform
+
 U_REQUIRED = 7.2  # [V], paper, section II
 
 
@@ -17,11 +17,7 @@ def service(name, kind):
 
 
 def identify():
-    client = actionlib.SimpleActionClient(NODE + "/identify", IdentifyAction)
-    if not client.wait_for_server(rospy.Duration(20.0)):
-        raise rospy.ROSException("no action server for " + NODE + "/identify")
-    client.send_goal_and_wait(IdentifyGoal(), rospy.Duration(60.0))
-    answer = client.get_result()
+    answer = perform("identify")
     print("~identify: {} ({})".format("accepted" if answer.accepted else "not accepted", answer.message))
     model = answer.model
     for name, value, std, unit in zip(model.names, model.values, model.std, model.units):

@@ -1,8 +1,10 @@
-"""Rates with their intervals, and means of ratios."""
+"""Rates with their intervals, means of ratios, and predictions with theirs."""
 
 import functools
 import math
 import statistics
+
+import numpy as np
 
 
 def interval(k, n, method="exact"):
@@ -32,3 +34,20 @@ def spread(ratios):
     if not ratios:
         return "no case"
     return f"median {statistics.median(ratios):.3f}, geometric mean {geometric_mean(ratios):.3f} (n = {len(ratios)})"
+
+
+def rms(errors):
+    return float(np.sqrt(np.mean(np.square(errors)))) if len(errors) else None
+
+
+def pooled(events, keys=("measured", "expected", "lower", "upper")):
+    """Errors of predicted events, share inside and above the lower bound [%], median width; empty without an event."""
+    if not events:
+        return {}
+    measured, expected, low, high = np.array([[one[key] for key in keys] for one in events], float).T
+    error = np.abs(measured - expected)
+    return {"count": len(events), "error": float(np.mean(error)), "median_error": float(np.median(error)),
+            "rms": rms(error),
+            "inside_percent": 100.0 * float(np.mean((low <= measured) & (measured <= high))),
+            "above_percent": 100.0 * float(np.mean(low <= measured)),
+            "width": float(np.median(high - low))}

@@ -11,7 +11,6 @@ charges come of it.
 """
 
 import argparse
-import concurrent.futures
 import json
 import os
 import statistics
@@ -20,8 +19,7 @@ import tempfile
 import numpy as np
 
 from .files import ROOT, read_text, write_json, write_text
-from .progress import followed
-from .sof import program, rows_of, run
+from .sof import program, rows_of, run, side_by_side, simulate
 from .tables import table
 
 SETS = ("data_set_1", "data_set_2", "data_set_2_fig4", "data_set_3")
@@ -49,14 +47,8 @@ class Recordings:
         return changed
 
     def simulate(self):
-        jobs = [(name, seed) for name in SETS for seed in self.seeds]
-
-        def one(job):
-            name, seed = job
-            run([self.sof, "simulate", self.scenario(name), self.path(*job), "--seed", str(seed)])
-
-        with concurrent.futures.ThreadPoolExecutor(2) as pool:
-            list(followed(pool.map(one, jobs), "simulated", len(jobs)))
+        simulate(self.sof, [(self.scenario(name), self.path(name, seed), seed)
+                            for name in SETS for seed in self.seeds])
 
     def predicted(self, name, seed, window, ahead):
         """Scores of a window's model [s] on a later stretch; time [s], current [A], error [V]."""
@@ -86,13 +78,11 @@ def experiment(build, recordings):
     """Rows of window_experiment, of all seeds of data set 1."""
     binary = program(build, "window_experiment")
     paths = [recordings.path("data_set_1", seed) for seed in recordings.seeds]
-    with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        done = pool.map(lambda path: rows_of([binary, path]), paths)
-        return [row for rows in followed(done, "hour of windows", len(paths)) for row in rows]
+    return sum(side_by_side(lambda path: rows_of([binary, path]), paths, "hour of windows"), [])
 
 
 def column(rows, setting, name):
-    return [float(row[name]) for row in rows if row["setting"] == setting]
+    return [row[name] for row in rows if row["setting"] == setting]
 
 
 def long_charge_errors(t, i, error):

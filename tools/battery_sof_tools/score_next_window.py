@@ -24,6 +24,7 @@ import numpy as np
 
 from . import recordings, sof
 from .progress import followed
+from .rates import pooled
 
 
 def arguments():
@@ -36,9 +37,7 @@ def arguments():
     parser.add_argument("--split", type=float, help="share of the recording's time that is fitted; the rest is predicted")
     parser.add_argument("--json", help="file to write every window's scores to")
     recordings.add_column_arguments(parser)
-    args = parser.parse_args()
-    args.identify, args.end = ["--priors", args.priors] if args.priors else [], None
-    return args
+    return parser.parse_args()
 
 
 def covered(t, start, window, interval):
@@ -48,10 +47,11 @@ def covered(t, start, window, interval):
     return len(inside) >= 0.8 * window / interval and np.max(np.diff(edges)) <= 60.0
 
 
-def starts(t, window):
+def stretches_of(t, window):
+    """(begin, begin of the next window, its end) of every pair that is whole, and how many there may be."""
     interval = np.median(np.diff(t))
     places = np.arange(t[0], t[-1] - 2.0 * window, window)
-    return [s for s in places if covered(t, s, window, interval) and covered(t, s + window, window, interval)], len(places)
+    return [(s, s + window, s + 2.0 * window) for s in places if covered(t, s, window, interval) and covered(t, s + window, window, interval)], len(places)
 
 
 def run(command, end):
@@ -61,16 +61,17 @@ def run(command, end):
     return json.loads(done.stdout) if done.returncode == 0 else None
 
 
-def score(args, recording, columns, t, ends):
-    """What sof predict says of the second of two neighbouring stretches after fitting the first; none where sof refuses. A sample belongs to one of them."""
+def score(command, recording, columns, t, ends, options=(), end=None):
+    """What sof predict says of the second of two neighbouring stretches after fitting the first; none where sof refuses. A sample belongs to one of them.
+
+    options: of sof identify. end: as of run().
+    """
     before = t[t < ends[1]]
     after = t[t >= ends[1]]
-    effects = ["--effects", args.effects] if args.effects else []
-    effects += args.identify
     with tempfile.TemporaryDirectory() as folder:
         model = os.path.join(folder, "model.yaml")
-        fit = run([args.sof, "identify", recording, *columns, "--from", repr(float(ends[0])), "--to", repr(float(before[-1])), "--out", model, *effects], args.end)
-        ahead = fit and run([args.sof, "predict", model, recording, *columns, "--from", repr(float(after[0])), "--to", repr(float(t[t < ends[2]][-1]))], args.end)
+        fit = run([command, "identify", recording, *columns, "--from", repr(float(ends[0])), "--to", repr(float(before[-1])), "--out", model, *options], end)
+        ahead = fit and run([command, "predict", model, recording, *columns, "--from", repr(float(after[0])), "--to", repr(float(t[t < ends[2]][-1]))], end)
     if not ahead:
         return None
     return {"window_quality": fit["window_quality"], "fit_ms": fit["fit_ms"], "effects": fit["effects"], "parameters": fit["parameters"], "start_s": ends[0],
@@ -91,37 +92,26 @@ def shares(found, who, key):
     return np.array([f[who][key] for f in found if f[who][key] is not None], float)
 
 
-def events(found, who, key, measured, predicted):
-    """Errors and widths of events pooled over windows, and the share inside; None without one."""
-    unit = measured[-1]
-    rows = [[e[one] for one in (measured, predicted, f"lower_{unit}", f"upper_{unit}")]
-            for f in found for e in f[who][key]]
-    if not rows:
-        return None
-    m, p, low, high = np.array(rows, float).T
-    return {"error": np.abs(m - p), "count": len(m), f"width_{unit}": float(np.median(high - low)),
-            "inside_percent": 100 * float(np.mean((m >= low) & (m <= high)))}
-
-
-def pooled(found, who):
-    return {"10": events(found, who, "charges", "measured_a", "predicted_a"),
-            "60": events(found, who, "charges_60s", "measured_a", "predicted_a"),
-            "cranks": events(found, who, "cranks", "measured_min_v", "predicted_min_v")}
+def events(found, who):
+    """Charges of 10 and 60 s, and cranks, pooled over windows."""
+    charge, crank = ([what + unit for what in ("measured", "predicted")] + [what + unit[-2:] for what in ("lower", "upper")]
+                     for unit in ("_a", "_min_v"))
+    return [pooled([one for f in found for one in f[who][kind]], keys)
+            for kind, keys in (("charges", charge), ("charges_60s", charge), ("cranks", crank))]
 
 
 def figures(found):
     """Medians over windows, and events of all of them."""
-    of, each = {"windows": len(found)}, {who: pooled(found, who) for who in ("model", "baseline")}
-    for who, its_events in each.items():
+    of = {"windows": len(found)}
+    for who in ("baseline", "model"):
+        short, long, cranks = events(found, who)
         of[who] = {key: float(np.median(values)) for key in SHARES
                    if len(values := shares(found, who, key))}
-        of[who].update({f"charges_{key}s_a": float(np.median(its_events[key]["error"]))
-                        for key in ("10", "60") if its_events[key]})
-        if its_events["cranks"]:
-            of[who]["cranks_mv"] = 1e3 * float(np.mean(its_events["cranks"]["error"]))
-    for name, key in (("cranks", "cranks"), ("charges", "10")):
-        one = each["model"][key]
-        of[name] = one and {what: value for what, value in one.items() if what != "error"}
+        of[who].update({f"charges_{key}s_a": one["median_error"] for key, one in ((10, short), (60, long)) if one})
+        if cranks:
+            of[who]["cranks_mv"] = 1e3 * cranks["error"]
+    for name, one, width in (("cranks", cranks, "width_v"), ("charges", short, "width_a")):  # of the model
+        of[name] = {"count": one["count"], width: one["width"], "inside_percent": one["inside_percent"]} if one else None
     return of
 
 
@@ -164,6 +154,7 @@ def summary(label, found):
 def main():
     args = arguments()
     columns = recordings.column_options(*recordings.columns_of(args))
+    options = [word for name in ("effects", "priors") if getattr(args, name) for word in ("--" + name, getattr(args, name))]
     found = []
     for recording in args.recordings:
         t = recordings.read(recording, *recordings.columns_of(args))[0]
@@ -171,11 +162,10 @@ def main():
         if args.split:
             stretches = [(t[0], t[0] + args.split * (t[-1] - t[0]), t[-1] + 1.0)]
         else:
-            places, possible = starts(t, args.window)
-            stretches = [(s, s + args.window, s + 2.0 * args.window) for s in places]
-            print("{}: {} of {} windows are whole and followed by a whole one".format(name, len(places), possible), flush=True)
+            stretches, possible = stretches_of(t, args.window)
+            print("{}: {} of {} windows are whole and followed by a whole one".format(name, len(stretches), possible), flush=True)
         for ends in followed(stretches, name):
-            scores = score(args, recording, columns, t, ends)
+            scores = score(args.sof, recording, columns, t, ends, options)
             if scores:
                 mine.append(dict(scores, recording=name))
             else:

@@ -1,5 +1,6 @@
 """The command `sof`: where it lies, what it answers, and the catalogue of effects as it prints it."""
 
+import concurrent.futures
 import csv
 import glob
 import json
@@ -9,6 +10,7 @@ import subprocess
 import tempfile
 
 from .files import digest, read_json
+from .progress import followed
 
 ANSWERED = (0, 1)  # exit codes with an answer: done, an honest negative outcome
 STOPPED = (signal.SIGTERM, signal.SIGINT)  # not the program's fault
@@ -19,13 +21,9 @@ class Failure(Exception):
     """A program did not do what it was asked; the text says which and why."""
 
 
-def program(build, name):
-    """Path of a program of a build; SystemExit where it is missing."""
-    path = os.path.abspath(os.path.join(build, "devel", "lib", "battery_sof", name))
-    return required(path)
-
-
-def required(path):
+def program(build, name, other=None):
+    """Path of a program of a build, or of the one that is given in its place; SystemExit where it is missing."""
+    path = os.path.abspath(other or os.path.join(build, "devel", "lib", "battery_sof", name))
     if not os.access(path, os.X_OK):
         raise SystemExit(f"{path} is missing: build it first (make build)")
     return path
@@ -67,9 +65,30 @@ def run(command):
     return told.stdout
 
 
+def number(text):
+    """Of a cell: NaN where it is empty, the text where it is none."""
+    try:
+        return float(text or "nan")
+    except ValueError:
+        return text
+
+
 def rows_of(command):
     """Rows of a program that prints CSV, by column."""
-    return list(csv.DictReader(run(command).splitlines()))
+    return [{key: number(text) for key, text in row.items()}
+            for row in csv.DictReader(run(command).splitlines())]
+
+
+def side_by_side(work, jobs, what):
+    """What work(job) gives of each, in their order, with progress."""
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(followed(pool.map(work, jobs), what, len(jobs)))
+
+
+def simulate(sof, jobs):
+    """Simulates recordings. jobs: scenario, path to write and seed of each."""
+    side_by_side(lambda job: run([sof, "simulate", *job[:2], "--seed", str(job[2])]), jobs,
+                 "simulated")
 
 
 def diagnose(sof, recording, *options, patience_s=None):

@@ -90,7 +90,7 @@ def decide(experiment, path, columns, stops, options):
         file.write("begin_s,end_s\n" + "".join(f"{s.begin!r},{s.end!r}\n" for s in stops))
         file.flush()
         rows = rows_of([experiment, path, file.name, *columns, *options])
-    return [(int(r["stop"]), float(r["time_s"]), r["may_stop"] == "1") for r in rows]
+    return [(int(r["stop"]), r["time_s"], bool(r["may_stop"])) for r in rows]
 
 
 def weakening(sof, seed, path, parts=10, length=600.0):

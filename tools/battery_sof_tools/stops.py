@@ -16,6 +16,7 @@ import numpy as np
 
 from . import recordings, sof
 from .files import write_json
+from .rates import pooled, rms
 from .tables import table
 
 # recordings with stops, capacity [Ah]
@@ -23,25 +24,17 @@ STOPS = {"drive_1a": 72.0, "drive_1b": 72.0, "drive_2a": 72.0, "drive_2b": 72.0,
 
 
 def rows_of(binary, name, data):
-    """Rows of stops_experiment, numbers where they are some."""
+    """Rows of stops_experiment."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "drive.csv")
         recordings.write(path, *recordings.measured(data, name))
-        rows = sof.rows_of([binary, path, "--capacity", str(STOPS[name])])
-    return [{key: value if key in ("kind", "basis") else float(value or "nan") for key, value in row.items()} for row in rows]
-
-
-def rms(errors):
-    return float(np.sqrt(np.mean(np.square(errors)))) if len(errors) else None
+        return sof.rows_of([binary, path, "--capacity", str(STOPS[name])])
 
 
 def intervals(rows):
     """Count, RMS error, share inside and above the lower bound [%], median width."""
-    if not rows:
-        return None
-    m, e, l, u = (np.array([row[key] for row in rows]) for key in ("measured", "expected", "lower", "upper"))
-    return {"count": len(rows), "rms": rms(m - e), "inside_percent": 100.0 * float(np.mean((m >= l) & (m <= u))), "above_percent": 100.0 * float(np.mean(m >= l)),
-            "width": float(np.median(u - l))}
+    one = pooled(rows)
+    return {key: one[key] for key in ("count", "rms", "inside_percent", "above_percent", "width")} if one else None
 
 
 def figures(rows):

@@ -10,7 +10,6 @@ DATA the real recordings are left out.
 """
 
 import argparse
-import concurrent.futures
 import os
 import statistics
 import tempfile
@@ -19,9 +18,9 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from .files import ROOT, write_json
-from .progress import followed
+from .rates import pooled
 from .recordings import CAR, column_options
-from .sof import program, rows_of, run
+from .sof import program, rows_of, side_by_side, simulate
 from .tables import table
 
 SETS, SEEDS = (1, 2, 3), range(1, 9)
@@ -37,35 +36,12 @@ def held_out(recording):
     return not recording.startswith("drive_1")
 
 
-def simulate(sof, folder):
-    paths = []
-    for number in SETS:
-        scenario = os.path.join(ROOT, "config", "scenarios", f"data_set_{number}.yaml")
-        for seed in followed(SEEDS, f"data set {number}"):
-            paths.append(os.path.join(folder, f"data_set_{number}_seed_{seed}.csv"))
-            run([sof, "simulate", scenario, paths[-1], "--seed", str(seed)])
-    return paths
-
-
-def gather(experiments, recordings):
-    """Rows of each experiment over all recordings. recordings: path and options of each."""
-    jobs = [(which, [binary, *one]) for which, binary in enumerate(experiments)
-            for one in recordings]
-    found = [[] for _ in experiments]
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        done = followed(pool.map(lambda job: rows_of(job[1]), jobs), "recording", len(jobs))
-        for (which, _), rows in zip(jobs, done):
-            found[which] += rows
-    return found
-
-
 def correlation(rows, target):
     """Spearman's, of window quality with what the window's model then does; None of few rows."""
-    good = [row for row in rows if target != "crank_mae" or float(row["cranks"]) > 0]
+    good = [row for row in rows if target != "crank_mae" or row["cranks"] > 0]
     if len(good) < 5:
         return None
-    pairs = ([float(row[key]) for row in good] for key in (INDICATOR, target))
-    value = spearmanr(*pairs).correlation
+    value = spearmanr(*([row[key] for row in good] for key in (INDICATOR, target))).correlation
     return None if np.isnan(value) else value
 
 
@@ -87,14 +63,9 @@ def is_of(recording, group):
 
 def covered(rows):
     """Events, share inside [%], mean error and median width of the intervals."""
-    if not rows:
-        return {"events": 0}
-    low, measured, high, expected = (np.array([float(row[key]) for row in rows])
-                                     for key in ("lower", "measured", "upper", "expected"))
-    inside = (low <= measured) & (measured <= high)
-    return {"events": len(rows), "inside_percent": 100.0 * float(np.mean(inside)),
-            "error": float(np.mean(np.abs(measured - expected))),
-            "width": float(np.median(high - low))}
+    one = pooled(rows)
+    return {"events": len(rows),
+            **{key: one[key] for key in ("inside_percent", "error", "width") if one}}
 
 
 def coverage(session):
@@ -126,14 +97,19 @@ def main():
     parser.add_argument("--data", help="folder that holds startstop_car/")
     parser.add_argument("--json", help="file to write coverage and correlations to")
     args = parser.parse_args()
-    experiments = [program(args.build, name)
-                   for name in ("window_quality_experiment", "session_experiment")]
-    real = [os.path.join(args.data, "startstop_car", name + ".csv")
-            for name in REAL] if args.data else []
+    scenarios = os.path.join(ROOT, "config", "scenarios")
+    recordings = [[os.path.join(args.data, "startstop_car", name + ".csv"), *column_options(CAR)]
+                  for name in REAL] if args.data else []
     with tempfile.TemporaryDirectory() as folder:
-        simulated = simulate(program(args.build, "sof"), folder)
-        windows, session = gather(experiments, [[path] for path in simulated]
-                                  + [[path, *column_options(CAR)] for path in real])
+        jobs = [(os.path.join(scenarios, f"data_set_{number}.yaml"),
+                 os.path.join(folder, f"data_set_{number}_seed_{seed}.csv"), seed)
+                for number in SETS for seed in SEEDS]
+        simulate(program(args.build, "sof"), jobs)
+        recordings[:0] = [[path] for _, path, _ in jobs]
+        windows, session = (
+            sum(side_by_side(lambda one: rows_of([binary, *one]), recordings, "recording"), [])
+            for binary in (program(args.build, name)
+                           for name in ("window_quality_experiment", "session_experiment")))
     held = [row for row in windows if held_out(row["recording"])]
     found = dict(coverage(session),
                  all_q=correlation(held, "q_whole"), all_crank=-correlation(held, "crank_mae"),

@@ -17,6 +17,7 @@ import numpy as np
 
 from . import recordings
 from .files import write_json
+from .rates import pooled, rms
 from .sof import program, rows_of, run
 from .tables import table
 
@@ -103,7 +104,7 @@ PARKED, PARKED_U_DC_V, PARKED_TIME = 0.05, 0.08, 86400.0
 
 def change(name, first, second):
     """(change of a parameter from trip to trip, standard error of the two fits): of the value, of u_dc [V]."""
-    (a, std_a), (b, std_b) = ((float(row["measured"]), float(row["expected"])) for row in (first, second))
+    (a, std_a), (b, std_b) = ((row["measured"], row["expected"]) for row in (first, second))
     scale = 1.0 if name == "u_dc" else 0.5 * (a + b)
     return (b - a) / scale, np.hypot(std_a, std_b) / scale
 
@@ -120,41 +121,31 @@ def changes(pairs, parked):
     out = []
     for name in (one for one in names if one in seen):
         shown = (lambda x: f"{1e3 * x:.0f} mV") if name == "u_dc" else (lambda x: f"{100.0 * x:.0f} %")
-        cells_of = [f"{len(seen[name][car])}: {shown(np.sqrt(np.mean([d**2 for d, _ in seen[name][car]])))}, {shown(spread(seen[name][car]))}" if car in seen[name] else "-"
+        cells_of = [f"{len(seen[name][car])}: {shown(rms([d for d, _ in seen[name][car]]))}, {shown(spread(seen[name][car]))}" if car in seen[name] else "-"
                     for car in ("start-stop car", "small_car")]
         out.append([name, *cells_of, shown(allowed * (PARKED_U_DC_V if name == "u_dc" else PARKED))])
     return out
 
 
-def events(rows, kind):
-    """Error, whether inside, and width of every event of a kind, one a row."""
-    some = [[float(row[key]) for key in ("measured", "expected", "lower", "upper")]
-            for row in rows if row["kind"] == kind]
-    measured, expected, lower, upper = np.array(some).reshape(-1, 4).T
-    inside = (lower <= measured) & (measured <= upper)
-    return np.column_stack([measured - expected, inside, upper - lower])
+def of_kind(rows, kind):
+    return [row for row in rows if row["kind"] == kind]
 
 
 def of_age(rows, low, high):
-    return [row for row in rows if low <= float(row["time_s"]) < high]
+    return [row for row in rows if low <= row["time_s"] < high]
 
 
-def pooled(plays, low, high):
+def figures(plays, low, high):
     """Figures of one age over all plays: of shares, errors and widths."""
     plays = [of_age(rows, low, high) for rows in plays]
     every = [row for rows in plays for row in rows]
-    valid = [row for row in every if row["kind"] == "valid"]
-    out = {f"valid_{key}_percent": 100.0 * sum(int(row[column]) for row in valid) / len(valid)
+    valid = of_kind(every, "valid")
+    out = {f"valid_{key}_percent": 100.0 * sum(row[column] for row in valid) / len(valid)
            for key, column in (("crank", "measured"), ("stop", "expected"), ("charge", "lower"))}
     for kind in ("crank", "charge"):
-        error, inside, width = events(every, kind).T
-        some = len(error) > 0
-        out[kind + "s"] = {"count": len(error),
-                           "error": float(np.mean(np.abs(error))) if some else None,
-                           "inside_percent": 100.0 * float(np.mean(inside)) if some else None,
-                           "width": float(np.median(width)) if some else None}
-    widths = [[float(row["upper"]) for row in rows if row["kind"] == "valid"] for rows in plays]
-    known = [[width for width in some if width >= 0.0] for some in widths]
+        one = pooled(of_kind(every, kind)) or {"count": 0}
+        out[kind + "s"] = {key: one.get(key) for key in ("count", "error", "inside_percent", "width")}
+    known = [[row["upper"] for row in of_kind(rows, "valid") if row["upper"] >= 0.0] for rows in plays]
     medians = [np.median(some) for some in known if some]
     out["standing_width_v"] = float(np.median(medians)) if medians else None
     return out
@@ -162,14 +153,15 @@ def pooled(plays, low, high):
 
 def first_valid(rows):
     """[s] of the first valid answer about a crank."""
-    return min((float(row["time_s"]) for row in rows if row["kind"] == "valid" and int(row["measured"])), default=None)
+    return min((row["time_s"] for row in of_kind(rows, "valid") if row["measured"]), default=None)
 
 
+EVENTS = "{count}: {error:.2f}, {inside_percent:.0f} %, {width:.1f}"
 HEAD = ("minutes", "valid crank, stop, charge [%]", "cranks: mean error, inside, width [V]", "charges: mean error, inside, width [A]")
 
 
 def cells(age, one):
-    events = ["{count}: {error:.2f}, {inside_percent:.0f} %, {width:.1f}".format(**one[kind]) if one[kind]["count"] else "0" for kind in ("cranks", "charges")]
+    events = [EVENTS.format(**one[kind]) if one[kind]["count"] else "0" for kind in ("cranks", "charges")]
     return [age, "{valid_crank_percent:.0f}, {valid_stop_percent:.0f}, {valid_charge_percent:.0f}".format(**one), *events]
 
 
@@ -181,7 +173,7 @@ def stated(second):
 
 
 def swapped(rows):
-    return any(row["kind"] == "swap" for row in rows)
+    return bool(of_kind(rows, "swap"))
 
 
 def main(given=None):
@@ -202,7 +194,7 @@ def main(given=None):
             alone.append((case, played(binary, paths[1:], parked)))
     results = {}
     for which, plays in (("state_file", pairs), ("no_state_file", alone)):
-        of_plays = lambda some: {age: pooled(some, low, high) for low, high, age in AGES}
+        of_plays = lambda some: {age: figures(some, low, high) for low, high, age in AGES}
         second = {}
         for case, trips in plays:
             second.setdefault("other battery" if a.simulated and SIMULATED[case][2] else "same battery", []).append(trips[-1])
@@ -226,6 +218,6 @@ def print_cases(pairs):
     rows = []
     for case in SIMULATED:
         plays = [trips[-1] for name, trips in pairs if name == case]
-        some = events([row for trip in plays for row in of_age(trip, 0.0, 300.0)], "crank")
-        rows.append([case, f"{len(some)}: {np.mean(np.abs(some[:, 0])):.2f}, {100.0 * np.mean(some[:, 1]):.0f} %, {np.median(some[:, 2]):.1f}", f"{sum(map(swapped, plays))} of {len(plays)}"])
+        cranks = pooled(of_kind([row for trip in plays for row in of_age(trip, 0.0, 300.0)], "crank"))
+        rows.append([case, EVENTS.format(**cranks), f"{sum(map(swapped, plays))} of {len(plays)}"])
     print("\n".join(table(("parked", "cranks of minutes 0-5: mean error, inside, width [V]", "taken for another battery"), rows)) + "\n")

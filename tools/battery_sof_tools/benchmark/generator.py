@@ -8,7 +8,7 @@ import hashlib
 import os
 
 from ..files import read_json
-from ..sof import program, required, run
+from ..sof import program, run
 
 PROGRAM = "draw_scenario"
 KIND_OF = {"null": "base_control", "structural_null": "structural_control", "porous_null": "porous_control",
@@ -31,12 +31,8 @@ def seed_of(*parts):
 
 
 def options(case, keys):
-    return [word for key in keys if case.get(key) is not None for word in ("--" + key, str(case[key]))]
-
-
-def law_options(case, keys):
     """A law's form is an id of `draw_scenario`."""
-    return [word.replace("--form", "--id") for word in options(case, keys)]
+    return [word for key in keys if case.get(key) is not None for word in ("--" + {"form": "id"}.get(key, key), str(case[key]))]
 
 
 class Generator:
@@ -46,7 +42,7 @@ class Generator:
         self.build, self.other = build, other
 
     def program(self):
-        return required(os.path.abspath(self.other)) if self.other else program(self.build, PROGRAM)
+        return program(self.build, PROGRAM, self.other)
 
     def listed(self):
         """(kind, mechanism, id) of everything that can be drawn, "-" where there is nothing to choose."""
@@ -87,18 +83,17 @@ class Generator:
                 forms[mechanism].append(form)
         return dict(forms)
 
-    def draw_law(self, case, recording, label):
-        """Draws a case with a law, or a control of the same batteries, and writes its label. case: independent_drive, where its drive is."""
-        run([self.program(), "--kind", LAW_KIND_OF[case["kind"]], "--out", recording, "--label", label]
-            + ["--independent-drive"] * case.get("independent_drive", False)
-            + law_options(case, ("seed", "mechanism", "form", "rate", "duration")))
+    def draw_labelled(self, case, recording, label, independent_drive=False):
+        """Draws a case and writes its label. case: kind and form in the benchmarks' words, or kind and id in those of `draw_scenario`.
 
-    def draw_independent(self, case, recording, label):
-        """Draws a case whose drive is independent of what is added, and writes its label. case: kind and id as `draw_scenario` has them."""
-        run([self.program(), "--independent-drive", "--out", recording, "--label", label] + options(case, ("kind", "mechanism", "id", "seed", "drive-seed", "rate", "duration")))
+        independent_drive: of what is added; also where the case says so.
+        """
+        run([self.program(), "--kind", LAW_KIND_OF.get(case["kind"], case["kind"]), "--out", recording, "--label", label]
+            + ["--independent-drive"] * (independent_drive or case.get("independent_drive", False))
+            + options(case, ("mechanism", "form", "id", "seed", "drive-seed", "rate", "duration")))
 
     def inject(self, recording, out, case, strength, resistances):
         """Writes a recording with a law in it. case: mechanism, form, seed. resistances: while discharging and charging [Ohm]."""
         discharge, charge = resistances
         run([self.program(), "--into", recording, "--strength", repr(strength), "--r-discharge", repr(discharge), "--r-charge", repr(charge), "--out", out]
-            + law_options(case, ("mechanism", "form", "seed")))
+            + options(case, ("mechanism", "form", "seed")))

@@ -68,7 +68,7 @@ def main():
     parser.add_argument("--json", help="file to write the figures to")
     parser.add_argument("--only", default="", help="recordings, comma-separated, as the table names them")
     arguments = parser.parse_args()
-    program = arguments.sof or sof.program(arguments.build, "sof")
+    program = sof.program(arguments.build, "sof", arguments.sof)
     rows, found = [], {}
     only = arguments.only.split(",") if arguments.only else None
     for name, measured in followed([one for one in whole_recordings().items() if not only or one[0] in only], "recording"):

@@ -244,7 +244,7 @@ def main(given=None):
     a = arguments(given)
     generator = Generator(a.build, a.draw)
     wanted = planned_pairs(generator.listed(), a.seed, a.pairs) if a.pairs else plan(generator.listed(), a.seed, a.laws, a.effects)
-    cases = draw_missing(generator.draw_independent, a.out, a.jobs, wanted)
+    cases = draw_missing(functools.partial(generator.draw_labelled, independent_drive=True), a.out, a.jobs, wanted)
     if a.only_draw:
         print(f"{len(cases)} recordings in {os.path.join(a.out, RECORDINGS)}")
         return 0

@@ -20,7 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one process a case
 
 from ..files import finished, lines_of, read_json, require_same, write_text
 from ..recordings import read_plain
-from ..sof import Failure, catalogue, program, required
+from ..sof import Failure, catalogue, program
 from ..tables import table
 from . import scorers
 from .answers import Case, asked
@@ -67,10 +67,6 @@ def wanted_of(text):
     return wanted
 
 
-def sof_of(a):
-    return required(os.path.abspath(a.sof)) if a.sof else program(a.build, "sof")
-
-
 def drawn(draw, out, case):
     """Draws a case; what went wrong, or None."""
     try:
@@ -102,7 +98,7 @@ def draw_cases(a):
     if a.independent_drive:
         given["independent_drive"] = True
     cases = plan(wanted_of(a.kinds), a.seed, generator.laws(), **given)
-    return draw_missing(generator.draw_law, a.out, a.jobs, cases)
+    return draw_missing(generator.draw_labelled, a.out, a.jobs, cases)
 
 
 def answer_of(sof, out, case):
@@ -115,7 +111,7 @@ def ridge_of(out, case):
 
 def gather(a):
     """Draws, asks, fits the ridge; each goes on where it was cut off."""
-    sof, cases = sof_of(a), draw_cases(a)
+    sof, cases = program(a.build, "sof", a.sof), draw_cases(a)
     kept_for(a.out, sof)
     complete(os.path.join(a.out, ANSWERS), functools.partial(answer_of, sof, a.out), cases, a.jobs, "asked")
     complete(os.path.join(a.out, RIDGES), functools.partial(ridge_of, a.out), cases, a.jobs, "ridge")
@@ -199,7 +195,7 @@ def main(given=None):
         return 0
     if not a.only_score:
         gather(a)
-    cases, failed = opened(a.out, catalogue(sof_of(a)))
+    cases, failed = opened(a.out, catalogue(program(a.build, "sof", a.sof)))
     text = as_markdown(cases, failed)
     sys.stdout.write(text)
     for file, content in ((a.markdown, text), (a.json, as_json(cases, failed))):

@@ -20,7 +20,7 @@ import sys
 import time
 
 from ..files import printable, write_json
-from ..sof import product_digest, program, required
+from ..sof import product_digest, program
 from . import database, engine, plan
 
 MOST = 3e7  # [s], and of jobs
@@ -31,34 +31,34 @@ DESCRIPTION = "RECORDINGS: folders, .csv or .bag files, or lists of them (.csv o
 def parser():
     every = argparse.ArgumentParser(description=__doc__, epilog=DESCRIPTION, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = every.add_subparsers(dest="command", required=True)
+
+    def command(name, does, words, folder="folder", about=None):
+        one = commands.add_parser(name, help=words)
+        one.set_defaults(does=does)
+        one.add_argument(folder, help=about)
+        return one
+
+    either = "folder or database"
     add_run(commands.add_parser("run", help="take the steps that a folder lacks", epilog=DESCRIPTION))
-    one = commands.add_parser("report", help="the fleet's page")
-    one.add_argument("folder")
+    one = command("report", report, "the fleet's page")
     one.add_argument("--out", help="page to write; FOLDER/report.html by default. Links to recordings' pages work from there alone")
     one.add_argument("--nulls", metavar="FOLDER", help="fleet of recordings that lack nothing, run with the same sof: false discoveries are counted by them")
-    one = commands.add_parser("priors", help="what the fleet says of a battery before it is measured")
-    one.add_argument("folder", help="folder or database")
+    one = command("priors", priors, "what the fleet says of a battery before it is measured", about=either)
     one.add_argument("--out", required=True, help="PRIORS.yaml to write")
     one.add_argument("--without", action="append", default=[], metavar="BATTERY", help="leave a battery out")
     one.add_argument("--battery", help="one of the fleet, whose own past counts beside the others")
-    one = commands.add_parser("leave-one-out", help="next-window scores of each battery with the prior of the others, and without")
-    one.add_argument("folder", help="run with the step score")
+    one = command("leave-one-out", leave_one_out, "next-window scores of each battery with the prior of the others, and without", about="run with the step score")
     one.add_argument("--jobs", type=positive(int), default=os.cpu_count())
     one.add_argument("--sof", help="the command, in place of the one that the folder was run with")
-    one = commands.add_parser("load", help="make the database again")
-    one.add_argument("folder")
+    one = command("load", lambda args: print(f"{database.load(args.folder, not args.without_pages)} recordings"), "make the database again")
     one.add_argument("--without-pages", action="store_true", help="leave the pages out of the database")
-    one = commands.add_parser("export", help="tables as CSV")
-    one.add_argument("folder", help="folder or database")
+    one = command("export", lambda args: database.export(args.folder, args.csv), "tables as CSV", about=either)
     one.add_argument("--csv", required=True, help="folder to write")
-    one = commands.add_parser("rebuild", help="the folder from the database")
-    one.add_argument("database")
+    one = command("rebuild", rebuild, "the folder from the database", "database")
     one.add_argument("--out", required=True)
-    one = commands.add_parser("judge", help="alarms and false discoveries of drawn recordings, by their labels")
-    one.add_argument("folder", help="folder or database")
+    one = command("judge", judge, "alarms and false discoveries of drawn recordings, by their labels", about=either)
     one.add_argument("--nulls", metavar="FOLDER", help="as of report")
-    one = commands.add_parser("digest", help="of what is in the database")
-    one.add_argument("folder", help="folder or database")
+    command("digest", lambda args: print(database.digest(args.folder)), "of what is in the database", about=either)
     return every
 
 
@@ -73,6 +73,7 @@ def positive(kind):
 
 
 def add_run(one):
+    one.set_defaults(does=run)
     one.add_argument("recordings", nargs="+")
     one.add_argument("--out", required=True, help="folder of results")
     one.add_argument("--steps", default=",".join(plan.STEPS), help="comma-separated; all by default")
@@ -99,7 +100,7 @@ def steps_of(text):
 
 def run(args):
     steps = steps_of(args.steps)
-    sof = required(os.path.abspath(args.sof)) if args.sof else program(args.build, "sof")
+    sof = program(args.build, "sof", args.sof)
     options = {"window_s": args.window, "without_pages": args.without_pages, "priors": os.path.abspath(args.priors) if args.priors else None}
     begin = time.monotonic()
     os.makedirs(args.out, exist_ok=True)
@@ -132,15 +133,7 @@ def priors(args):
 
 def leave_one_out(args):
     from . import leave_one_out as comparison
-    print("\n".join(comparison.compare(args.folder, args.jobs, required(os.path.abspath(args.sof)) if args.sof else None)))
-
-
-def load(args):
-    print(f"{database.load(args.folder, not args.without_pages)} recordings")
-
-
-def export(args):
-    database.export(args.folder, args.csv)
+    print("\n".join(comparison.compare(args.folder, args.jobs, program("", "sof", args.sof) if args.sof else None)))
 
 
 def rebuild(args):
@@ -153,16 +146,10 @@ def judge(args):
     print("\n".join(truth.judged(database.open_read(args.folder), page.nulls_of(args.nulls))))
 
 
-def digest(args):
-    print(database.digest(args.folder))
-
-
 def main():
     args = parser().parse_args()
-    known = {"run": run, "report": report, "priors": priors, "leave-one-out": leave_one_out, "load": load, "export": export, "rebuild": rebuild,
-             "judge": judge, "digest": digest}
     try:
-        return known[args.command](args) or 0
+        return args.does(args) or 0
     except SystemExit as refused:  # with a sentence, as all here
         reason = refused.code
     except OSError as error:

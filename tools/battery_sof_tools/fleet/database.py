@@ -178,11 +178,8 @@ def export(folder, out):
             writer.writerows(lines)
 
 
-def contents(folder):
-    """Every row but measured times, as sorted text: the same for the same recordings, whatever engine, order and number of cores."""
-    base = open_read(folder)
-    return sorted(json.dumps([table, *row]) for table in schema.TABLES if table not in schema.MEASURED for row in base.execute(f"SELECT * FROM {table}"))
-
-
 def digest(folder):
-    return hashlib.sha256("\n".join(contents(folder)).encode()).hexdigest()
+    """SHA-256 of every row but measured times, as sorted text: the same for the same recordings, whatever engine, order and number of cores."""
+    base = open_read(folder)
+    rows = sorted(json.dumps([table, *row]) for table in schema.TABLES if table not in schema.MEASURED for row in base.execute(f"SELECT * FROM {table}"))
+    return hashlib.sha256("\n".join(rows).encode()).hexdigest()

@@ -10,13 +10,11 @@ def of_recording(entry, told):
     """Rows by table. reported: the steps' files by name."""
     key = entry["key"]
     answers = {step: one["answer"] for step, one in told.items() if one["answer"]}
-    made = {"recording": [recording(entry, told, answers.get("check"))], "step": [(key, s, told[s]["exit"], told[s]["reason"]) for s in STEPS if s in told],
+    made = {"recording": [recording(entry, told, answers.get("check") or {})], "step": [(key, s, told[s]["exit"], told[s]["reason"]) for s in STEPS if s in told],
             "cost": [(key, s, told[s]["cost"]["wall_s"], told[s]["cost"]["cpu_s"]) for s in STEPS if s in told and told[s]["cost"]]}
-    makers = {"check": (findings,), "identify": (window, parameters), "predict": (prediction,), "diagnose": (verdict, mechanisms, candidates, found_parameters), "score": (scores, window_parameters)}
-    for step, functions in makers.items():
-        for maker in functions if step in answers else ():
-            table, lines = maker(answers[step])
-            made.setdefault(table, []).extend((key, *line) for line in lines)
+    for step in STEPS:
+        for table, line in rows_of(step, answers[step]) if step in answers else ():
+            made.setdefault(table, []).append((key, *line))
     return made
 
 
@@ -30,76 +28,58 @@ def outcome(told):
 
 
 def recording(entry, told, check):
-    check = check or {}
     source, temperature = check.get("source") or {}, check.get("temperature_range_c") or (None, None)
     options = json.dumps({name: entry[name] for name in MEANT if entry.get(name)}, sort_keys=True)
     return (entry["key"], os.path.basename(entry["path"]), entry["path"], entry["sha256"], entry["bytes"], entry["battery"], entry.get("vehicle_type"), entry.get("age_years"), options,
-            *outcome(told), check.get("samples"), check.get("from_s"), check.get("to_s"), check.get("median_interval_s"), *temperature,
-            None if "seen" not in source else int(source["seen"]), source.get("share"))
-
-
-def findings(answer):
-    return "finding", [(one["id"], one["severity"], one.get("value"), one.get("unit"), one.get("samples"), one["what"]) for one in answer["findings"]]
-
-
-def window(answer):
-    ends = answer.get("window") or {}
-    return "window", [(ends.get("from_s"), ends.get("to_s"), answer.get("samples"), ",".join(answer.get("effects") or ()), answer.get("status"), answer.get("window_quality"),
-                       answer.get("q_dyn_percent"), answer.get("rmse_v"))]
-
-
-def parameter(source, effects, one):
-    return (source, ",".join(effects), one["name"], one["value"], one.get("std_error", one.get("std")), one.get("unit"), flag(one.get("determined")), flag(one.get("at_bound")))
+            *outcome(told), check.get("samples"), check.get("from_s"), check.get("to_s"), check.get("median_interval_s"), *temperature, flag(source.get("seen")), source.get("share"))
 
 
 def flag(value):
     return None if value is None else int(value)
 
 
-def parameters(answer):
-    return "parameter", [parameter("identify", answer.get("effects") or (), one) for one in answer.get("parameters") or ()]
+def parameters(source, effects, some):
+    for one in some or ():
+        yield "parameter", (source, ",".join(effects or ()), one["name"], one["value"], one.get("std_error", one.get("std")), one.get("unit"), flag(one.get("determined")),
+                            flag(one.get("at_bound")))
 
 
-def found_parameters(answer):
-    return "parameter", [parameter("diagnose", [effect["id"]], one) for effect in answer.get("effects") or () for one in effect.get("parameters") or ()]
+def rows_of(step, answer):
+    """(table, row without the recording) of all that a step's answer holds."""
+    ends = answer.get("window") or {}
+    if step == "check":
+        for one in answer["findings"]:
+            yield "finding", (one["id"], one["severity"], one.get("value"), one.get("unit"), one.get("samples"), one["what"])
+    elif step == "identify":
+        yield "window", (ends.get("from_s"), ends.get("to_s"), answer.get("samples"), ",".join(answer.get("effects") or ()), answer.get("status"), answer.get("window_quality"),
+                         answer.get("q_dyn_percent"), answer.get("rmse_v"))
+        yield from parameters(step, answer.get("effects"), answer.get("parameters"))
+    elif step == "predict":
+        mixed, baseline = answer.get("mixed") or {}, answer.get("baseline") or {}
+        yield "prediction", (ends.get("from_s"), ends.get("to_s"), answer.get("q_dyn_percent"), answer.get("rmse_v"), answer.get("max_abs_v"), answer.get("coverage_90"), answer.get("crank_mae_v"),
+                             len(answer.get("cranks") or ()), mixed.get("share_percent", answer.get("q_dyn_percent")), baseline.get("share_percent"), baseline.get("crank_mae_v"))
+    elif step == "diagnose":
+        yield from of_diagnosis(answer)
+    elif step == "score":
+        for one in answer["windows"]:
+            model, baseline = one["model"], one["baseline"]
+            yield "score", (one["start_s"], ",".join(one["effects"]), one["window_quality"], model["share_percent"], model["current_share_percent"], model["voltage_share_percent"],
+                            model["crank_mae_v"], baseline["share_percent"], baseline["crank_mae_v"])
+            yield from parameters(f"score {one['start_s']:.3f}", one["effects"], one["parameters"])
 
 
-def window_parameters(answer):
-    return "parameter", [parameter(f"score {one['start_s']:.3f}", one["effects"], each) for one in answer["windows"] for each in one["parameters"]]
-
-
-def prediction(answer):
-    mixed, baseline, ends = answer.get("mixed") or {}, answer.get("baseline") or {}, answer.get("window") or {}
-    return "prediction", [(ends.get("from_s"), ends.get("to_s"), answer.get("q_dyn_percent"), answer.get("rmse_v"), answer.get("max_abs_v"), answer.get("coverage_90"), answer.get("crank_mae_v"),
-                           len(answer.get("cranks") or ()), mixed.get("share_percent", answer.get("q_dyn_percent")), baseline.get("share_percent"), baseline.get("crank_mae_v"))]
-
-
-def verdict(answer):
-    fit, evidence = answer.get("fit") or {}, answer.get("evidence") or {}
+def of_diagnosis(answer):
+    """A verdict, every family that the answer gives a probability (the verdict's first, then those of effects that were taken), candidates, parameters."""
+    fit, evidence, effects = answer.get("fit") or {}, answer.get("evidence") or {}, answer.get("effects") or ()
     rmse = [((fit.get(which) or {}).get("holdout") or {}).get("rmse_v") for which in ("base", "extended")]
     both = evidence.get("base"), evidence.get("extended")
-    return "verdict", [(answer["verdict"], answer.get("mechanism"), answer.get("probability"), None if None in both else both[1] - both[0], answer.get("summary"), *rmse)]
-
-
-def mechanisms(answer):
-    """Every family that the answer gives a probability: the verdict's first, then those of effects that were taken."""
-    found, effects = {}, {}
-    if answer.get("mechanism"):
-        found[answer["mechanism"]] = answer.get("probability")
-    for one in answer.get("effects") or ():
+    yield "verdict", (answer["verdict"], answer.get("mechanism"), answer.get("probability"), None if None in both else both[1] - both[0], answer.get("summary"), *rmse)
+    found = {answer["mechanism"]: answer.get("probability")} if answer.get("mechanism") else {}
+    for one in effects:
         found.setdefault(one["mechanism"], one.get("probability"))
-        effects.setdefault(one["mechanism"], []).append(one["id"])
-    return "family", [(name, found[name], ",".join(effects.get(name, ()))) for name in sorted(found)]
-
-
-def candidates(answer):
-    return "candidate", [(one["id"], one["mechanism"], one.get("evidence"), one.get("probability"), one.get("rejected_because")) for one in answer.get("candidates") or ()]
-
-
-def scores(answer):
-    lines = []
-    for one in answer["windows"]:
-        model, baseline = one["model"], one["baseline"]
-        lines.append((one["start_s"], ",".join(one["effects"]), one["window_quality"], model["share_percent"], model["current_share_percent"], model["voltage_share_percent"], model["crank_mae_v"],
-                      baseline["share_percent"], baseline["crank_mae_v"]))
-    return "score", lines
+    for name in sorted(found):
+        yield "family", (name, found[name], ",".join(one["id"] for one in effects if one["mechanism"] == name))
+    for one in answer.get("candidates") or ():
+        yield "candidate", (one["id"], one["mechanism"], one.get("evidence"), one.get("probability"), one.get("rejected_because"))
+    for one in effects:
+        yield from parameters("diagnose", [one["id"]], one.get("parameters"))

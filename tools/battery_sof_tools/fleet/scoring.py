@@ -3,9 +3,6 @@
 Windows are those of score_next_window, longer where samples are rare; a recording too short for two of them is parted in the middle.
 """
 
-import argparse
-import contextlib
-import io
 import subprocess
 import time
 
@@ -28,12 +25,10 @@ def answer(recording, patience_s):
         return None, None, f"{len(t)} samples, {2 * LEAST} are needed"
     window = max(recording.setting["window_s"], 2 * LEAST * float(np.median(np.diff(t))))
     found, stretches = [], stretches_of(t, window)
-    args = argparse.Namespace(sof=recording.setting["sof"], effects=recording.entry.get("effects"), identify=recording.priors(), end=end)
-    options = listing.column_options(recording.entry) if not recording.is_bag else []
+    columns = listing.column_options(recording.entry) if not recording.is_bag else []
     for ends in stretches:
         try:
-            with contextlib.redirect_stderr(io.StringIO()):
-                scores = score_next_window.score(args, recording.path(), options, t, ends)
+            scores = score_next_window.score(recording.setting["sof"], recording.path(), columns, t, ends, recording.options(), end)
         except subprocess.TimeoutExpired:
             return None, None, f"no answer within {patience_s:g} s"
         if scores:
@@ -64,5 +59,4 @@ def stretches_of(t, window):
     if t[-1] - t[0] < 2.0 * window:
         middle = t[0] + 0.5 * (t[-1] - t[0])
         return [(t[0], middle, t[-1] + 1e-3)]
-    places, _ = score_next_window.starts(t, window)
-    return [(s, s + window, s + 2.0 * window) for s in places]
+    return score_next_window.stretches_of(t, window)[0]

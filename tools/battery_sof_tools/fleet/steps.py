@@ -1,13 +1,17 @@
-"""The steps of one recording: `sof` is called, and what it said is kept in a file that appears whole or not at all.
+"""One job of the engine, the recordings of a group one after the other: `sof` is called, and what it said is kept in a file that appears whole or not at all.
+
+    python3 -m battery_sof_tools.fleet.steps FOLDER GROUP.json DONE
 
 A step's file: {"step", "exit", "reason", "answer", "cost"}. exit is that of `sof` (0, 1 an honest negative outcome, 2 refused), null where the step was not
 taken or had no answer; reason is a sentence wherever there is no answer. A step that has its file is not taken again. Whatever a step comes to is such a file: a
 recording that was not foreseen loses no job. Only a `sof` that cannot be started, or a folder that cannot be written, does.
 """
 
+import fcntl
 import os
 import resource
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -45,15 +49,18 @@ class Recording:
         kind = ["--vehicle-type", self.entry["vehicle_type"]] if "vehicle_type" in self.entry else []
         return ["--priors", self.setting["priors"], *kind]
 
+    def options(self):
+        """Of sof identify."""
+        return (["--effects", self.entry["effects"]] if "effects" in self.entry else []) + self.priors()
+
     def command(self, step):
         read = [self.path(), *self.columns()]
         window = listing.window_options(self.entry)
-        effects = ["--effects", self.entry["effects"]] if "effects" in self.entry else []
         model = self.file("model.yaml")
         return [self.setting["sof"], *{
             "check": ["check", *read],
             "convert": ["convert", self.entry["path"], self.file("recording.csv"), *listing.column_options(self.entry)],
-            "identify": ["identify", *read, *window, "--auto", "--out", model, *effects, *self.priors()],
+            "identify": ["identify", *read, *window, "--auto", "--out", model, *self.options()],
             "predict": ["predict", model, *read, *window],
             "diagnose": ["diagnose", *read, *window, "--threads", "1", *self.priors(), *([] if self.setting["without_pages"] else ["--report", self.file("page.html")])],
         }[step]]
@@ -144,3 +151,27 @@ def run(folder, entry, setting):
     if os.path.exists(recording.file("recording.csv")):
         os.remove(recording.file("recording.csv"))
     return len(todo)
+
+
+def alone(folder, entry, setting):
+    """run() while nobody else takes these steps: another process may outlive the run that it belonged to."""
+    where = plan.results(folder, entry["key"])
+    os.makedirs(where, exist_ok=True)
+    lock = os.open(where, os.O_RDONLY)
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    try:
+        return run(folder, entry, setting)
+    finally:
+        os.close(lock)
+
+
+def main(folder, group, done):
+    kept, recordings = plan.load(folder)
+    setting = plan.setting_of(folder, kept)
+    mine = set(stored.read(group, [stored.KEY], "sof-fleet run writes it again"))
+    taken = sum(alone(folder, one, setting) for one in recordings if one["key"] in mine)
+    write_json(done, {"recordings": len(mine), "steps": taken})
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

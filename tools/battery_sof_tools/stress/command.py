@@ -1,4 +1,4 @@
-"""Stress of the node (docs/reliability.md). Usage: stress soak|kill|disk|overload BUILD_FOLDER [options]"""
+"""Stress of the node (docs/reliability.md): stress soak|kill|disk|overload BUILD [options]; its answers' times: bench_queries BUILD [SECONDS]"""
 
 import argparse
 import os
@@ -6,19 +6,21 @@ import subprocess
 import sys
 import tempfile
 
-from ..sof import required, run
-from . import disk, kill, overload, soak
+from ..sof import program, run
+from . import disk, kill, overload, queries, soak
 
-
-KINDS = {"soak": soak, "kill": kill, "disk": disk, "overload": overload}
+KINDS = {"soak": soak, "kill": kill, "disk": disk, "overload": overload, "queries": queries}
 
 
 class Programs:
     """What is built, and what it is asked to make."""
 
     def __init__(self, build):
-        self.folder = os.path.join(os.path.abspath(build), "devel", "lib", "battery_sof")
-        self.node, self.sof = (required(os.path.join(self.folder, name)) for name in ("battery_sof_node", "sof"))
+        self.build = build
+        self.node, self.sof = map(self.path, ("battery_sof_node", "sof"))
+
+    def path(self, name):
+        return program(self.build, name)
 
     def drive(self, recording, duration, rate, seed):
         """A simulated drive as a bag or CSV, thinned to a rate."""
@@ -41,7 +43,7 @@ class Programs:
         return subprocess.run(asked, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode in (0, 1)
 
     def call(self, name, *arguments):
-        run([os.path.join(self.folder, name), *arguments])
+        run([self.path(name), *arguments])
 
 
 def parsed(arguments):
@@ -59,6 +61,7 @@ def parsed(arguments):
     loaded.add_argument("--questions", type=float, default=200.0, help="a second, of all clients")
     loaded.add_argument("--rate", type=float, default=5000.0, help="[Hz] of the topic")
     loaded.add_argument("--seconds", type=float, default=60.0)
+    kinds.choices["queries"].add_argument("seconds", nargs="?", type=float, default=20.0, help="of load on each model")
     return parser.parse_args(arguments)
 
 

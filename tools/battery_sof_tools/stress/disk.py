@@ -7,7 +7,7 @@ import time
 
 from ..tables import table
 from .kill import Drive
-from .ros import NODE, Newest, Processes, perform, wait_until
+from .ros import NODE, Newest, Processes, node_of_this_process, perform, wait_until
 
 SIZE = 128 * 1024  # [byte] of the disk
 
@@ -65,13 +65,11 @@ class WatchedNode:
     """A node that is driven through windows and identified on request; what it says of its state file."""
 
     def __init__(self, programs, processes, state, recording):
-        import rospy
         from battery_sof.msg import SofStatus
         from diagnostic_msgs.msg import DiagnosticArray
-        rospy.init_node("disk", anonymous=True, disable_signals=True)
         self.state = state
         self.node = processes.start(programs.node, f"_state_file:={state}", "_window_s:=60", "_min_window_quality:=0")
-        self.drive, self.said = Drive(recording), Newest("/diagnostics", DiagnosticArray)
+        self.drive, self.said = Drive(recording, node_of_this_process("disk")), Newest("/diagnostics", DiagnosticArray)
         self.status = Newest(NODE + "/status", SofStatus)
         self.drive.samples.until_connected()
 

@@ -9,7 +9,7 @@ import time
 from ..progress import followed
 from ..recordings import read_plain
 from ..tables import table
-from .ros import NODE, Newest, Processes, Samples, perform, wait_until
+from .ros import NODE, Newest, Processes, Samples, node_of_this_process, perform, wait_until
 
 MOST_SAMPLES = 200  # until the saved model must have answered
 
@@ -17,8 +17,7 @@ MOST_SAMPLES = 200  # until the saved model must have answered
 class Drive:
     """Samples of a recording, one after the other, over and over, on the node's topic; stamps go on."""
 
-    def __init__(self, path):
-        import rospy
+    def __init__(self, path, rospy):
         self.rows = read_plain(path).T.tolist()
         self.samples = Samples(rospy)
         self.at, self.origin = 0, 1000.0
@@ -70,7 +69,6 @@ def one_life(processes, programs, state, drive, chance):
 
 def measured(programs, folder, count, seed):
     """Rows of (samples until the saved model answered, drafts, whether the state file reads back, whether it was written again)."""
-    import rospy
     recording, chance = os.path.join(folder, "drive.csv"), random.Random(seed)
     programs.drive(recording, 900.0, 100.0, seed)
     home = os.path.join(folder, "state")
@@ -79,8 +77,7 @@ def measured(programs, folder, count, seed):
     programs.identify(recording, state)
     rows = []
     with Processes(folder) as processes:
-        rospy.init_node("kills", anonymous=True, disable_signals=True)
-        drive = Drive(recording)
+        drive = Drive(recording, node_of_this_process("kills"))
         for _ in followed(range(count), "kill"):
             before = os.stat(state).st_mtime_ns
             taken, drafts = one_life(processes, programs, state, drive, chance)

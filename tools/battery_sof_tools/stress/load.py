@@ -20,6 +20,11 @@ Load = collections.namedtuple("Load", "drive first learnt rate clients kinds que
 Seen = collections.namedtuple("Seen", "codes outside waits values longest runs")
 
 
+def waited(seen):
+    """[ms] of a client: median, and what 99 % stay within."""
+    return seen.waits[len(seen.waits) // 2], seen.waits[int(0.99 * (len(seen.waits) - 1))]
+
+
 def publish(load, ready):
     """After what is learnt the drive is linear between its rows."""
     samples = Samples(node_of_this_process("publisher"))

@@ -6,7 +6,7 @@ import os
 import time
 
 from ..tables import table
-from .load import Load, under_load
+from .load import Load, under_load, waited
 from .ros import Processes, node_of_this_process
 
 LEARNT = 400.0  # [s] of the drive before the load begins
@@ -46,13 +46,11 @@ def measured(programs, folder, clients, questions, rate, seconds):
 
 def report(result):
     seen, late = result
-    waits = seen.waits
-    median, longer = waits[len(waits) // 2], waits[int(0.99 * (len(waits) - 1))]
-    rows = [("questions answered", len(waits)),
+    rows = [("questions answered", len(seen.waits)),
             *((f"of code {code}", count) for code, count in sorted(seen.codes.items())),
             ("answers of code 0 outside 6 to 16 V", seen.outside),
             *((f"{kind} beside", count) for kind, count, _ in seen.runs),
-            ("a client in Python waits, median; 99 % [ms]", f"{median:.1f}; {longer:.1f}"),
+            ("a client in Python waits, median; 99 % [ms]", "{:.1f}; {:.1f}".format(*waited(seen))),
             *((key, f"{seen.values[key]:.2f}") for key in KEYS),
             ("sample delay longest [ms]", f"{seen.longest:.2f}"),
             ("a program that only wakes every millisecond, latest [ms]", f"{late:.2f}")]

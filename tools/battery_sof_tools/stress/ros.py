@@ -41,10 +41,10 @@ class Processes:
         for process in reversed(self.started):
             end(process)
 
-    def start(self, *command):
+    def start(self, *command, **more):
         log = os.path.join(self.folder, os.path.basename(command[0]) + ".log")
         with open(log, "a") as file:
-            self.started.append(subprocess.Popen(command, stdout=file, stderr=file, stdin=subprocess.DEVNULL))
+            self.started.append(subprocess.Popen(command, stdout=file, stderr=file, stdin=subprocess.DEVNULL, **more))
         return self.started[-1]
 
 

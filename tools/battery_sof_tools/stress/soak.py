@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 from ..tables import table
-from .ros import NODE, Newest, Processes, use_of, wait_until
+from .ros import NODE, Newest, Processes, node_of_this_process, use_of, wait_until
 
 HEAD = ("hours of driving", "samples taken", "RSS [MB]", "open files", "threads")
 
@@ -32,13 +32,12 @@ def lines_of(rows):
 
 def measured(programs, folder, hours, speed, rate):
     """Rows of (hours, samples, MB, files, threads). @param rate [Hz] of the drive, speed times as fast as it was driven."""
-    import rospy
     from battery_sof.msg import SofStatus
     bag = os.path.join(folder, "drive.bag")
     programs.drive(bag, 3600.0, rate, 1)
     rows = []
     with Processes(folder) as processes:
-        rospy.init_node("soak", anonymous=True, disable_signals=True)
+        node_of_this_process("soak")
         node = processes.start(programs.node, f"_state_file:={os.path.join(folder, 'state.yaml')}")
         status = Newest(NODE + "/status", SofStatus)
         wait_until(lambda: status.message is not None, 30.0, "a status of the node")
