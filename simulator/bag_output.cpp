@@ -27,14 +27,13 @@ sensor_msgs::BatteryState messageOf(const RecordedSample& sample, float temperat
 
 }  // namespace
 
-void writeBag(const std::filesystem::path& path, const Simulation& simulation,
-              bool with_temperature) {
+void writeBag(const std::filesystem::path& path, const std::vector<RecordedSample>& samples,
+              const std::vector<double>& temperature) {
   auto bag = std::make_unique<rosbag::Bag>(path.string(), rosbag::bagmode::Write);
   try {
-    for (std::size_t n = 0; n < simulation.samples.size(); ++n) {
-      const float temperature =
-          with_temperature ? static_cast<float>(simulation.temperature[n]) : kUnknown;
-      const auto message = messageOf(simulation.samples[n], temperature);
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+      const auto message = messageOf(
+          samples[n], temperature.empty() ? kUnknown : static_cast<float>(temperature[n]));
       bag->write(kTopic, std::max(message.header.stamp, ros::TIME_MIN), message);
     }
     bag->close();

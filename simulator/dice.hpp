@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <random>
 
 #include "simulator/units.hpp"
@@ -37,6 +38,11 @@ class Dice {
   }
   double sign() { return share() < 0.5 ? -1.0 : 1.0; }
   double normal() { return normal_(engine_); }  ///< mean 0, standard deviation 1
+  /// One of several, each as likely.
+  template <typename Choices>
+  auto oneOf(const Choices& choices) {
+    return choices[static_cast<std::size_t>(share() * static_cast<double>(std::size(choices)))];
+  }
 
   /// A number of the range, leaning to one end: low + (high - low) x^(2^lean), x uniform.
   /// @param lean 0 uniform, positive towards low, negative towards high; limited to 4 on either

@@ -32,18 +32,19 @@ void write(const fs::path& path, const fs::path& beside,
   fs::rename(beside, path);
 }
 
-std::string csvOf(const Simulation& simulation, bool with_temperature, Digits digits) {
+std::string csvOf(const std::vector<RecordedSample>& samples, Digits digits,
+                  const std::vector<double>& temperature) {
   std::string text = "time_s,current_a,voltage_v";
-  text += with_temperature ? ",temperature_c\n" : "\n";
+  text += temperature.empty() ? "\n" : ",temperature_c\n";
   char cells[120];
-  for (std::size_t n = 0; n < simulation.samples.size(); ++n) {
-    const RecordedSample& sample = simulation.samples[n];
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    const RecordedSample& sample = samples[n];
     const int more = digits == Digits::kMany ? 3 : 0;
     std::snprintf(cells, sizeof cells, "%.10g,%.*g,%.*g", sample.time, 7 + more, sample.current,
                   8 + more, sample.voltage);
     text += cells;
-    if (with_temperature) {
-      std::snprintf(cells, sizeof cells, ",%.6g", simulation.temperature[n]);
+    if (!temperature.empty()) {
+      std::snprintf(cells, sizeof cells, ",%.6g", temperature[n]);
       text += cells;
     }
     text += "\n";
@@ -70,13 +71,12 @@ bool isRecordingName(const fs::path& path) {
   return path.extension() == ".csv" || path.extension() == ".bag";
 }
 
-void writeRecording(const fs::path& path, const Simulation& simulation, bool with_temperature,
-                    Digits digits) {
+void writeRecording(const fs::path& path, const std::vector<RecordedSample>& samples, Digits digits,
+                    const std::vector<double>& temperature) {
   if (!isRecordingName(path))
     throw std::invalid_argument(path.string() + ": expected a name ending in .csv or .bag");
-  if (path.extension() == ".csv")
-    return writeText(path, csvOf(simulation, with_temperature, digits));
-  writeWhole(path, [&](const fs::path& name) { writeBag(name, simulation, with_temperature); });
+  if (path.extension() == ".csv") return writeText(path, csvOf(samples, digits, temperature));
+  writeWhole(path, [&](const fs::path& name) { writeBag(name, samples, temperature); });
 }
 
 void writeImpedance(const fs::path& path, const std::vector<ImpedancePoint>& spectrum) {

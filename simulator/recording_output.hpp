@@ -19,25 +19,25 @@ namespace battery_sof_simulator {
 void writeWhole(const std::filesystem::path& path,
                 const std::function<void(const std::filesystem::path&)>& write);
 
-/// Writes a simulated recording as a bag, as writeRecording() says.
+/// Writes a recording as a bag, as writeRecording() says.
 /// @throws std::exception when it cannot be written; std::runtime_error of a build without ROS,
 /// which says so.
-void writeBag(const std::filesystem::path& path, const Simulation& simulation,
-              bool with_temperature);
+void writeBag(const std::filesystem::path& path, const std::vector<RecordedSample>& samples,
+              const std::vector<double>& temperature);
 
 /// How finely a CSV is written: as a sensor's resolution needs, 0.1 mA and 1 uV; or so that small
 /// differences of recordings without noise are kept, 0.1 uA and 1 nV.
 enum class Digits { kSensor, kMany };
 
-/// Writes a simulated recording; the file appears whole or not at all. .csv:
-/// time_s,current_a,voltage_v, and temperature_c when `with_temperature`. .bag:
+/// Writes a recording; the file appears whole or not at all. .csv: time_s,current_a,voltage_v, and
+/// temperature_c where there is one for each sample [degC]. .bag:
 /// sensor_msgs/BatteryState on /battery_state, header stamps as the samples' times, other fields
 /// NaN; the bag's own record times are the stamps too, but at least ros::TIME_MIN, the smallest
 /// rosbag takes.
 /// @throws std::invalid_argument for another extension; std::runtime_error when it cannot be
 /// written.
-void writeRecording(const std::filesystem::path& path, const Simulation& simulation,
-                    bool with_temperature, Digits digits = Digits::kSensor);
+void writeRecording(const std::filesystem::path& path, const std::vector<RecordedSample>& samples,
+                    Digits digits, const std::vector<double>& temperature = {});
 
 /// Writes frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm, whole or not at all.
 /// @throws std::runtime_error.

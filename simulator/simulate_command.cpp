@@ -121,7 +121,8 @@ void record(const Scenario& scenario, const Arguments& arguments, std::ostream& 
   options.cut_after = arguments.duration;
   options.progress = progressOn(err, arguments.duration.value_or(scenario.duration));
   const Simulation simulation = solved(scenario, options, arguments.scenario);
-  writeRecording(arguments.out, simulation, scenario.effects.self_heating);
+  writeRecording(arguments.out, simulation.samples, Digits::kSensor,
+                 scenario.effects.self_heating ? simulation.temperature : std::vector<double>{});
   const std::string json = jsonOf(scenario, simulation, arguments.out).dump(2) + "\n";
   if (!arguments.json.empty() && arguments.json != "-") writeText(arguments.json, json);
   out << (arguments.json == "-" ? json : textOf(simulation, arguments.out));

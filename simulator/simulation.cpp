@@ -12,25 +12,18 @@ static_assert(kStep == PorousBlock::kStep, "drives count in one step");
 constexpr double kPorousTemperature = 25.0;  // [degC]
 constexpr double kProgressInterval = 60.0;   // [s], simulated
 
-/// Drives a battery and records it.
-/// @param duration of the recording [s]; the filter needs some more.
-/// @param look is shown every state and its step, 0 at the start; returns the charge so far [Ah].
+/// driveThrough() and what is recorded. @param duration of the recording [s]; the filter needs some
+/// more.
 template <typename Battery, typename Look>
 std::vector<RecordedSample> recordedDrive(const Battery& battery, const Scenario& scenario,
                                           double duration, const Look& look) {
   Acquisition acquisition(scenario.acquisition, 1.0 / kStep, scenario.seed);
-  DriveFollower driver(scenario, duration);
-  const PowerSource source(scenario.slew);
   const long all =
       std::lround(duration / kStep) + std::lround(std::ceil(acquisition.lookAhead() / kStep));
-  auto state = battery.rested();
-  acquisition.push(state.current, battery.voltage(state));
-  double charge_ah = look(state, 0);
-  for (long n = 1; n <= all; ++n) {
-    state = source.step(battery, state, driver.next(charge_ah));
+  driveThrough(battery, scenario, duration, all, [&](const auto& state, long n) {
     acquisition.push(state.current, battery.voltage(state));
-    charge_ah = look(state, n);
-  }
+    return look(state, n);
+  });
   return acquisition.recording(duration);
 }
 

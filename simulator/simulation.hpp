@@ -62,6 +62,22 @@ struct Simulation {
 /// have none.
 Simulation simulate(const Scenario& scenario, const SimulationOptions& options = {});
 
+/// Drives a battery through a scenario, cut or not.
+/// @param duration of the drive [s].  @param steps that are taken, of kStep.
+/// @param look is shown every state and its step, 0 at the start; returns the charge so far [Ah].
+template <typename Battery, typename Look>
+void driveThrough(const Battery& battery, const Scenario& scenario, double duration, long steps,
+                  const Look& look) {
+  DriveFollower driver(scenario, duration);
+  const PowerSource source(scenario.slew);
+  auto state = battery.rested();
+  double charge_ah = look(state, 0);
+  for (long n = 1; n <= steps; ++n) {
+    state = source.step(battery, state, driver.next(charge_ah));
+    charge_ah = look(state, n);
+  }
+}
+
 /// @return one sentence for every fault of a scenario; empty when all is well.
 std::vector<std::string> faultsOf(const Scenario& scenario);
 

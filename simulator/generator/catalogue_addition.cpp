@@ -228,10 +228,10 @@ void addParameterDrift(Addition& s) {
                                      {DriftingParameter::kR1, {0.5, 1.0}},
                                      {DriftingParameter::kCpe2Capacitance, {0.6, 1.2}},
                                      {DriftingParameter::kU0, {0.005, 0.015}}}};
-  const auto which = static_cast<std::size_t>(s.dice.share() * 4.0);
+  const Drifting one = s.dice.oneOf(all);
   s.mark("parameter_drift");
-  s.scenario.additions.drifting = all[which].parameter;
-  s.set("drift_per_h", s.signedValue(all[which].per_h));
+  s.scenario.additions.drifting = one.parameter;
+  s.set("drift_per_h", s.signedValue(one.per_h));
 }
 
 void addCurrentGain(Addition& s) {

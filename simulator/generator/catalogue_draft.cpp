@@ -75,8 +75,7 @@ std::string exercisedBy(const Order& order, const std::string& id) {
   std::vector<std::string> effects;
   for (const ScenarioKind& kind : scenarioKinds())
     if (kind.kind == "effect") effects.push_back(kind.id);
-  Dice dice(order.seed, kIndependentStream);
-  return effects[static_cast<std::size_t>(dice.share() * static_cast<double>(effects.size()))];
+  return Dice(order.seed, kIndependentStream).oneOf(effects);
 }
 
 void makeAdded(CatalogueDraft& draft, const std::vector<std::string>& ids, Dice& effect,
@@ -118,8 +117,7 @@ void drawStructure(CatalogueDraft& draft, Dice& dice) {
        {"cpe2", "fast_arc", "current_dependent_resistance", "inductance"}},
       {"porous_line", makePorousLine, {"cpe2", "fast_arc"}},
       {"kinetics", makeKinetics, {"charge_transfer"}}};
-  const Structure& one =
-      all[static_cast<std::size_t>(dice.share() * static_cast<double>(all.size()))];
+  const Structure one = dice.oneOf(all);
   one.make(draft.scenario, dice);
   draft.structure = one.name;
   draft.effects.insert(draft.effects.end(), one.effects.begin(), one.effects.end());

@@ -67,24 +67,21 @@ void inject(Arguments arguments) {
   arguments.law.mechanism = arguments.order.what.mechanism;
   arguments.law.id = arguments.order.what.id;
   arguments.law.seed = arguments.order.seed;
-  Simulation recording;
-  recording.samples = injected(readRecording(arguments.into), arguments.law);
-  writeRecording(arguments.out, recording, false, Digits::kMany);
+  writeRecording(arguments.out, injected(readRecording(arguments.into), arguments.law),
+                 Digits::kMany);
 }
 
 void drawFromCatalogue(const Arguments& arguments) {
   const CatalogueDraft draft = drawCatalogue(arguments.order);
   const Simulation simulation = simulate(recordedScenario(draft));
-  writeRecording(arguments.out, simulation, false,
+  writeRecording(arguments.out, simulation.samples,
                  draft.order.quiet ? Digits::kMany : Digits::kSensor);
   writeText(arguments.label, labelOf(draft, simulation));
 }
 
 void drawLaw(const Arguments& arguments) {
   const LawScenario one = drawLawScenario(arguments.order);
-  Simulation recording;
-  recording.samples = one.samples;
-  writeRecording(arguments.out, recording, false,
+  writeRecording(arguments.out, one.samples,
                  one.voltage_step_v == 0.0 ? Digits::kMany : Digits::kSensor);
   writeText(arguments.label, labelOf(one));
 }

@@ -78,8 +78,7 @@ std::vector<double> looked(const ImperfectChannel& channel, const std::vector<do
 /// @param corner_hz lowest and highest corner [Hz].
 ImperfectChannel drawChannel(const Range& corner_hz, Dice& dice) {
   ImperfectChannel channel;
-  const int orders[] = {1, 2, 3, 4, kBesselPoles};
-  channel.poles = orders[static_cast<std::size_t>(5.0 * dice.share())];
+  channel.poles = dice.oneOf(std::array{1, 2, 3, 4, kBesselPoles});
   channel.corner_hz = dice.logBetween(corner_hz);
   channel.late_share = dice.between({-0.05, 0.05});
   channel.bow_steps = dice.between({0.2, 0.5});

@@ -81,10 +81,9 @@ struct LawForm {
   Law (*draw)(Dice&, const Circumstances&);
 };
 
-/// Laws of acceptance, side reactions, acid and the open-circuit voltage; of structure, ageing and
-/// instruments; all of them, those of a mechanism together (docs/validation.md lists them).
+/// Laws of acceptance, side reactions, acid and the open-circuit voltage; with those of structure,
+/// ageing and instruments all of them, those of a mechanism together (docs/validation.md lists them).
 std::vector<LawForm> chemistryLaws();
-std::vector<LawForm> circuitLaws();
 const std::vector<LawForm>& lawForms();
 
 /// @throws std::invalid_argument when there is no such law.

@@ -77,18 +77,13 @@ double LawBattery::voltage(const LawState& state) const {
 
 Course drivenCourse(const Scenario& scenario, const Law* law, double strength) {
   const LawBattery battery(scenario, law, strength);
-  DriveFollower driver(scenario, scenario.duration);
-  const PowerSource source(scenario.slew);
-  LawState state = battery.rested();
-  const auto steps = static_cast<std::size_t>(std::lround(scenario.duration / battery.kStep));
-  Course course{{state.current}, {battery.voltage(state)}};
-  course.current.reserve(steps + 1);
-  course.voltage.reserve(steps + 1);
-  for (std::size_t n = 1; n <= steps; ++n) {
-    state = source.step(battery, state, driver.next(state.charge / kSecondsPerHour));
-    course.current.push_back(state.current);
-    course.voltage.push_back(battery.voltage(state));
-  }
+  Course course;
+  driveThrough(battery, scenario, scenario.duration, std::lround(scenario.duration / battery.kStep),
+               [&](const LawState& state, long) {
+                 course.current.push_back(state.current);
+                 course.voltage.push_back(battery.voltage(state));
+                 return state.charge / kSecondsPerHour;
+               });
   return course;
 }
 

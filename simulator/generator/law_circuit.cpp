@@ -1,3 +1,5 @@
+#include <stdexcept>
+
 #include "simulator/full_battery.hpp"
 #include "simulator/generator/law.hpp"
 #include "simulator/generator/series.hpp"
@@ -254,20 +256,32 @@ Law thermostatLoad(Dice& dice, const Circumstances& drive) {
 
 }  // namespace
 
-std::vector<LawForm> circuitLaws() {
-  return {{"structure", "depressed_arc", depressedArc},
-          {"structure", "conducting_film", conductingFilm},
-          {"structure", "adsorbed_sites", adsorbedSites},
-          {"structure", "power_electrode", powerElectrode},
-          {"ageing", "growing_layer", growingLayer},
-          {"ageing", "warming_inside", warmingInside},
-          {"ageing", "loosening_contacts", looseningContacts},
-          {"ageing", "fading_surface", fadingSurface},
-          {"instrument", "dead_band", deadBand},
-          {"instrument", "remanence", remanence},
-          {"instrument", "clock_drift", clockDrift},
-          {"instrument", "ringing_channel", ringingChannel},
-          {"instrument", "thermostat_load", thermostatLoad}};
+const std::vector<LawForm>& lawForms() {
+  static const std::vector<LawForm> all = [] {
+    std::vector<LawForm> forms = chemistryLaws();
+    forms.insert(forms.end(), {{"structure", "depressed_arc", depressedArc},
+                               {"structure", "conducting_film", conductingFilm},
+                               {"structure", "adsorbed_sites", adsorbedSites},
+                               {"structure", "power_electrode", powerElectrode},
+                               {"ageing", "growing_layer", growingLayer},
+                               {"ageing", "warming_inside", warmingInside},
+                               {"ageing", "loosening_contacts", looseningContacts},
+                               {"ageing", "fading_surface", fadingSurface},
+                               {"instrument", "dead_band", deadBand},
+                               {"instrument", "remanence", remanence},
+                               {"instrument", "clock_drift", clockDrift},
+                               {"instrument", "ringing_channel", ringingChannel},
+                               {"instrument", "thermostat_load", thermostatLoad}});
+    return forms;
+  }();
+  return all;
+}
+
+const LawForm& lawNamed(const std::string& mechanism, const std::string& id) {
+  for (const LawForm& form : lawForms())
+    if (form.mechanism == mechanism && form.id == id) return form;
+  throw std::invalid_argument("no law is \"" + mechanism + " " + id +
+                              "\"; --list names what there is");
 }
 
 }  // namespace battery_sof_simulator

@@ -22,11 +22,6 @@ constexpr double kHoldoutShare = 0.4;                  // of the training part's
 constexpr double kShortest = 60.0, kLongest = 7200.0;  // [s]
 constexpr double kCrankCurrent = -100.0;               // [A]
 
-template <typename Choices>
-auto chosen(const Choices& choices, Dice& dice) {
-  return choices[static_cast<std::size_t>(dice.share() * static_cast<double>(choices.size()))];
-}
-
 /// Mechanisms of laws, each once.
 std::vector<std::string> mechanisms() {
   std::vector<std::string> all;
@@ -51,10 +46,9 @@ void requireLawOrder(const Order& order) {
 /// What a battery and a drive are made for: a law's mechanism, or one of chance.
 std::string exercisedBy(const Order& order, std::uint64_t seed) {
   if (!order.independent_drive) return order.what.mechanism;
-  Dice dice(seed, kIndependentStream);
   std::vector<std::string> all = mechanisms();
   all.push_back("-");
-  return chosen(all, dice);
+  return Dice(seed, kIndependentStream).oneOf(all);
 }
 
 /// What the order leaves open, chosen mechanism first so that each is as likely.
@@ -62,13 +56,13 @@ Order filledIn(Order order, Dice& dice) {
   const double mechanism = dice.share(), rate = dice.share();
   const double shortest = order.independent_drive ? kShortest : 600.0;
   const double duration = std::round(dice.logBetween({shortest, 3600.0}));
-  const std::string drive = chosen(lawDrives(), dice);
+  const std::string drive = dice.oneOf(lawDrives());
   if (order.what.mechanism.empty() && order.what.id.empty() && order.what.kind == kOutOfCatalogue) {
     const auto all = mechanisms();
     order.what.mechanism =
         all[static_cast<std::size_t>(mechanism * static_cast<double>(all.size()))];
   }
-  order.what = chosen(meantBy(order.what), dice);
+  order.what = dice.oneOf(meantBy(order.what));
   if (order.drive.empty()) order.drive = drive;
   if (!order.rate) order.rate = rate < 0.3 ? 1.0 : rate < 0.65 ? 10.0 : 100.0;
   if (!order.duration) order.duration = duration;
@@ -229,7 +223,7 @@ void takeOtherDrive(LawScenario& one, std::uint64_t seed) {
   Dice base(seed, kBaseStream), drive(*one.order.drive_seed, kDriveStream);
   const std::string exercised = exercisedBy(one.order, seed);
   one.scenario = drawBase(one.order, exercised == "side_reactions", seed, base);
-  one.order.drive = chosen(lawDrives(), drive);
+  one.order.drive = drive.oneOf(lawDrives());
   drawLawDrive(one.scenario, one.order.drive, exercisedBy(one.order, *one.order.drive_seed), drive);
 }
 

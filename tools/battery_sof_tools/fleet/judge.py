@@ -1,6 +1,6 @@
 """A fleet of drawn recordings beside what is true of them: alarms, false discoveries and power.
 
-The labels are those that `strangers --only-draw` writes: FOLDER/labels/NAME.json of FOLDER/recordings/NAME.csv. A battery whose recordings are all nulls lacks nothing.
+The labels are those that `out_of_model --only-draw` writes: FOLDER/labels/NAME.json of FOLDER/recordings/NAME.csv. A battery whose recordings are all nulls lacks nothing.
 """
 
 import collections

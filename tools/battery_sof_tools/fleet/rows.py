@@ -7,7 +7,7 @@ from .plan import MEANT, STEPS
 
 
 def of_recording(entry, told):
-    """Rows by table. reported: the steps' files by name."""
+    """Rows by table. told: the steps' files by name."""
     key = entry["key"]
     answers = {step: one["answer"] for step, one in told.items() if one["answer"]}
     made = {"recording": [recording(entry, told, answers.get("check") or {})], "step": [(key, s, told[s]["exit"], told[s]["reason"]) for s in STEPS if s in told],
