@@ -20,7 +20,8 @@ struct CombinedDiagnosis {
  * @brief Classifies the mean evidence of the recordings that have a mechanism.
  *
  * The mean, not the sum: given the truth, recordings of one battery share the model's error
- * (docs/diagnosis.md#several-recordings). Effects that one recording accepted do not count.
+ * (docs/diagnosis.md#several-recordings). What was accepted counts by the share of recordings that
+ * did.
  *
  * @param recordings of one battery, each another drive.
  */

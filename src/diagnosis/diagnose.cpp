@@ -5,9 +5,8 @@
 #include <utility>
 
 #include "diagnosis/locate.hpp"
+#include "diagnosis/validation.hpp"
 #include "diagnosis/verdict.hpp"
-#include "stage_compare.hpp"
-#include "stage_locate.hpp"
 
 namespace battery_sof {
 namespace {
@@ -62,20 +61,20 @@ void take(Diagnosis& found, const Explained& explained, EstimatedDiscrepancy dis
   found.detection_limits = std::move(judged.detection_limits);
 }
 
-void take(Diagnosis& found, Named named, Compared compared) {
+void take(Diagnosis& found, Named named, Validation validation) {
   found.base = std::move(named.base);
   found.effects = std::move(named.effects);
-  found.extended = std::move(compared.extended);
-  found.base_voltage = std::move(compared.base_voltage);
-  found.extended_voltage = std::move(compared.extended_voltage);
-  found.fit = std::move(compared.fit);
-  found.source = std::move(compared.source);
+  found.extended = std::move(validation.extended);
+  found.base_voltage = std::move(validation.base_voltage);
+  found.extended_voltage = std::move(validation.extended_voltage);
+  found.fit = std::move(validation.fit);
+  found.source = std::move(validation.source);
   found.charger_share = found.source.share;
-  found.withheld_rmse = compared.withheld_rmse;
+  found.withheld_rmse = validation.withheld_rmse;
   if (found.withheld_rmse && found.discrepancy) found.discrepancy->is_used = false;
   for (Candidate& candidate : found.candidates)
     if (candidate.rejected_because.empty())
-      candidate.holdout_gain_percent = compared.holdout_gain_percent;
+      candidate.holdout_gain_percent = validation.holdout_gain_percent;
 }
 
 }  // namespace
@@ -85,32 +84,22 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   const Parts parts = partsOf(recording.series, options.holdout_share);
   const std::string lack = lackOf(slice(recording.series, parts.train), options.holdout_share);
   if (!lack.empty()) return insufficient(recording.series, lack);
-  const Prepared prepared = prepare(recording, parts, options);
-  tell(options, "locating where model and measurement deviate");
-  Located located = locateErrors(prepared);
-  const Explained explained = explainErrors(prepared, options);
-  tell(options, "learning what no equation represents");
-  const FinalFit last = fitExplained(prepared, explained);
-  pulse(options);
-  const EstimatedDiscrepancy discrepancy = estimateDiscrepancy(prepared, explained, last, options);
-  pulse(options);
-  const Judged judged = judgeFindings(recording, prepared, explained, last, discrepancy, options);
-  pulse(options);
-  const Named named = nameEffects(recording, prepared, explained, last, discrepancy, judged);
-  tell(options, "opening the part that was held out");
-  const Compared compared =
-      compareOnHoldOut(recording, prepared, explained, discrepancy, named, options);
+  Residuals residuals = residualsOf(recording, parts, options);
+  ModelSelection selected = selectModel(recording, residuals, options);
+  Validation validation = validate(recording, residuals, selected, options);
 
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
-  for (const std::vector<std::string>* notes : {&prepared.notes, &explained.notes, &compared.notes})
+  for (const std::vector<std::string>* notes :
+       {&residuals.notes, &selected.explained.notes, &validation.notes})
     append(found.instrument, *notes);
-  found.mismatch = mismatchSegments(prepared.base, last.quiet, located.regimes,
-                                    last.at_edges ? prepared.base.noise : last.fit.noise);
-  found.regimes = std::move(located.findings);
-  found.parameter_bias = std::move(located.parameter_bias);
-  take(found, explained, discrepancy, judged);
-  take(found, named, compared);
+  found.mismatch =
+      mismatchSegments(residuals.base, selected.last.quiet, residuals.regimes,
+                       selected.last.at_edges ? residuals.base.noise : selected.last.fit.noise);
+  found.regimes = std::move(residuals.findings);
+  found.parameter_bias = std::move(residuals.parameter_bias);
+  take(found, selected.explained, std::move(selected.discrepancy), std::move(selected.judged));
+  take(found, std::move(selected.named), std::move(validation));
   found.summary = summaryOf(found);
   found.next_experiment = nextExperiment(found);
   return found;
@@ -120,7 +109,7 @@ MechanismEvidence mechanismEvidence(const Recording& recording, const DiagnoseOp
   requireValid(options);
   const Parts parts = partsOf(recording.series, options.holdout_share);
   if (!lackOf(slice(recording.series, parts.train), options.holdout_share).empty()) return {};
-  return weighMechanisms(prepare(recording, parts, options), options);
+  return weighMechanisms(residualsOf(recording, parts, options), options);
 }
 
 }  // namespace battery_sof

@@ -1,6 +1,6 @@
 #include "effect_search.hpp"
 
-#include "diagnosis/hypotheses.hpp"
+#include "diagnosis/explanation_state.hpp"
 #include "model/base_model.hpp"
 
 namespace battery_sof {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "diagnosis/hypotheses.hpp"
+#include "diagnosis/explanation_state.hpp"
 #include "effect_search.hpp"
 #include "explanation_fits.hpp"
 #include "model/effect.hpp"

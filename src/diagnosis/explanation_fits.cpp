@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "diagnosis/hypotheses.hpp"
-#include "diagnosis/noise_rows.hpp"
+#include "diagnosis/explanation_state.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -1,7 +1,11 @@
 #include "explanation_state.hpp"
 
 #include "model/base_model.hpp"
+#include "model/effect.hpp"
 #include "regression/discrepancy_fit.hpp"
+#include "util/text.hpp"
+
+#include <algorithm>
 
 namespace battery_sof {
 namespace {
@@ -66,6 +70,25 @@ FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double st
   c.upper = info.upper;
   c.centre = c.of(info.begins_as_u_c2 ? start : info.rest);
   return c;
+}
+
+BatteryModel enlarged(const BatteryModel& model, const std::string& id) {
+  std::vector<std::string> effects = model.effects();
+  const auto add = [&](const std::string& one) {
+    if (!contains(effects, one)) effects.push_back(one);
+  };
+  for (const std::string& needed : effectInfo(id).needs) add(needed);
+  add(id);
+  return BatteryModel(effects);
+}
+
+std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
+                                      bool voltage_controlled) {
+  if (!asked.empty()) return asked;
+  std::vector<std::string> ids;
+  for (const EffectInfo& info : effectCatalogue())
+    if (!info.on_request || voltage_controlled) ids.push_back(info.id);
+  return ids;
 }
 
 }  // namespace battery_sof

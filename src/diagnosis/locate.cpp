@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "diagnosis/random_bits.hpp"
-#include "diagnosis/signatures.hpp"
+#include "diagnosis/whitened_fit.hpp"
 #include "util/student.hpp"
 
 namespace battery_sof {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "diagnosis/signatures.hpp"
+#include "diagnosis/whitened_fit.hpp"
 
 namespace battery_sof {
 namespace {

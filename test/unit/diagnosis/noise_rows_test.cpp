@@ -1,4 +1,4 @@
-#include "diagnosis/noise_rows.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "diagnosis/stage_discrepancy.hpp"
+#include "diagnosis/model_selection.hpp"
 
 namespace battery_sof {
 namespace {

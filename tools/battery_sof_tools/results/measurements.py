@@ -165,6 +165,7 @@ MEASUREMENTS = {
     "stop_voltage": Measurement(("scripts/stops BUILD --data DATA --json OUT/stops.json",),
                                 as_written("stops"), 1, True),
     "diagnosis": Measurement(("scripts/diagnose_measured BUILD --data DATA --json OUT/measured.json",), diagnosed, 3, True),
+    "same_diagnosis": Measurement(("scripts/same_diagnosis BUILD --data DATA --jobs 2 --json OUT/same_diagnosis.json",), as_written("same_diagnosis"), 20, True),
     "small_car": Measurement((f"BUILD/devel/lib/battery_sof/sof diagnose {SMALL_CAR} --threads 1 --json OUT/answer.json --report OUT/page.html",
                               "scripts/page_pictures OUT/page.html OUT/docs/pictures"), one_diagnosis, 0.5, True, tuple(f"pictures/{one}" for one in PICTURES)),
     "study": Measurement(("scripts/study BUILD --data DATA --json OUT/study.json",),

@@ -1,4 +1,4 @@
-#include "stage_compare.hpp"
+#include "diagnosis/validation.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -23,17 +23,18 @@ struct Opened {
   IndexRange holdout;
 };
 
-Opened open(const Series& series, const Prepared& prepared, std::vector<std::string>& notes) {
-  Opened opened{treatedAsScreened(series, prepared.screened), {}, prepared.parts.holdout};
+Opened open(const Series& series, const Residuals& residuals, std::vector<std::string>& notes) {
+  Opened opened{treatedAsScreened(series, residuals.screened), {}, residuals.parts.holdout};
   InstrumentLimits limits = instrumentLimits(series);
   maskBehindUnknownCharge(series, limits);
-  const std::vector<char>& trained = prepared.screened.limits.masked;
+  const std::vector<char>& trained = residuals.screened.limits.masked;
   std::copy(trained.begin(), trained.end(), limits.masked.begin());
   const auto begin = limits.masked.begin() + static_cast<std::ptrdiff_t>(opened.holdout.first);
   if (std::all_of(begin, limits.masked.end(), [](char fault) { return fault != 0; })) {
     std::fill(begin, limits.masked.end(), 0);
     notes.push_back(
-        "no sample of the part that was held out is a measurement beyond doubt; it is compared as "
+        "no sample of the part that was held out is a measurement beyond doubt; it is compared "
+        "as "
         "it stands");
   }
   opened.masked = std::move(limits.masked);
@@ -78,9 +79,9 @@ MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Ser
 }
 
 /// The hold-out by what needs no physics.
-void compareBaseline(Comparison& fit, const Series& series, const Prepared& prepared,
+void compareBaseline(Comparison& fit, const Series& series, const Residuals& residuals,
                      const Opened& opened, const std::optional<ChargerControl>& driving) {
-  const IndexRange train = prepared.parts.train, holdout = prepared.parts.holdout;
+  const IndexRange train = residuals.parts.train, holdout = residuals.parts.holdout;
   const std::vector<char> controlled =
       driving ? driving->voltage_controlled : std::vector<char>(series.size(), 0);
   const BaselinePredictor baseline = fitBaseline(series, train, controlled);
@@ -112,15 +113,15 @@ void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
 
 /// What predicts the hold-out worse than the base model is reported and not given. Where a source
 /// controls the voltage, the model that is handed on answers in the other direction and stays.
-void withhold(Compared& compared, const FittedModel& base, bool is_driven) {
-  Comparison& fit = compared.fit;
-  compared.withheld_rmse = fit.extended_holdout.rmse;
-  compared.extended_voltage = compared.base_voltage;
+void withhold(Validation& validation, const FittedModel& base, bool is_driven) {
+  Comparison& fit = validation.fit;
+  validation.withheld_rmse = fit.extended_holdout.rmse;
+  validation.extended_voltage = validation.base_voltage;
   if (is_driven) {
     takeErrorsOfBase(fit.base_train, fit.extended_train);
     takeErrorsOfBase(fit.base_holdout, fit.extended_holdout);
   } else {
-    compared.extended = base;
+    validation.extended = base;
     fit.extended_train = fit.base_train;
     fit.extended_holdout = fit.base_holdout;
   }
@@ -128,12 +129,12 @@ void withhold(Compared& compared, const FittedModel& base, bool is_driven) {
 
 /// Where a source controls the voltage, what was estimated of the voltage from the current; the
 /// model that is handed on answers in the other direction.
-std::vector<double> extendedVoltage(const Opened& opened, const Compared& compared, bool is_driven,
-                                    const EstimatedDiscrepancy& discrepancy) {
-  if (!is_driven) return voltageOf(opened, compared.extended);
+std::vector<double> extendedVoltage(const Opened& opened, const Validation& validation,
+                                    bool is_driven, const EstimatedDiscrepancy& discrepancy) {
+  if (!is_driven) return voltageOf(opened, validation.extended);
   return discrepancy.with_discrepancy ? voltageOf(opened, discrepancy.with_discrepancy->model,
                                                   discrepancy.with_discrepancy->point)
-                                      : compared.base_voltage;
+                                      : validation.base_voltage;
 }
 
 /// Of the error: relative to the spread of current and voltage where a charger controls the voltage.
@@ -145,53 +146,58 @@ std::optional<double> gainPercent(const ErrorMetrics& base, const ErrorMetrics& 
   return 100.0 * (1.0 - after / before);
 }
 
-void compareErrors(Compared& compared, const Parts& parts, const Opened& opened,
+void compareErrors(Validation& validation, const Parts& parts, const Opened& opened,
                    const FittedModel& base) {
-  Comparison& fit = compared.fit;
-  fit.base_train = metricsOf(opened, parts.train, compared.base_voltage, base);
-  fit.base_holdout = metricsOf(opened, parts.holdout, compared.base_voltage, base);
-  fit.extended_train = metricsOf(opened, parts.train, compared.extended_voltage, compared.extended);
+  Comparison& fit = validation.fit;
+  fit.base_train = metricsOf(opened, parts.train, validation.base_voltage, base);
+  fit.base_holdout = metricsOf(opened, parts.holdout, validation.base_voltage, base);
+  fit.extended_train =
+      metricsOf(opened, parts.train, validation.extended_voltage, validation.extended);
   fit.extended_holdout =
-      metricsOf(opened, parts.holdout, compared.extended_voltage, compared.extended);
+      metricsOf(opened, parts.holdout, validation.extended_voltage, validation.extended);
 }
 
 }  // namespace
 
-Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared,
-                          const Explained& explained, const EstimatedDiscrepancy& discrepancy,
-                          const Named& named, const DiagnoseOptions& options) {
+Validation validate(const Recording& recording, const Residuals& residuals,
+                    const ModelSelection& selected, const DiagnoseOptions& options) {
+  tell(options, "opening the part that was held out");
+  const EstimatedDiscrepancy& discrepancy = selected.discrepancy;
+  const Named& named = selected.named;
   const Series& series = recording.series;
-  const Parts& parts = prepared.parts;
-  const bool is_driven = explained.driving.has_value();
-  Compared compared;
-  Comparison& fit = compared.fit;
-  const Opened opened = open(series, prepared, compared.notes);
-  compared.extended = named.extended;
-  compared.base_voltage = voltageOf(opened, named.base);
-  compared.extended_voltage = extendedVoltage(opened, compared, is_driven, discrepancy);
+  const Parts& parts = residuals.parts;
+  const bool is_driven = selected.explained.driving.has_value();
+  Validation validation;
+  Comparison& fit = validation.fit;
+  const Opened opened = open(series, residuals, validation.notes);
+  validation.extended = named.extended;
+  validation.base_voltage = voltageOf(opened, named.base);
+  validation.extended_voltage = extendedVoltage(opened, validation, is_driven, discrepancy);
   fit.train = windowOf(series, parts.train);
   fit.holdout = windowOf(series, parts.holdout);
   pulse(options);
-  compareErrors(compared, parts, opened, named.base);
+  compareErrors(validation, parts, opened, named.base);
   pulse(options);
-  compared.source = overviewOf(detectControlMode(series), series);
+  validation.source = overviewOf(detectControlMode(series), series);
   const std::optional<ChargerControl> driving = chargerControl(series);
-  compareBaseline(fit, series, prepared, opened, driving);
+  compareBaseline(fit, series, residuals, opened, driving);
   pulse(options);
   if (driving) {
     takeShares(sharesOf(named.base_both_ways.value_or(named.base), *driving, series, parts.holdout),
                fit.base_holdout);
-    takeShares(sharesOf(compared.extended, *driving, series, parts.holdout), fit.extended_holdout);
+    takeShares(sharesOf(validation.extended, *driving, series, parts.holdout),
+               fit.extended_holdout);
   }
-  compared.holdout_gain_percent = gainPercent(fit.base_holdout, fit.extended_holdout);
+  validation.holdout_gain_percent = gainPercent(fit.base_holdout, fit.extended_holdout);
   if (is_driven && !discrepancy.with_discrepancy)
-    compared.notes.push_back(
+    validation.notes.push_back(
         "the extended model answers in current: its voltage rows are the base model's, its gain is "
         "the explained variation");
-  if (fit.extended_holdout.rmse > fit.base_holdout.rmse) withhold(compared, named.base, is_driven);
-  fit.regimes = compareRegimes(opened.whole, parts.holdout, compared.base_voltage,
-                               compared.extended_voltage, opened.masked);
-  return compared;
+  if (fit.extended_holdout.rmse > fit.base_holdout.rmse)
+    withhold(validation, named.base, is_driven);
+  fit.regimes = compareRegimes(opened.whole, parts.holdout, validation.base_voltage,
+                               validation.extended_voltage, opened.masked);
+  return validation;
 }
 
 }  // namespace battery_sof

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/model_selection.hpp"
 #include "recording/control_mode.hpp"
-#include "stage_name.hpp"
 
 namespace battery_sof {
 
 /// Base and extended model on the part that was held out, and what is handed on after it.
-struct Compared {
+struct Validation {
   Comparison fit;
   ControlModeOverview source;  ///< of the whole recording
   /// Named::extended; the base model where it is withheld
@@ -24,8 +24,7 @@ struct Compared {
 };
 
 /// Opens the part that was held out.
-Compared compareOnHoldOut(const Recording& recording, const Prepared& prepared,
-                          const Explained& explained, const EstimatedDiscrepancy& discrepancy,
-                          const Named& named, const DiagnoseOptions& options);
+Validation validate(const Recording& recording, const Residuals& residuals,
+                    const ModelSelection& selected, const DiagnoseOptions& options);
 
 }  // namespace battery_sof

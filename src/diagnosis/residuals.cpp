@@ -1,10 +1,11 @@
-#include "stage_prepare.hpp"
+#include "diagnosis/residuals.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "diagnosis/locate.hpp"
 #include "diagnosis/parameter_bias.hpp"
 #include "util/text.hpp"
 
@@ -23,29 +24,29 @@ constexpr double kMinNoise = 1e-5;     // [V]
 constexpr double kRoughNoise = 0.001;  // [V]
 constexpr int kMoreStarts = 6;
 
-void takeDrives(Prepared& prepared) {
-  const Screening& screened = prepared.screened;
-  const IndexRange train = prepared.parts.train;
+void takeDrives(Residuals& residuals) {
+  const Screening& screened = residuals.screened;
+  const IndexRange train = residuals.parts.train;
   Compression compression;
   compression.max_length =
       std::max(compression.max_length, kSlowLength * medianInterval(screened.series));
-  InputSequence& inputs = prepared.inputs;
+  InputSequence& inputs = residuals.inputs;
   inputs = train.size() > kCompressFrom
                ? compressedInputs(screened.series, train, compression, screened.limits.masked)
                : inputSequence(screened.series, train, screened.limits.masked);
   if (!screened.slow)
     inputs = withoutEdges(inputs, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
-  prepared.quiet = screened.slow ? inputs : withoutEdges(inputs, kEdge, kBeforeEdge, kAfterEdge);
+  residuals.quiet = screened.slow ? inputs : withoutEdges(inputs, kEdge, kBeforeEdge, kAfterEdge);
 }
 
-void fitBase(Prepared& prepared) {
-  const double lsb = prepared.screened.limits.voltage_lsb_std;
-  prepared.search.min_white = std::max(kMinNoise, lsb);
+void fitBase(Residuals& residuals) {
+  const double lsb = residuals.screened.limits.voltage_lsb_std;
+  residuals.search.min_white = std::max(kMinNoise, lsb);
   const BatteryModel model;
-  prepared.base = fitWhitened(model, prepared.quiet, {typicalStart(model, prepared.quiet)},
-                              std::nullopt, prepared.search);
-  std::vector<std::string>& faults = prepared.screened.faults;
-  if (lsb > kCoarse * kRoughNoise && lsb > 0.5 * prepared.base.noise.white_std &&
+  residuals.base = fitWhitened(model, residuals.quiet, {typicalStart(model, residuals.quiet)},
+                               std::nullopt, residuals.search);
+  std::vector<std::string>& faults = residuals.screened.faults;
+  if (lsb > kCoarse * kRoughNoise && lsb > 0.5 * residuals.base.noise.white_std &&
       !contains(faults, "quantisation"))
     faults.push_back("quantisation");
 }
@@ -62,24 +63,24 @@ InputSequence partOf(const InputSequence& inputs, std::size_t begin, std::size_t
 /// Exchange test on the halves of the training part: a half that fits better with the other's
 /// parameters than with its own reports that a search stopped early, not of physics. The base model
 /// is then searched from more starts.
-void exchangeHalves(Prepared& prepared) {
-  const InputSequence& quiet = prepared.quiet;
-  WhitenedFit& base = prepared.base;
+void exchangeHalves(Residuals& residuals) {
+  const InputSequence& quiet = residuals.quiet;
+  WhitenedFit& base = residuals.base;
   const std::size_t middle = quiet.samples.size() / 2;
   const InputSequence first = partOf(quiet, 0, middle),
                       second = partOf(quiet, middle, quiet.samples.size());
   const BatteryModel model;
-  WhitenedSearch once = prepared.search;
+  WhitenedSearch once = residuals.search;
   once.rounds = 1;
   const auto fitOf = [&](const InputSequence& part) {
     return fitWhitened(model, part, {base.point, typicalStart(model, part)}, base.noise, once);
   };
   const WhitenedFit one = fitOf(first), other = fitOf(second);
   if (!optimiserFailed(exchangeOf({&first, &second}, {&one, &other}))) return;
-  prepared.notes.push_back(
+  residuals.notes.push_back(
       "the base model's search stopped early in a half of the recording and was begun again from "
       "more starts");
-  WhitenedSearch wider = prepared.search;
+  WhitenedSearch wider = residuals.search;
   wider.more_starts = kMoreStarts;
   const WhitenedFit again =
       fitWhitened(model, quiet, {base.point, one.point, other.point}, base.noise, wider);
@@ -95,19 +96,24 @@ Parts partsOf(const Series& series, double holdout_share) {
   return {{0, trained}, {trained, series.size()}};
 }
 
-Prepared prepare(const Recording& recording, const Parts& parts, const DiagnoseOptions& options) {
-  Prepared prepared;
-  prepared.parts = parts;
+Residuals residualsOf(const Recording& recording, const Parts& parts,
+                      const DiagnoseOptions& options) {
+  Residuals residuals;
+  residuals.parts = parts;
   tell(options, "checking the instruments");
-  prepared.screened = screenInstruments(recording, slice(recording.series, parts.train));
-  prepared.notes = prepared.screened.sentences;
+  residuals.screened = screenInstruments(recording, slice(recording.series, parts.train));
+  residuals.notes = residuals.screened.sentences;
   tell(options, "fitting the base model");
-  takeDrives(prepared);
-  prepared.search.pulse = options.pulse;
-  prepared.search.priors = options.priors;
-  fitBase(prepared);
-  exchangeHalves(prepared);
-  return prepared;
+  takeDrives(residuals);
+  residuals.search.pulse = options.pulse;
+  residuals.search.priors = options.priors;
+  fitBase(residuals);
+  exchangeHalves(residuals);
+  tell(options, "locating where model and measurement deviate");
+  residuals.regimes = regimesOf(residuals.quiet);
+  residuals.findings = regimeFindings(residuals.base, residuals.quiet, residuals.regimes);
+  residuals.parameter_bias = parameterBiases(residuals.base, residuals.quiet, residuals.regimes);
+  return residuals;
 }
 
 ModelPoint beginningOf(const CompositionPoint& point, const InputSequence& inputs) {

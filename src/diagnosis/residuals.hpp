@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "diagnosis/diagnose.hpp"
+#include "diagnosis/regimes.hpp"
 #include "diagnosis/screening.hpp"
 #include "diagnosis/whitened_fit.hpp"
 #include "model/input_sequence.hpp"
 
 namespace battery_sof {
 
-// A diagnosis is made in stages, each a function from values to values in a file stage_*.cpp;
-// diagnose() calls them in order.
+// A diagnosis is three functions from values to values: residualsOf(), selectModel(), validate().
 
 /// A recording in two: what is estimated from, and what is compared with at the end.
 struct Parts {
@@ -20,8 +20,8 @@ struct Parts {
 /// @param holdout_share of the samples, the last ones.
 Parts partsOf(const Series& series, double holdout_share);
 
-/// A training part as it can be fitted, and the base circuit fitted to it.
-struct Prepared {
+/// A training part as it can be fitted, the base circuit fitted to it, and where the two part.
+struct Residuals {
   Parts parts;
   Screening screened;
   InputSequence inputs;  ///< of the training part; long ones compressed
@@ -30,10 +30,14 @@ struct Prepared {
   WhitenedSearch search;           ///< how compositions are fitted to them
   WhitenedFit base;                ///< the base circuit, to quiet
   std::vector<std::string> notes;  ///< on the instruments, a sentence each
+  std::vector<Regime> regimes;     ///< one a sample of quiet
+  std::vector<RegimeFinding> findings;
+  std::vector<ParameterBias> parameter_bias;
 };
 
-/// Instrument screen and base fit. @param parts the training part holds what lackOf() requires.
-Prepared prepare(const Recording& recording, const Parts& parts, const DiagnoseOptions& options);
+/// @param parts the training part holds what lackOf() requires.
+Residuals residualsOf(const Recording& recording, const Parts& parts,
+                      const DiagnoseOptions& options);
 
 /// What every simulation of the training part at full rate begins with.
 ModelPoint beginningOf(const CompositionPoint& point, const InputSequence& inputs);

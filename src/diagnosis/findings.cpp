@@ -1,0 +1,400 @@
+#include "diagnosis/model_selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "diagnosis/explanation_state.hpp"
+#include "diagnosis/profile_interval.hpp"
+#include "diagnosis/slow_tone.hpp"
+#include "diagnosis/verdict.hpp"
+#include "estimation/composition_identification.hpp"
+#include "estimation/identification.hpp"
+#include "state/state_estimator.hpp"
+#include "util/text.hpp"
+
+namespace battery_sof {
+namespace {
+
+/// A diagnosis made so far, into whose recording an effect can be injected.
+struct Confirmation {
+  const Recording& recording;
+  const Residuals& residuals;
+  const WhitenedFit& fit;  ///< the model to which the effect is added
+};
+
+constexpr int kConfirmations = 6;
+
+bool isNamedWith(const Confirmation& confirmation, const BatteryModel& larger,
+                 const CompositionPoint& point, const std::string& id,
+                 const DiagnoseOptions& asked) {
+  const Residuals& residuals = confirmation.residuals;
+  const IndexRange train = residuals.parts.train;
+  const InputSequence every =
+      inputSequence(residuals.screened.series, train, residuals.screened.limits.masked);
+  const Eigen::VectorXd added =
+      simulatedVoltage(larger, point, every) -
+      simulatedVoltage(confirmation.fit.model, confirmation.fit.point, every);
+  if (!added.allFinite()) return false;
+  Recording changed = confirmation.recording;
+  for (Eigen::Index n = 0; n < added.size(); ++n)
+    changed.series.voltage[train.first + static_cast<std::size_t>(n)] += added[n];
+  DiagnoseOptions options = asked;
+  options.lists_detection_limits = false;
+  options.confirm.clear();
+  options.progress = nullptr;
+  const Diagnosis found = diagnose(changed, options);
+  return std::any_of(found.effects.begin(), found.effects.end(), [&](const NamedEffect& effect) {
+    return effect.id == id || contains(effect.indistinguishable_from, id);
+  });
+}
+
+/**
+ * @brief Raises a strength until a diagnosis of the recording with the effect put in names it.
+ *
+ * @param one its strength is where to begin.
+ * @return the strength; none where no diagnosis names it.
+ */
+std::optional<double> confirmedStrength(const Confirmation& confirmation, const DetectionLimit& one,
+                                        const DiagnoseOptions& options) {
+  tell(options, "diagnosing with " + one.id + " put in");
+  const WhitenedFit& fit = confirmation.fit;
+  const BatteryModel larger = enlarged(fit.model, one.id);
+  const ParameterInfo& info =
+      larger.parameters()[static_cast<std::size_t>(*larger.parameterRow(one.parameter))];
+  std::optional<double> strength = one.strength.value_or(one.typical);
+  for (int round = 0; round < kConfirmations && strength; ++round) {
+    CompositionPoint point = embedded(fit.model, fit.point, larger);
+    for (const ParameterInfo& other : larger.parameters())
+      if (!fit.model.parameterRow(other.name))
+        point.parameters[*larger.parameterRow(other.name)] = other.magnitude;
+    point.parameters[*larger.parameterRow(one.parameter)] = *strength;
+    if (isNamedWith(confirmation, larger, point, one.id, options)) return strength;
+    const double gone = info.vanishes_at.value_or(0.0);
+    const double next = gone + 2.0 * (*strength - gone);
+    strength =
+        next >= info.lower && next <= info.upper ? std::optional<double>(next) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+/// RMS of what a fit leaves of its samples apart from white noise and rounding [V]; samples weigh
+/// by their count, which edges of a slow sampling make less.
+double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltage_lsb_std) {
+  double square = 0.0, counted = 0.0;
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
+    const double count = inputs.samples[n].count;
+    if (!(count > 0.0)) continue;
+    square += count * (std::pow(fit.residual[static_cast<Eigen::Index>(n)], 2) -
+                       std::pow(voltage_lsb_std, 2)) -
+              std::pow(fit.noise.white_std, 2);
+    counted += count;
+  }
+  return counted > 0.0 && square > 0.0 ? std::sqrt(square / counted) : 0.0;
+}
+
+Unexplained restOf(const Residuals& residuals, const FinalFit& last,
+                   const EstimatedDiscrepancy& discrepancy) {
+  Unexplained rest;
+  const std::optional<SlowTone> tone = slowTone(last.fit, last.inputs(residuals));
+  // RMS of a tone
+  rest.is_tone = tone && tone->amplitude >= std::sqrt(2.0) * discrepancy.unexplained.limits.rmse;
+  rest.has_discrepancy = discrepancy.holds();
+  // Blocks that are left out are missed by more than what is missing where a short recording hardly
+  // determines the parameters.
+  if (discrepancy.finding)
+    rest.rmse = std::min(
+        discrepancy.finding->left_out.base,
+        leftOf(last.fit, last.inputs(residuals), residuals.screened.limits.voltage_lsb_std));
+  return rest;
+}
+
+/// What is reported an explanation: effects by their evidence; a mechanism that its regressors
+/// alone represent where what they estimated holds on blocks that were left out. Ageing is reported
+/// by its evidence: how far it had come in a block the others do not say.
+Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discrepancy) {
+  const auto is_untold = [&](const SelectedTerm& one) {
+    return one.member.empty() && !discrepancy.holds() && one.mechanism != Mechanism::kAgeing;
+  };
+  std::vector<SelectedTerm>& all = explanation.terms;
+  all.erase(std::remove_if(all.begin(), all.end(), is_untold), all.end());
+  return explanation;
+}
+
+std::string rejection(const Candidate& candidate, const std::vector<SelectedTerm>& terms) {
+  for (const SelectedTerm& one : terms)
+    if (contains(one.indistinguishable, candidate.id))
+      return "does as well as " + one.member + ", which stands in the model";
+  if (candidate.evidence < ExplanationRules().min_gain) return "the recording hardly speaks for it";
+  return terms.empty() ? "what it adds is too small to matter"
+                       : "what was taken instead explains more of the error";
+}
+
+/// Every effect that was fitted once, at its best gain.
+std::vector<Candidate> weighedOnce(const std::vector<WeighedMember>& weighed) {
+  std::vector<Candidate> candidates;
+  for (const WeighedMember& one : weighed) {
+    const auto known = std::find_if(candidates.begin(), candidates.end(),
+                                    [&](const Candidate& c) { return c.id == one.id; });
+    if (known == candidates.end())
+      candidates.push_back({one.id, one.gain, 0.0, "", mechanismId(mechanismOf(one.id))});
+    else
+      known->evidence = std::max(known->evidence, one.gain);
+  }
+  return candidates;
+}
+
+/// The same, with why it was not taken.
+std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
+                                    const std::vector<SelectedTerm>& terms) {
+  std::vector<Candidate> candidates = weighedOnce(weighed);
+  for (Candidate& candidate : candidates) {
+    const auto accepted = std::find_if(terms.begin(), terms.end(), [&](const SelectedTerm& one) {
+      return one.member == candidate.id;
+    });
+    if (accepted == terms.end()) {
+      candidate.rejected_because = rejection(candidate, terms);
+      continue;
+    }
+    candidate.evidence = accepted->gain;
+    candidate.confidence = accepted->probability;
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) {
+                     return std::make_pair(a.rejected_because.empty(), a.evidence) >
+                            std::make_pair(b.rejected_because.empty(), b.evidence);
+                   });
+  return candidates;
+}
+
+/// Mechanisms that were accepted, and those of what does as well.
+std::vector<Mechanism> acceptedOf(const std::vector<SelectedTerm>& terms) {
+  std::vector<Mechanism> accepted;
+  for (const SelectedTerm& one : terms) {
+    accepted.push_back(one.mechanism);
+    for (const std::string& id : one.indistinguishable) accepted.push_back(mechanismOf(id));
+  }
+  return accepted;
+}
+
+/// Likely mechanisms by the evidence and by what was accepted. The first of them is the finding's,
+/// and its effect comes first of the terms; of the others each has its share of what those before
+/// it leave. What is no lead-acid battery has none of lead and acid.
+void takeMechanisms(Judged& judged, const std::vector<Mechanism>& accepted, bool is_lead_acid) {
+  if (accepted.empty() || (!is_lead_acid && isOfLeadAcid(accepted.front()))) return;
+  for (const Mechanism one : accepted)
+    judged.evidence[static_cast<std::size_t>(one)].accepted = 1.0;
+  judged.mechanisms = likelyMechanisms(judged.evidence, is_lead_acid);
+  judged.mechanism = judged.mechanisms.front().mechanism;
+  judged.probability = judged.mechanisms.front().probability;
+  std::stable_partition(judged.terms.begin(), judged.terms.end(), [&](const SelectedTerm& one) {
+    return one.mechanism == *judged.mechanism && !one.member.empty();
+  });
+  std::map<Mechanism, double> shares;
+  for (const MechanismProbability& one : mechanismProbabilities(judged.evidence, is_lead_acid))
+    shares[one.mechanism] = one.probability;
+  double left = 1.0;
+  std::map<Mechanism, double> given;
+  for (SelectedTerm& term : judged.terms) {
+    const double share = shares[term.mechanism];
+    if (given.emplace(term.mechanism, std::min(1.0, share / left)).second)
+      left = std::max(left - share, 1e-12);
+    term.probability = given[term.mechanism];
+  }
+}
+
+std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionLimit>& all,
+                                              const UnexplainedPart& left,
+                                              const Confirmation& confirmation,
+                                              const DiagnoseOptions& options) {
+  std::vector<DetectionLimit> detection_limits;
+  for (const LinearDetectionLimit& least : all) {
+    if (least.parameter.empty()) continue;
+    DetectionLimit one{least.id, least.parameter, least.unit, std::nullopt, least.typical, false};
+    if (left.isNoise()) one.strength = least.strength;
+    if (contains(options.confirm, one.id))
+      one.strength = confirmedStrength(confirmation, one, options);
+    one.visible = one.strength && std::abs(*one.strength) <= std::abs(one.typical);
+    detection_limits.push_back(one);
+  }
+  return detection_limits;
+}
+
+constexpr double kTwoSided = 1.96;          // standard deviations of a 95 % interval
+constexpr double kFaultProbability = 0.95;  // [1], of what the screen found
+
+FittedModel completed(const WhitenedFit& fit, const Residuals& residuals,
+                      const std::string& recording) {
+  const Screening& screened = residuals.screened;
+  IdentifyOptions options;
+  options.effects = fit.model.effects();
+  options.priors = residuals.search.priors;
+  options.discrepancy = fit.model.discrepancy();
+  options.masked = screened.limits.masked;
+  options.voltage_lsb_std = screened.limits.voltage_lsb_std;
+  FittedModel model =
+      completedModel(screened.series, residuals.parts.train, options, fit.point, fit.noise);
+  fitErrors(model, screened.series, residuals.parts.train);
+  model.provenance.recording = recording;
+  return model;
+}
+
+/// Where a source controls the voltage, both models are fitted in the direction that is controlled;
+/// the extended one with what its window teaches.
+void takeBothWays(Named& named, const Residuals& residuals, const Explained& explained,
+                  const std::string& recording) {
+  IdentifyOptions options;
+  options.masked = residuals.screened.limits.masked;
+  options.source = explained.driving;
+  options.priors = residuals.search.priors;
+  FittedModel base = identify(residuals.screened.series, residuals.parts.train, options);
+  options.effects = explained.explanation.model.effects();
+  options.chooses_effects = !explained.hasEffects();
+  const bool lacks_something = !explained.explanation.terms.empty();
+  named.extended =
+      lacks_something ? identify(residuals.screened.series, residuals.parts.train, options) : base;
+  named.extended.provenance.recording = recording;
+  base.fit.residual_regression = ResidualRegression();
+  base.intervals.event_history = EventHistory();
+  named.base_both_ways = std::move(base);
+}
+
+/// Interval by profile likelihood; by the standard error where the model was fitted in the other
+/// direction than `fit`.
+DiagnosedParameter withInterval(const ParameterEstimate& estimate, const ParameterInfo& info,
+                                const WhitenedFit& fit, const InputSequence& inputs,
+                                bool is_driven) {
+  DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value,   estimate.std,
+                               std::nullopt,  std::nullopt,  estimate.at_bound};
+  const double first = estimate.std ? kTwoSided * *estimate.std : 0.2 * std::abs(estimate.value);
+  if (!(first > 0.0) || (is_driven && !estimate.std)) return parameter;
+  if (is_driven) {
+    parameter.lower = std::max(info.lower, estimate.value - first);
+    parameter.upper = std::min(info.upper, estimate.value + first);
+    return parameter;
+  }
+  const ProfileInterval interval = profileInterval(fit, inputs, estimate.name, first);
+  // Ends are carried over as distances: the other grid's optimum differs by a share of a standard
+  // error.
+  const double center = fit.point.parameters[*fit.model.parameterRow(info.name)];
+  if (interval.lower)
+    parameter.lower = std::max(info.lower, estimate.value - (center - *interval.lower));
+  if (interval.upper)
+    parameter.upper = std::min(info.upper, estimate.value + (*interval.upper - center));
+  return parameter;
+}
+
+/// Base parameters that moved by more than a tenth, or two standard errors, once the effects were
+/// in.
+std::vector<std::string> biasedParameters(const Fit& base, const Fit& extended) {
+  std::vector<std::pair<double, std::string>> moved;
+  for (std::size_t j = 0; j < static_cast<std::size_t>(kRowUDc); ++j) {
+    const ParameterEstimate& before = base.estimates[j];
+    const ParameterEstimate& after = extended.estimates[j];
+    const double by = std::abs(before.value - after.value);
+    const double noise = std::hypot(before.std.value_or(0.0), after.std.value_or(0.0));
+    if (by > 0.1 * std::abs(before.value) && by > 2.0 * noise)
+      moved.push_back({by / std::abs(before.value), before.name});
+  }
+  std::stable_sort(moved.begin(), moved.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::string> names;
+  for (const auto& one : moved) names.push_back(one.second);
+  return names;
+}
+
+/// A component's effect, then those that would do as well.
+void takeEffect(Named& named, const SelectedTerm& one, const WhitenedFit& fit,
+                const InputSequence& inputs, bool is_driven) {
+  NamedEffect effect{one.member,
+                     one.probability,
+                     biasedParameters(named.base.fit, named.extended.fit),
+                     {},
+                     one.gain,
+                     one.rms,
+                     one.indistinguishable,
+                     mechanismId(one.mechanism),
+                     one.probability};
+  for (const ParameterInfo& info : effectInfo(one.member).parameters)
+    for (const ParameterEstimate& estimate : named.extended.fit.estimates)
+      if (estimate.name == info.name && !estimate.held)
+        effect.parameters.push_back(withInterval(estimate, info, fit, inputs, is_driven));
+  const double each = one.probability / static_cast<double>(1 + one.indistinguishable.size());
+  if (!one.indistinguishable.empty()) effect.confidence = each;
+  named.effects.push_back(effect);
+  for (const std::string& id : one.indistinguishable) {
+    NamedEffect rival{id,
+                      each,
+                      {},
+                      {},
+                      one.gain,
+                      one.rms,
+                      {one.member},
+                      mechanismId(mechanismOf(id)),
+                      one.probability};
+    for (const std::string& other : one.indistinguishable)
+      if (other != id) rival.indistinguishable_from.push_back(other);
+    named.effects.push_back(rival);
+  }
+}
+
+}  // namespace
+
+Judged judgeFindings(const Recording& recording, const Residuals& residuals,
+                     const Explained& explained, const FinalFit& last,
+                     const EstimatedDiscrepancy& discrepancy, const DiagnoseOptions& options) {
+  const Unexplained rest = restOf(residuals, last, discrepancy);
+  Explanation explanation = confirmed(explained.explanation, discrepancy);
+  Judged judged;
+  judged.terms = explanation.terms;
+  judged.evidence = explanation.mechanisms;
+  takeMechanisms(judged, acceptedOf(judged.terms), explained.is_lead_acid);
+  explanation.terms = judged.terms;
+  judged.verdict =
+      judge(explanation, {residuals.screened.faults, residuals.screened.sentences}, rest);
+  if (judged.terms.empty() && judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
+      !discrepancy.finding->mechanisms.empty())
+    takeMechanisms(judged, {discrepancy.finding->mechanisms.front().mechanism},
+                   explained.is_lead_acid);
+  if (judged.mechanism)
+    judged.verdict = withMechanism(judged.verdict, judged.terms, *judged.mechanism);
+  judged.candidates = candidatesOf(explanation.weighed, judged.terms);
+  if (options.lists_detection_limits)
+    judged.detection_limits =
+        detectionLimitsOf(explanation.detection_limits, discrepancy.unexplained,
+                          {recording, residuals, last.fit}, options);
+  return judged;
+}
+
+Named nameEffects(const Recording& recording, const Residuals& residuals,
+                  const Explained& explained, const FinalFit& last,
+                  const EstimatedDiscrepancy& discrepancy, const Judged& judged) {
+  Named named;
+  named.base = completed(residuals.base, residuals, recording.name);
+  if (explained.driving)
+    takeBothWays(named, residuals, explained, recording.name);
+  else if (discrepancy.with_discrepancy)
+    named.extended = completed(*discrepancy.with_discrepancy, residuals, recording.name);
+  else
+    named.extended =
+        explained.hasEffects() ? completed(last.fit, residuals, recording.name) : named.base;
+  if (hasNoEquation(judged.verdict) || judged.verdict == Verdict::kNoMismatch) return named;
+  for (const SelectedTerm& one : judged.terms)
+    if (!one.member.empty())
+      takeEffect(named, one, last.fit, last.inputs(residuals), explained.driving.has_value());
+  if (judged.verdict == Verdict::kSensorFault)
+    for (const std::string& id : residuals.screened.faults)
+      named.effects.push_back({id,
+                               kFaultProbability,
+                               {},
+                               {},
+                               0.0,
+                               0.0,
+                               {},
+                               mechanismId(Mechanism::kInstrument),
+                               kFaultProbability});
+  return named;
+}
+
+}  // namespace battery_sof

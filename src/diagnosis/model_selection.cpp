@@ -1,0 +1,249 @@
+#include "diagnosis/model_selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "diagnosis/explanation_state.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
+#include "diagnosis/verdict.hpp"
+#include "explanation_fits.hpp"
+#include "util/text.hpp"
+
+namespace battery_sof {
+namespace {
+
+// [s] of a slow recording beyond which short steps would take minutes
+constexpr double kShortSteps = 6000.0;
+constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
+constexpr double kNominalVoltage = 12.8;                         // [V]
+
+/// Whether a voltage is that of blocks of six lead-acid cells, one or more in a row.
+bool isLeadAcid(const Series& series) {
+  std::vector<double> voltage = series.voltage;
+  const auto middle = voltage.begin() + static_cast<std::ptrdiff_t>(voltage.size() / 2);
+  std::nth_element(voltage.begin(), middle, voltage.end());
+  const double blocks = std::round(*middle / kNominalVoltage);
+  return blocks >= 1.0 && *middle >= blocks * kLowestVoltage && *middle <= blocks * kHighestVoltage;
+}
+
+/// Ids to weigh. @param notes grows by the ids left out.
+std::vector<std::string> idsToWeigh(const Screening& screened,
+                                    const std::vector<std::string>& wanted, bool is_driven,
+                                    bool is_lead_acid, std::vector<std::string>& notes) {
+  if (wanted.empty() && !is_lead_acid) {
+    notes.push_back(
+        "the voltage is not that of lead-acid blocks: what is missing is estimated and gets no "
+        "lead-acid name");
+    return {};
+  }
+  std::vector<std::string> ids = hypothesesOf(wanted, is_driven);
+  const double span = screened.series.time.back() - screened.series.time.front();
+  if (!wanted.empty() || !screened.slow || span <= kShortSteps) return ids;
+  const auto left = std::stable_partition(ids.begin(), ids.end(), [](const std::string& id) {
+    const EffectInfo& info = effectInfo(id);
+    return !info.takes_short_steps || info.on_request;  // the physics of what a source does
+  });
+  const std::vector<std::string> left_out(left, ids.end());
+  ids.erase(left, ids.end());
+  notes.push_back("long and slowly sampled: " + join(left_out) +
+                  " are not weighed; give a part of the recording, or name them as hypotheses");
+  return ids;
+}
+
+/// Fits to the rows of the training part, with the input of each.
+std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
+                                        const std::optional<ChargerControl>& driving,
+                                        const ExplanationRules& rules) {
+  std::vector<char> masked = residuals.screened.limits.masked;
+  Series sound = residuals.screened.series;
+  if (driving) {
+    sound = repaired(sound, driving->repair);
+    for (std::size_t n = 0; n < masked.size(); ++n)
+      masked[n] = masked[n] || driving->repair.dropped[n];
+  }
+  const InputSequence inputs =
+      inputSequence(sound, residuals.parts.train, masked,
+                    driving ? driving->voltage_controlled : std::vector<char>());
+  const CompositionPoint& base = residuals.base.point;
+  const BatteryModel circuit;
+  DesignMatrix table = designMatrix(
+      inputs, linearizationOf(circuit, beginningOf(base, inputs), inputs, inputs.samples.size()),
+      base.parameters[kRowBeta]);
+  return std::make_unique<ExplanationFits>(inputs, std::move(table), base, rules);
+}
+
+ExplanationRules rulesOf(const DiagnoseOptions& options) {
+  ExplanationRules rules;
+  rules.relevance = options.relevance;
+  rules.priors = options.priors;
+  rules.pulse = options.pulse;
+  return rules;
+}
+
+/// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
+/// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
+/// source, and a voltage that is controlled although it is not brings its noise into the battery's
+/// state.
+Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& options) {
+  Explained explained;
+  explained.driving = chargerControl(residuals.screened.series);
+  explained.is_lead_acid = isLeadAcid(residuals.screened.series);
+  ExplanationRules rules = rulesOf(options);
+  std::unique_ptr<ExplanationFits> fits = fitsTo(residuals, std::nullopt, rules);
+  if (explained.driving) {
+    std::unique_ptr<ExplanationFits> controlled = fitsTo(residuals, explained.driving, rules);
+    if (controlled->minError() < (1.0 - kCatalogueTolerance) * fits->minError()) {
+      fits = std::move(controlled);
+    } else {
+      explained.driving.reset();
+      explained.notes.push_back(
+          "a source is seen, but to take it as holding the voltage leaves no less of the error: "
+          "the current is the input");
+    }
+  }
+  const std::vector<std::string> ids =
+      idsToWeigh(residuals.screened, options.hypotheses, explained.driving.has_value(),
+                 explained.is_lead_acid, explained.notes);
+  explained.explanation = explain(*fits, ids, options.given, rules, options.progress);
+  return explained;
+}
+
+FinalFit fitExplained(const Residuals& residuals, const Explained& explained) {
+  const Explanation& explanation = explained.explanation;
+  const std::vector<std::string>& ids = explanation.model.effects();
+  const bool is_slow = residuals.screened.slow;
+  FinalFit last;
+  last.at_edges = !is_slow && std::any_of(ids.begin(), ids.end(), [](const std::string& id) {
+    return effectInfo(id).acts_at_edges;
+  });
+  last.quiet = is_slow ? TimingJitterNoise::weighed(residuals.quiet, explanation.edge_jitter)
+                       : residuals.quiet;
+  last.fit = ids.empty() || explained.driving
+                 ? residuals.base
+                 : fitWhitened(explanation.model, last.inputs(residuals), {explanation.point},
+                               std::nullopt, residuals.search);
+  return last;
+}
+
+constexpr int kLeftOutBlocks = 4;
+constexpr std::size_t kReportedTerms = 4;
+
+/// A fit with a discrepancy, as it was estimated.
+WhitenedFit composedWith(const WhitenedFit& without,
+                         std::shared_ptr<const DiscrepancyModel> discrepancy) {
+  WhitenedFit fit = without;
+  fit.model = withDiscrepancy(without.model, std::move(discrepancy));
+  fit.point.parameters = withFactors(fit.model, without.point.parameters);
+  return fit;
+}
+
+/// Ids of regressors in words, those of most weight first.
+std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy) {
+  std::vector<std::pair<double, std::string>> terms;
+  for (Eigen::Index k = 0; k < discrepancy.weight.size(); ++k)
+    terms.push_back({std::abs(discrepancy.weight[k]),
+                     toString(discrepancy.regressors[static_cast<std::size_t>(k)])});
+  std::stable_sort(terms.begin(), terms.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::string> words;
+  for (const auto& term : terms)
+    if (words.size() < kReportedTerms && !contains(words, term.second))
+      words.push_back(term.second);
+  return words;
+}
+
+void describeDiscrepancy(DiscrepancyFinding& discrepancy) {
+  discrepancy.answers = answersOf(discrepancy.discrepancy, discrepancy.answer_current);
+  discrepancy.terms = heaviestTerms(discrepancy.discrepancy);
+  discrepancy.description = format(
+      "The discrepancy, a function of the currents and their memory, moves the voltage by %.1f mV "
+      "RMS. On left-out blocks the error goes from %.1f to %.1f mV.",
+      1e3 * discrepancy.rms, 1e3 * discrepancy.left_out.base,
+      1e3 * discrepancy.left_out.discrepancy);
+}
+
+/// A discrepancy added to a fit. Regressors with a clock of their own have a part in it where they
+/// reduce the error on left-out blocks.
+/// @param fit of the discrepancy, its noise and gain are left in it.
+DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Residuals& residuals,
+                                      const DiagnoseOptions& options, DiscrepancyFit& fit) {
+  const InputSequence full = inputSequence(residuals.screened.series, residuals.parts.train,
+                                           residuals.screened.limits.masked);
+  const ModelPoint beginning = beginningOf(without.point, full);
+  Linearization response = linearizationOf(without.model, beginning, full, full.samples.size());
+  pulse(options);
+  takeDiscrepancyDirections(response, without.model, beginning, full);
+  pulse(options);
+  const DesignMatrix table = designMatrix(full, response, without.point.parameters[kRowBeta]);
+  DiscrepancyFinding discrepancy;
+  pulse(options);
+  discrepancy.left_out = leftOutErrors(response, table, kLeftOutBlocks, isTimeless);
+  pulse(options);
+  const LeftOutErrors with_clocks = leftOutErrors(response, table, kLeftOutBlocks);
+  const bool takes_clocks = with_clocks.discrepancy < discrepancy.left_out.discrepancy;
+  if (takes_clocks) discrepancy.left_out = with_clocks;
+  pulse(options);
+  fit = fitDiscrepancy(response, table, takes_clocks ? RegressorFilter() : isTimeless);
+  discrepancy.discrepancy = std::move(fit.discrepancy);
+  discrepancy.mechanisms = std::move(fit.mechanisms);
+  discrepancy.rms = fit.rms;
+  return discrepancy;
+}
+
+EstimatedDiscrepancy estimateDiscrepancy(const Residuals& residuals, const Explained& explained,
+                                         const FinalFit& last, const DiagnoseOptions& options) {
+  const Explanation& explanation = explained.explanation;
+  DiscrepancyFit fit;
+  DiscrepancyFinding finding = fitWithDiscrepancy(last.fit, residuals, options, fit);
+  EstimatedDiscrepancy discrepancy;
+  discrepancy.unexplained = {explanation.unexplained_rms, explanation.unexplained_crank,
+                             explanation.unexplained_charge_share, options.relevance};
+  discrepancy.unexplained.limits.rmse = explanation.relevant;
+  discrepancy.unexplained.noise = explanation.noise;
+  const bool is_relevant = finding.rms >= std::max(options.relevance.rmse, 0.5 * fit.noise);
+  // Where nothing else was selected, it alone would be the finding: it needs as much evidence as
+  // any other component.
+  const bool is_evident = !explanation.terms.empty() || fit.gain >= ExplanationRules().min_gain;
+  finding.is_used =
+      is_relevant && is_evident && finding.left_out.discrepancy < finding.left_out.base;
+  if (!finding.is_used && finding.left_out.base <= kPlausible) return discrepancy;
+  describeDiscrepancy(finding);
+  if (finding.is_used)
+    discrepancy.with_discrepancy =
+        composedWith(last.fit, std::make_shared<const DiscrepancyModel>(finding.discrepancy));
+  const std::vector<double>& current = residuals.screened.series.current;
+  const auto [least, most] = std::minmax_element(
+      current.begin(), current.begin() + static_cast<std::ptrdiff_t>(residuals.parts.train.last));
+  finding.curve = curveOf(finding.discrepancy, *least, *most);
+  discrepancy.finding = std::move(finding);
+  return discrepancy;
+}
+
+}  // namespace
+
+MechanismEvidence weighMechanisms(const Residuals& residuals, const DiagnoseOptions& options) {
+  const ExplanationRules rules = rulesOf(options);
+  return mechanismEvidence(*fitsTo(residuals, std::nullopt, rules),
+                           hypothesesOf(options.hypotheses, false), rules);
+}
+
+ModelSelection selectModel(const Recording& recording, const Residuals& residuals,
+                           const DiagnoseOptions& options) {
+  ModelSelection selected;
+  selected.explained = explainErrors(residuals, options);
+  tell(options, "learning what no equation represents");
+  selected.last = fitExplained(residuals, selected.explained);
+  pulse(options);
+  selected.discrepancy = estimateDiscrepancy(residuals, selected.explained, selected.last, options);
+  pulse(options);
+  selected.judged = judgeFindings(recording, residuals, selected.explained, selected.last,
+                                  selected.discrepancy, options);
+  pulse(options);
+  selected.named = nameEffects(recording, residuals, selected.explained, selected.last,
+                               selected.discrepancy, selected.judged);
+  return selected;
+}
+
+}  // namespace battery_sof
