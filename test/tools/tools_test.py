@@ -14,7 +14,7 @@ import numpy as np
 
 import reading_ease  # beside this file
 from battery_sof_tools import concealment, docs_site, files, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
-from battery_sof_tools.benchmark import answers, laws, real
+from battery_sof_tools.benchmark import answers, laws, real, same
 from battery_sof_tools.benchmark.generator import Generator
 from battery_sof_tools.files import ROOT
 from battery_sof_tools.sof import Catalogue, Failure, call, catalogue, program
@@ -240,6 +240,20 @@ class Answers(unittest.TestCase):
     def test_several_true_families_make_one_of_them_right(self):
         self.assertEqual(answers.outcome("named", {"acid": 1.0}, {"acid", "ageing"}), "right")
         self.assertEqual(answers.outcome("named", {"acid": 1.0, "structure": 1.0}, {"acid", "ageing"}), "beside")
+
+
+class SameDiagnosis(unittest.TestCase):
+    def test_answers_agree_in_the_likeliest_and_sets_may_overlap_all_the_same(self):
+        a, b, either = {"acid": 0.9}, {"ageing": 0.9}, {"acid": 0.5, "ageing": 0.4}
+        self.assertEqual(same.agreement([(a, either), (either, b), (a, b), (a, {})]), {"cases": 3, "same": 1, "changed": 2, "overlap": 2, "without": 1})
+
+    def test_pairs_are_changes_halves_and_drives_of_one_vehicle(self):
+        a, b = ({"acid": 1.0}, "effect"), ({"ageing": 1.0}, "effect")
+        one, other = same.VEHICLES[0]
+        changes = dict.fromkeys(same.CHANGES, a)
+        found = same.figures({one: {same.AS_IT_IS: a, **changes, same.HALVES[0]: a, same.HALVES[1]: b}, other: {same.AS_IT_IS: b, **changes}})
+        self.assertEqual([found[key]["same"] for key in ("neutral", "halves", "trips")], [2, 0, 0])
+        self.assertEqual([found[key]["cases"] for key in ("neutral", "halves", "trips")], [4, 1, 1])
 
 
 class RealPlan(unittest.TestCase):
@@ -489,7 +503,7 @@ class Entries(unittest.TestCase):
             self.assertTrue(os.path.exists(path), name)
 
     def test_help_is_printed_without_a_build(self):
-        for name in ("proof", "out_of_model", "proof_real", "gate", "score_next_window", "calibrate_diagnosis", "compare_stop_rules"):
+        for name in ("proof", "out_of_model", "proof_real", "gate", "score_next_window", "calibrate_diagnosis", "compare_stop_rules", "same_diagnosis"):
             told_of = subprocess.run([sys.executable, os.path.join(ROOT, "scripts", name), "--help"], capture_output=True, text=True, cwd="/")
             self.assertEqual(told_of.returncode, 0, told_of.stderr)
             self.assertIn("usage", told_of.stdout)
