@@ -55,8 +55,7 @@ struct EffectGridPoint {
 BatteryModel enlarged(const BatteryModel& model, const std::string& id);
 
 /// @return ids that a diagnosis weighs: those asked for, else all of the catalogue; what is weighed
-/// on request alone takes part
-///   where a source controls the voltage, which is what it is for.
+/// on request alone takes part where a source controls the voltage, which is what it is for.
 std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
                                       bool voltage_controlled);
 

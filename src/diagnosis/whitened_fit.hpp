@@ -96,8 +96,7 @@ Signatures signaturesOf(const WhitenedFit& fit, const InputSequence& inputs,
                         Eigen::MatrixXd columns);
 
 /// @return max(1, mean of v^2) over what was measured: never below what the noise model says, and
-/// not lessened by what a
-///   test explains.
+/// not lessened by what a test explains.
 double innovationVariance(const WhitenedFit& fit);
 
 }  // namespace battery_sof
