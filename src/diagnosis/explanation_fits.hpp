@@ -59,16 +59,19 @@ class ExplanationFits {
   ExplanationState baseState();
   std::vector<FitCoordinate> coordinatesOf(const BatteryModel& model) const;
   static double& at(CompositionPoint& point, Eigen::Index row);
+  static double at(const CompositionPoint& point, Eigen::Index row);
   /// Prior means from where a state stands. @param std of the priors.
   static Eigen::VectorXd expectedFrom(const ExplanationState& state, Eigen::VectorXd& std);
   /// Simulates a state where it stands. @return whether the model has a voltage there.
   bool linearize(ExplanationState& state) const;
   ExplanationSums sumsOf(const ExplanationState& state, bool all) const;
   void evaluateEvidence(ExplanationState& state) const;
-  /// Gauss-Newton steps in all coordinates, the columns solved along, while ln evidence grows.
-  /// @param state with its evidence.  @param settled ln evidence.
+  /// Levenberg-Marquardt steps in all coordinates within their bounds, the columns solved along. A
+  /// whole step is taken where ln evidence grows, which is that of a linear fit; else what damping
+  /// leaves of it, until the rows themselves are missed by less.
+  /// @param state with its evidence.  @param settled ln evidence that a step promises at least.
   void improve(ExplanationState& state, int iterations = kMaxIterations,
-               double settled = 0.1) const;
+               double settled = 1.0) const;
   /// The first steps of a search.
   void begin(ExplanationState& state, int iterations) const;
   /// Fits a state to the end, from where it stands or from the best that another path has come to
@@ -106,9 +109,8 @@ class ExplanationFits {
   static bool isUsed(const std::string& id, const ExplanationState& state);
   /// A column of the counted rows as innovations of TimingJitterNoise.
   Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }
-  /// Factors of the columns' products with their priors, in units of the scaled noise.
-  Eigen::LDLT<Eigen::MatrixXd> penalised(const ExplanationSums& sums,
-                                         const ExplanationState& state) const;
+  /// The columns' products with their priors, in units of the scaled noise.
+  Eigen::MatrixXd penalised(const ExplanationSums& sums, const ExplanationState& state) const;
   /// What a state says of the counted rows, up to what is common to all [V].
   Eigen::VectorXd modelled(const ExplanationState& state) const;
   /// What the library would take in addition to a state, of the mechanisms that it has not [V].
@@ -151,6 +153,7 @@ class ExplanationFits {
   Eigen::VectorXd errorsOf(const BatteryModel& model, const CompositionPoint& point) const;
 
  private:
+  class StepCost;
   // rows simulated with the derivatives of a usual composition; then what stands is reported
   static constexpr double kBudget = 4e6;
 
@@ -196,8 +199,6 @@ class ExplanationFits {
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
   // rows simulated with derivatives
   mutable double spent_ = 0.0;
-  // ln evidence and noise of states that no step improves
-  mutable std::set<std::pair<double, double>> settled_;
   std::vector<KnownPopulation> priors_;  // ExplanationRules::priors
   std::function<void()> pulse_;          // ExplanationRules::pulse
 };

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kNoiseSigmas = 9.0;  // 6.4 sigma of a difference: no move by chance in 1e9 samples
 constexpr double kMoveSteps = 2.5;    // quantisation alone moves by one step, with noise by two
-constexpr double kMoveShare = 0.05;   // of what the largest current does to the other channel
+// of what the largest current does to the other channel: a current sensor's error
+constexpr double kMoveShare = 0.02;
 constexpr double kMoveDuration = 0.05;   // [s], over which a move is taken; shorter than a crank
 constexpr std::size_t kFlatSamples = 3;  // docs/physics.md#clipping
 constexpr double kFlatDuration = 5.0;    // [s], a crank lasts no longer

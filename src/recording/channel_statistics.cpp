@@ -23,11 +23,13 @@ constexpr double kLargestMultiple = 30.0;
 constexpr double kNormalQuartile = 0.31863936;
 
 /// Sizes of the changes from sample to sample, zeros left out, thinned to kMaxChanges, in rising
-/// order.
-std::vector<double> sortedChanges(const std::vector<double>& values) {
+/// order. @param held of another channel, whose value repeats; may be null.
+std::vector<double> sortedChanges(const std::vector<double>& values,
+                                  const std::vector<double>* held = nullptr) {
   std::vector<double> changes;
   const std::size_t stride = 1 + values.size() / kMaxChanges;
   for (std::size_t k = 1; k < values.size(); k += stride) {
+    if (held && (*held)[k] != (*held)[k - 1]) continue;
     const double change = std::abs(values[k] - values[k - 1]);
     if (change > 1e-9 * std::abs(values[k])) changes.push_back(change);
   }
@@ -94,8 +96,10 @@ bool usesEnoughLevels(const std::vector<double>& values, double step) {
 
 }  // namespace
 
-std::optional<double> findStep(const std::vector<double>& values) {
-  const std::vector<double> changes = sortedChanges(values);
+namespace {
+
+std::optional<double> stepOf(const std::vector<double>& changes,
+                             const std::vector<double>& values) {
   if (changes.size() < kFewestChanges) return std::nullopt;
   std::optional<double> greatest;
   for (const double candidate : candidateSteps(changes)) {
@@ -104,6 +108,20 @@ std::optional<double> findStep(const std::vector<double>& values) {
   }
   if (greatest && !usesEnoughLevels(values, *greatest)) return std::nullopt;
   return greatest;
+}
+
+}  // namespace
+
+std::optional<double> findStep(const std::vector<double>& values) {
+  return stepOf(sortedChanges(values), values);
+}
+
+std::optional<double> findVoltageStep(const Series& series) {
+  const std::vector<double>& values = series.voltage;
+  const std::optional<double> plain = findStep(values),
+                              at_one_current =
+                                  stepOf(sortedChanges(values, &series.current), values);
+  return std::max(plain, at_one_current);
 }
 
 double noiseLevel(const std::vector<double>& values, std::optional<double> step) {

@@ -23,6 +23,14 @@ namespace battery_sof {
 std::optional<double> findStep(const std::vector<double>& values);
 
 /**
+ * @brief The same of the voltage: of its values, or of its changes while the current repeats, which
+ * an ohmic part that was added to a quantised voltage, u + r i, leaves as they are.
+ *
+ * @return the greater [V].
+ */
+std::optional<double> findVoltageStep(const Series& series);
+
+/**
  * @brief Standard deviation of the white noise on a channel, from the lower quartile of the
  * sample-to-sample changes.
  *

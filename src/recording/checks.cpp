@@ -18,9 +18,9 @@ constexpr double kFastInterval = 0.05;  // [s], 20 Hz
 constexpr double kFewestSigmas = 12.0;  // noise alone spans 9 sigma in 1e5 samples
 constexpr double kClearCorrelation = 0.5;
 
-Channel describeChannel(const char* name, const char* unit, const std::vector<double>& values) {
+Channel describeChannel(const char* name, const char* unit, const std::vector<double>& values,
+                        std::optional<double> step) {
   const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
-  const std::optional<double> step = findStep(values);
   return {name, unit, values, step, noiseLevel(values, step), *lowest, *highest};
 }
 
@@ -39,8 +39,8 @@ Evidence::Evidence(const Series& s, const Recording* r)
       recording(r),
       interval(medianInterval(series)),
       stretches(contiguousRanges(series, gapThreshold(series))),
-      current(describeChannel("current", "A", series.current)),
-      voltage(describeChannel("voltage", "V", series.voltage)),
+      current(describeChannel("current", "A", series.current, findStep(series.current))),
+      voltage(describeChannel("voltage", "V", series.voltage, findVoltageStep(series))),
       largest_current(std::max(std::abs(current.lowest), std::abs(current.highest))),
       edges(edgeResponse(series)),
       excited(isExcited(*this)),

@@ -91,7 +91,7 @@ double rangeOf(const std::vector<double>& values) {
 /// @param voltage_noise set to the voltage channel's own [V].
 ControlModeRule instrumentOf(const Series& series, double& voltage_noise) {
   ControlModeRule rule;
-  const auto current_step = findStep(series.current), voltage_step = findStep(series.voltage);
+  const auto current_step = findStep(series.current), voltage_step = findVoltageStep(series);
   rule.current_noise =
       std::max(noiseLevel(series.current, current_step), kFinestShare * rangeOf(series.current));
   voltage_noise = noiseLevel(series.voltage, voltage_step);

@@ -44,6 +44,26 @@ TEST(FindStep, CurrentThatStepsBetweenAFewSetPointsHasNone) {
   EXPECT_FALSE(findStep(values).has_value());
 }
 
+TEST(FindVoltageStep, IsSeenThroughAnOhmicPartThatWasAddedAfterwards) {
+  Series series;
+  series.current = noise(5000, 0.2, 2);
+  series.voltage = noise(5000, 0.1, 3);
+  test::quantise(series.current, 0.1);
+  test::quantise(series.voltage, 0.025);
+  for (std::size_t k = 0; k < series.current.size(); ++k)
+    series.voltage[k] += 0.0021 * series.current[k];
+  ASSERT_TRUE(findVoltageStep(series).has_value());
+  EXPECT_NEAR(*findVoltageStep(series), 0.025, 1e-4);
+}
+
+TEST(FindVoltageStep, ContinuousVoltageHasNoneThoughTheCurrentRepeats) {
+  Series series;
+  series.current = noise(5000, 0.2, 2);
+  series.voltage = noise(5000, 0.1, 3);
+  test::quantise(series.current, 0.1);
+  EXPECT_FALSE(findVoltageStep(series).has_value());
+}
+
 TEST(NoiseLevel, IsTheDeviationOfWhiteNoiseWhateverEdgesThereAre) {
   std::vector<double> values = noise(20000, 0.05);
   for (std::size_t k = 0; k < values.size(); ++k) values[k] += k / 100 % 2 == 0 ? -200.0 : 50.0;

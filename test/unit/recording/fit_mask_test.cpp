@@ -233,6 +233,17 @@ TEST_F(RealFitMask, MasksInAStartStopDriveTheSamplesAtMinus250AmperesAndTheFroze
   }
 }
 
+TEST_F(RealFitMask, MasksTheSameWithTwoMilliohmsMore) {
+  for (const std::string drive : {"drive_1", "drive_2", "other_car_1"}) {
+    Series series = seriesOf("startstop_car/" + drive + ".csv", car_);
+    const InstrumentLimits limits = instrumentLimits(series);
+    for (std::size_t k = 0; k < series.size(); ++k) series.voltage[k] += 0.002 * series.current[k];
+    const InstrumentLimits with_more = instrumentLimits(series);
+    EXPECT_EQ(limits.masked, with_more.masked) << drive;
+    EXPECT_NEAR(limits.voltage_lsb_std, with_more.voltage_lsb_std, 1e-5) << drive;
+  }
+}
+
 TEST_F(RealFitMask, MasksNothingInTheOtherRecordings) {
   expectNothingMasked(seriesOf("startstop_car/other_car_1.csv", car_), "other car");
   expectNothingMasked(seriesOf("frc_robot/match.csv", {"t_s", "current_A_minus_sum_of_channels",
