@@ -71,7 +71,7 @@ class ExplanationFits {
   /// leaves of it, until the rows themselves are missed by less.
   /// @param state with its evidence.  @param settled ln evidence that a step promises at least.
   void improve(ExplanationState& state, int iterations = kMaxIterations,
-               double settled = 1.0) const;
+               double settled = 0.1) const;
   /// The first steps of a search.
   void begin(ExplanationState& state, int iterations) const;
   /// Fits a state to the end, from where it stands or from the best that another path has come to
