@@ -23,7 +23,7 @@ constexpr double kLargestMultiple = 30.0;
 constexpr double kNormalQuartile = 0.31863936;
 
 /// Sizes of the changes from sample to sample, zeros left out, thinned to kMaxChanges, in rising
-/// order. @param held of another channel, whose value repeats; may be null.
+/// order. @param held of another channel, whose value repeats, or none.
 std::vector<double> sortedChanges(const std::vector<double>& values,
                                   const std::vector<double>* held = nullptr) {
   std::vector<double> changes;
