@@ -109,17 +109,19 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
   fits_.begin(next, kTasteIterations);
   const auto keepsPromise = [&] { return next.evidence - state.evidence > kPromised * gain; };
   if (!keepsPromise() || isDistorted(state)) {
-    // A circuit that has taken the effect up is far from where it belongs: once more from where its
-    // grid was taken, and from Table I.
-    Eigen::VectorXd typical = state.point.parameters.head(kBaseRows);
+    // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
+    ExplanationState typical = next;
     for (Eigen::Index j = 0; j < kRowUDc; ++j)
-      typical[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
-    for (const Eigen::VectorXd& circuit : {fits_.base().parameters, typical}) {
-      ExplanationState again = enlargedBy(state, from, share);
-      again.point.parameters.head(circuit.size()) = circuit;
-      fits_.begin(again, kTasteIterations);
-      if (again.evidence > next.evidence) next = std::move(again);
-    }
+      typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    fits_.begin(typical, kTasteIterations);
+    if (typical.evidence > next.evidence) next = std::move(typical);
+  }
+  if (!keepsPromise()) {
+    // and from where its grid was taken
+    ExplanationState again = enlargedBy(state, from, share);
+    again.point.parameters.head(kBaseRows) = fits_.base().parameters;
+    fits_.begin(again, kTasteIterations);
+    if (again.evidence > next.evidence) next = std::move(again);
   }
   if (!keepsPromise()) {
     // The linear guess overshot: once more from hardly any of it, added to the fit without.

@@ -66,10 +66,11 @@ class ExplanationFits {
   bool linearize(ExplanationState& state) const;
   ExplanationSums sumsOf(const ExplanationState& state, bool all) const;
   void evaluateEvidence(ExplanationState& state) const;
-  /// Levenberg-Marquardt steps in all coordinates within their bounds, the columns solved along. A
-  /// whole step is taken where ln evidence grows, which is that of a linear fit; else what damping
-  /// leaves of it, until the rows themselves are missed by less.
-  /// @param state with its evidence.  @param settled ln evidence that a step promises at least.
+  /// Gauss-Newton steps in all coordinates within their bounds, the columns solved along, while ln
+  /// evidence grows. Where a source controls the voltage the rows bend, and ln evidence, that of a
+  /// linear fit, promises what no step holds: there a step stands, too, where the rows themselves
+  /// are missed by less.
+  /// @param state with its evidence.  @param settled ln evidence that a step has to gain.
   void improve(ExplanationState& state, int iterations = kMaxIterations,
                double settled = 0.1) const;
   /// The first steps of a search.

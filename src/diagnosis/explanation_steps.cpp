@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "explanation_fits.hpp"
@@ -9,8 +8,8 @@
 namespace battery_sof {
 namespace {
 
-// of a step that the rows do not follow, one after the other
-constexpr std::array<double, 4> kDampings = {0.1, 1.0, 10.0, 100.0};
+// of a step, tried one after the other
+constexpr std::array<double, 4> kShares = {1.0, 0.35, 0.1, 0.01};
 constexpr double kAtBound = 1e-9;  // of a coordinate
 
 }  // namespace
@@ -25,33 +24,21 @@ class ExplanationFits::StepCost {
  public:
   StepCost(const ExplanationFits& fits, const ExplanationState& state)
       : fits_(fits), state_(state), sums_(fits.sumsOf(state, false)) {
-    expected_ = expectedFrom(state, std_);
-    const Eigen::Index known = expected_.size(), free = sums_.problem.products.rows() - known;
+    Eigen::VectorXd std;
+    const Eigen::VectorXd expected = expectedFrom(state, std);
+    const Eigen::Index known = expected.size(), free = sums_.problem.products.rows() - known;
     const Eigen::MatrixXd H = fits.penalised(sums_, state);
     const Eigen::MatrixXd across = H.topRightCorner(known, free);
     columns_.compute(H.bottomRightCorner(free, free));
     H_ = H.topLeftCorner(known, known) - across * columns_.solve(across.transpose());
     target_ = sums_.problem.targets.head(known) -
-              across * columns_.solve(sums_.problem.targets.tail(free)) + H_ * expected_;
+              across * columns_.solve(sums_.problem.targets.tail(free)) + H_ * expected;
     in_evidence_ = 0.5 * fits.effectiveSampleFraction() / (state.fit.noise * state.fit.noise);
-    here_ = at(state, state.error);
+    here_ = at(state);
   }
 
-  /// ln evidence that a state elsewhere gains; minus infinity without a finite voltage.
-  double gainFrom(const ExplanationState& next, const Eigen::VectorXd& error) const {
-    return in_evidence_ * (here_ - at(next, error));
-  }
-
-  /// [V^2]; infinite without a finite voltage.
-  double at(const ExplanationState& state, const Eigen::VectorXd& error) const {
-    if (error.size() == 0) return std::numeric_limits<double>::infinity();
-    Eigen::VectorXd std;
-    const Eigen::VectorXd from_prior = expectedFrom(state, std).cwiseQuotient(std);
-    const Eigen::VectorXd rows = fits_.whitened(error);
-    const Eigen::VectorXd h = sums_.columns.along(rows).tail(columns_.rows());
-    return rows.squaredNorm() + 0.5 * from_prior.squaredNorm() / in_evidence_ -
-           h.dot(columns_.solve(h));
-  }
+  /// ln evidence that a state elsewhere gains, the rows as they are there.
+  double gainFrom(const ExplanationState& next) const { return in_evidence_ * (here_ - at(next)); }
 
   /// ln evidence that a step gains as far as the rows are linear in it.
   double gainOf(const Eigen::VectorXd& step) const {
@@ -59,12 +46,9 @@ class ExplanationFits::StepCost {
   }
 
   /// The step of greatest gain within the coordinates' bounds.
-  /// @param damping a share of what the rows say of each coordinate [1].
-  Eigen::VectorXd step(double damping) const {
-    Eigen::MatrixXd H = H_;
-    H.diagonal() *= 1.0 + damping;
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(H.rows());
-    std::vector<Eigen::Index> loose(static_cast<std::size_t>(H.rows()));
+  Eigen::VectorXd step() const {
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(H_.rows());
+    std::vector<Eigen::Index> loose(static_cast<std::size_t>(H_.rows()));
     std::iota(loose.begin(), loose.end(), 0);
     const auto staysOutside = [&](Eigen::Index j) {
       const FitCoordinate& c = state_.coordinates[static_cast<std::size_t>(j)];
@@ -77,8 +61,8 @@ class ExplanationFits::StepCost {
     while (!loose.empty()) {
       Eigen::VectorXd held = step;
       held(loose).setZero();
-      const Eigen::VectorXd target = (target_ - H * held)(loose);
-      const Eigen::VectorXd solved = Eigen::MatrixXd(H(loose, loose)).ldlt().solve(target);
+      const Eigen::VectorXd target = (target_ - H_ * held)(loose);
+      const Eigen::VectorXd solved = Eigen::MatrixXd(H_(loose, loose)).ldlt().solve(target);
       step(loose) = solved;
       const auto end = std::remove_if(loose.begin(), loose.end(), staysOutside);
       if (end == loose.end()) break;
@@ -88,10 +72,19 @@ class ExplanationFits::StepCost {
   }
 
  private:
+  double at(const ExplanationState& state) const {  // [V^2]
+    Eigen::VectorXd std;
+    const Eigen::VectorXd from_prior = expectedFrom(state, std).cwiseQuotient(std);
+    const Eigen::VectorXd rows = fits_.whitened(state.error);
+    const Eigen::VectorXd h = sums_.columns.along(rows).tail(columns_.rows());
+    return rows.squaredNorm() + 0.5 * from_prior.squaredNorm() / in_evidence_ -
+           h.dot(columns_.solve(h));
+  }
+
   const ExplanationFits& fits_;
   const ExplanationState& state_;
   ExplanationSums sums_;
-  Eigen::VectorXd expected_, std_, target_;
+  Eigen::VectorXd target_;
   Eigen::MatrixXd H_;  // of the coordinates, the columns eliminated
   Eigen::LDLT<Eigen::MatrixXd> columns_;
   double in_evidence_ = 0.0;  // [1/V^2]
@@ -102,28 +95,20 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
   for (int round = 0; round < iterations && std::isfinite(state.evidence); ++round) {
     const StepCost cost(*this, state);
     ExplanationState next = state;
-    const auto step = [&](double damping) {
-      const Eigen::VectorXd by = cost.step(damping);
-      if (cost.gainOf(by) < settled) return false;
+    const Eigen::VectorXd step = cost.step();
+    if (cost.gainOf(step) < settled) return;
+    double gained = 0.0;  // ln evidence
+    for (const double share : kShares) {
       for (std::size_t j = 0; j < next.coordinates.size(); ++j) {
         const FitCoordinate& c = next.coordinates[j];
         at(next.point, c.row) =
-            c.value(c.of(at(state.point, c.row)) + by[static_cast<Eigen::Index>(j)]);
+            c.value(c.of(at(state.point, c.row)) + share * step[static_cast<Eigen::Index>(j)]);
       }
-      return true;
-    };
-    if (!step(0.0)) return;
-    double gained = 0.0;  // ln evidence
-    if (linearize(next)) {
+      if (!linearize(next)) continue;
       evaluateEvidence(next);
-      gained = std::max(next.evidence - state.evidence, cost.gainFrom(next, next.error));
-    }
-    for (std::size_t k = 0; k < kDampings.size() && !(gained > 0.0); ++k) {
-      if (!step(kDampings[k])) return;
-      gained = cost.gainFrom(next, errorsOf(next.model, next.point));
-      if (!(gained > 0.0)) continue;
-      if (!linearize(next)) return;
-      evaluateEvidence(next);
+      gained = next.evidence - state.evidence;
+      if (isVoltageControlled()) gained = std::max(gained, cost.gainFrom(next));
+      if (gained > 0.0) break;
     }
     if (!(gained > 0.0)) return;
     state = std::move(next);

@@ -235,18 +235,17 @@ Recording shortDrive(std::uint64_t seed, double duration, double arc) {
   return toRecording(std::move(series));
 }
 
-TEST(ShortDrive, OfAMinuteAndAQuarterWithASecondArcHasThatMechanismInItsSetInFiveOfEight) {
-  int right = 0, found = 0;
+TEST(ShortDrive, OfAMinuteAndAQuarterWithASecondArcHasThatMechanismInItsSetInSixOfEight) {
+  int right = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const Diagnosis diagnosis = diagnose(shortDrive(seed, 75.0, 0.003));
     const auto& likely = diagnosis.mechanisms;
     right += std::any_of(likely.begin(), likely.end(), [](const MechanismProbability& one) {
       return one.mechanism == Mechanism::kStructure;
     });
-    found += diagnosis.verdict != Verdict::kNoMismatch ? 1 : 0;
+    EXPECT_NE(Verdict::kNoMismatch, diagnosis.verdict) << "seed " << seed;
   }
-  EXPECT_GE(right, 5);
-  EXPECT_GE(found, 7);
+  EXPECT_GE(right, 6);
 }
 
 TEST(ShortDrive, OfTheBaseModelLacksNothing) {

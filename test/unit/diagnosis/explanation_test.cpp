@@ -65,19 +65,6 @@ TEST(LeftOutBlocks, AreMissedByTheNoiseAndByMoreWithRegressorsThatDescribeNothin
     EXPECT_GE(fits->leftOutError(fits->withRegressors(state, mechanism)), 0.9995 * missed);
 }
 
-TEST(Improve, ACircuitFarOffComesToTheSameEvidence) {
-  const std::unique_ptr<ExplanationFits> fits = fitsTo(inputsOf({}));
-  ExplanationState near = fits->baseState();
-  fits->begin(near, ExplanationFits::kMaxIterations);
-  for (const double factor : {0.2, 0.5, 2.0, 4.0}) {
-    ExplanationState far = fits->baseState();
-    far.point.parameters.head(kRowUDc) *= factor;
-    fits->begin(far, ExplanationFits::kMaxIterations);
-    EXPECT_NEAR(near.evidence, far.evidence, 0.2) << factor;
-    EXPECT_NEAR(near.fit.noise, far.fit.noise, 1e-6) << factor;
-  }
-}
-
 TEST(Explain, ALawNearAnEquationIsThatEquationThoughRegressorsFitTheSeenRowsCloser) {
   Series series = inputsOf({"ocv_soc"}, "ocv_slope", 0.2);
   double charge = 0.0;
