@@ -114,20 +114,20 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
     for (Eigen::Index j = 0; j < kRowUDc; ++j)
       typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
     fits_.begin(typical, kTasteIterations);
-    if (typical.evidence > next.evidence) next = std::move(typical);
+    if (fits_.fitsBetter(typical, next)) next = std::move(typical);
   }
   if (!keepsPromise()) {
     // and from where its grid was taken
     ExplanationState again = enlargedBy(state, from, share);
     again.point.parameters.head(kBaseRows) = fits_.base().parameters;
     fits_.begin(again, kTasteIterations);
-    if (again.evidence > next.evidence) next = std::move(again);
+    if (fits_.fitsBetter(again, next)) next = std::move(again);
   }
   if (!keepsPromise()) {
     // The linear guess overshot: once more from hardly any of it, added to the fit without.
     ExplanationState weak = enlargedBy(state, from, std::copysign(kWeak, share));
     fits_.begin(weak, kTasteIterations);
-    if (weak.evidence > next.evidence) next = std::move(weak);
+    if (fits_.fitsBetter(weak, next)) next = std::move(weak);
   }
   if (std::isfinite(next.evidence)) fits_.improve(next, kFirstIterations - kTasteIterations);
   return next;

@@ -205,10 +205,11 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   return sums;
 }
 
-void ExplanationFits::evaluateEvidence(ExplanationState& state) const {
-  state.fit = fitOf(sumsOf(state, false));
-  state.evidence = state.fit.evidence;
-  state.evidence += effective_sample_fraction_ * noise_.logScale();
+ExplanationSums ExplanationFits::evaluateEvidence(ExplanationState& state) const {
+  ExplanationSums sums = sumsOf(state, false);
+  state.fit = fitOf(sums);
+  state.evidence = state.fit.evidence + effective_sample_fraction_ * noise_.logScale();
+  return sums;
 }
 
 void ExplanationFits::spend(const ExplanationState& state, int linearizations) const {

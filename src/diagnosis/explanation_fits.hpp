@@ -65,7 +65,8 @@ class ExplanationFits {
   /// Simulates a state where it stands. @return whether the model has a voltage there.
   bool linearize(ExplanationState& state) const;
   ExplanationSums sumsOf(const ExplanationState& state, bool all) const;
-  void evaluateEvidence(ExplanationState& state) const;
+  /// @return the sums that it stands on.
+  ExplanationSums evaluateEvidence(ExplanationState& state) const;
   /// Gauss-Newton steps in all coordinates within their bounds, the columns solved along, while ln
   /// evidence grows. Where a source controls the voltage the rows bend, and ln evidence, that of a
   /// linear fit, promises what no step holds: there a step stands, too, where the rows themselves
@@ -73,6 +74,9 @@ class ExplanationFits {
   /// @param state with its evidence.  @param settled ln evidence that a step has to gain.
   void improve(ExplanationState& state, int iterations = kMaxIterations,
                double settled = 0.1) const;
+  /// Which of two starts of one composition: by ln evidence, or where the rows bend by how far they
+  /// are missed.
+  bool fitsBetter(const ExplanationState& one, const ExplanationState& other) const;
   /// The first steps of a search.
   void begin(ExplanationState& state, int iterations) const;
   /// Fits a state to the end, from where it stands or from the best that another path has come to

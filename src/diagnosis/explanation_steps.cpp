@@ -22,8 +22,8 @@ constexpr double kAtBound = 1e-9;  // of a coordinate
 /// sample fraction.
 class ExplanationFits::StepCost {
  public:
-  StepCost(const ExplanationFits& fits, const ExplanationState& state)
-      : fits_(fits), state_(state), sums_(fits.sumsOf(state, false)) {
+  StepCost(const ExplanationFits& fits, const ExplanationState& state, ExplanationSums sums)
+      : fits_(fits), state_(state), sums_(std::move(sums)) {
     Eigen::VectorXd std;
     const Eigen::VectorXd expected = expectedFrom(state, std);
     const Eigen::Index known = expected.size(), free = sums_.problem.products.rows() - known;
@@ -92,8 +92,10 @@ class ExplanationFits::StepCost {
 };
 
 void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
-  for (int round = 0; round < iterations && std::isfinite(state.evidence); ++round) {
-    const StepCost cost(*this, state);
+  if (!std::isfinite(state.evidence)) return;
+  ExplanationSums sums = sumsOf(state, false);
+  for (int round = 0; round < iterations; ++round) {
+    const StepCost cost(*this, state, std::move(sums));
     ExplanationState next = state;
     const Eigen::VectorXd step = cost.step();
     if (cost.gainOf(step) < settled) return;
@@ -105,7 +107,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
             c.value(c.of(at(state.point, c.row)) + share * step[static_cast<Eigen::Index>(j)]);
       }
       if (!linearize(next)) continue;
-      evaluateEvidence(next);
+      sums = evaluateEvidence(next);
       gained = next.evidence - state.evidence;
       if (isVoltageControlled()) gained = std::max(gained, cost.gainFrom(next));
       if (gained > 0.0) break;
@@ -114,6 +116,13 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
     state = std::move(next);
     if (gained < settled) return;
   }
+}
+
+bool ExplanationFits::fitsBetter(const ExplanationState& one,
+                                 const ExplanationState& other) const {
+  if (!isVoltageControlled() || !std::isfinite(one.evidence) || !std::isfinite(other.evidence))
+    return one.evidence > other.evidence;
+  return StepCost(*this, other, sumsOf(other, false)).gainFrom(one) > 0.0;
 }
 
 }  // namespace battery_sof
