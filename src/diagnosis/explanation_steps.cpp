@@ -118,8 +118,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
   }
 }
 
-bool ExplanationFits::fitsBetter(const ExplanationState& one,
-                                 const ExplanationState& other) const {
+bool ExplanationFits::fitsBetter(const ExplanationState& one, const ExplanationState& other) const {
   if (!isVoltageControlled() || !std::isfinite(one.evidence) || !std::isfinite(other.evidence))
     return one.evidence > other.evidence;
   return StepCost(*this, other, sumsOf(other, false)).gainFrom(one) > 0.0;
