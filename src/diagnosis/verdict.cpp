@@ -80,9 +80,9 @@ std::string toString(Verdict verdict) {
 Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,
               const Unexplained& rest) {
   if (explanation.terms.empty()) {
-    const bool is_left = rest.has_discrepancy || rest.is_tone || rest.rmse > kPlausible;
-    if (!instruments.faults.empty() && !rest.is_tone) return Verdict::kSensorFault;
-    return is_left ? Verdict::kUnexplained : Verdict::kNoMismatch;
+    if (rest.is_tone || rest.rmse > kPlausible) return Verdict::kUnexplained;
+    if (!instruments.faults.empty()) return Verdict::kSensorFault;
+    return rest.has_discrepancy ? Verdict::kUnexplained : Verdict::kNoMismatch;
   }
   const auto& all = explanation.terms;
   const bool instrumental = std::all_of(all.begin(), all.end(), [](const SelectedTerm& one) {

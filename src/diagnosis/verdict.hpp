@@ -27,11 +27,9 @@ struct Unexplained {
  *
  * - instruments alone: sensor_fault; effects: named or several, ambiguous where others would do as
  * well;
- * - the most evident component is a mechanism's regressors: unknown (the mechanism is known, its
- * form is not);
- * - no component: sensor_fault for a fault of the instruments; unknown where a discrepancy is
- * estimated, a tone stands out or more is
- *   left than instruments leave; else no_mismatch.
+ * - the most evident component is a mechanism's regressors: unexplained (withMechanism());
+ * - no component: unexplained where a tone stands out or more is left than instruments leave, else
+ * sensor_fault for a fault of theirs, unexplained where a discrepancy is estimated, or no_mismatch.
  */
 Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,
               const Unexplained& rest);

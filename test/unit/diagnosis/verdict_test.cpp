@@ -74,10 +74,12 @@ TEST(Verdict, FaultsOfTheInstrumentsAreNamedWhenNothingElseIs) {
   EXPECT_EQ(Verdict::kEffect, verdictOf({effect("cpe2")}, {"clipping"}));
 }
 
-TEST(Verdict, FaultsOfTheInstrumentsDoNotHideATone) {
-  Unexplained tone;
+TEST(Verdict, FaultsOfTheInstrumentsHideNeitherAToneNorMoreThanTheyLeave) {
+  Unexplained tone, more;
   tone.is_tone = true;
-  EXPECT_EQ(Verdict::kUnexplained, verdictOf({}, {"quantisation"}, tone));
+  more.rmse = 0.02;
+  for (const Unexplained& rest : {tone, more})
+    EXPECT_EQ(Verdict::kUnexplained, verdictOf({}, {"quantisation"}, rest));
 }
 
 TEST(Verdict, WhatLooksLikeTheInstrumentsIsTheirFaultOnlyWhereTheyHaveOne) {
