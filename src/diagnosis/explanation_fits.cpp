@@ -31,14 +31,20 @@ auto rowsOf(IndexRange range) {
 
 }  // namespace
 
+template <typename Use>
+void ExplanationColumns::inRuns(Use&& use) const {
+  for (std::size_t from = 0, to = 0; from < used.size(); from = to) {
+    for (to = from + 1; to < used.size() && used[to] == used[to - 1] + 1;) ++to;
+    const auto count = static_cast<Eigen::Index>(to - from);
+    use(free->middleCols(used[from], count), static_cast<Eigen::Index>(from), count);
+  }
+}
+
 Eigen::MatrixXd ExplanationColumns::times(const Eigen::MatrixXd& z) const {
   Eigen::MatrixXd sum = own * z.topRows(own.cols());
-  const auto of_free = z.bottomRows(static_cast<Eigen::Index>(used.size()));
-  if (usesAll())
-    sum.noalias() += *free * of_free;
-  else
-    for (std::size_t j = 0; j < used.size(); ++j)
-      sum.noalias() += free->col(used[j]) * of_free.row(static_cast<Eigen::Index>(j));
+  inRuns([&](const auto& run, Eigen::Index from, Eigen::Index count) {
+    sum.noalias() += run * z.middleRows(own.cols() + from, count);
+  });
   return sum;
 }
 
@@ -51,16 +57,17 @@ Eigen::MatrixXd ExplanationColumns::ofRows(IndexRange rows) const {
 Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
   Eigen::VectorXd products(own.cols() + static_cast<Eigen::Index>(used.size()));
   products.head(own.cols()) = own.transpose() * v;
-  for (std::size_t j = 0; j < used.size(); ++j)
-    products[own.cols() + static_cast<Eigen::Index>(j)] = free->col(used[j]).dot(v);
+  inRuns([&](const auto& run, Eigen::Index from, Eigen::Index count) {
+    products.segment(own.cols() + from, count).noalias() = run.transpose() * v;
+  });
   return products;
 }
 
 Eigen::MatrixXd ExplanationColumns::across() const {
-  if (usesAll()) return free->transpose() * own;
   Eigen::MatrixXd products(static_cast<Eigen::Index>(used.size()), own.cols());
-  for (std::size_t j = 0; j < used.size(); ++j)
-    products.row(static_cast<Eigen::Index>(j)) = free->col(used[j]).transpose() * own;
+  inRuns([&](const auto& run, Eigen::Index from, Eigen::Index count) {
+    products.middleRows(from, count).noalias() = run.transpose() * own;
+  });
   return products;
 }
 
@@ -320,7 +327,7 @@ ExplanationState ExplanationFits::withoutMember(ExplanationState& state, const s
   if (!linearize(next)) return next;
   optimize(next);
   ExplanationState again = state;
-  moveTo(again, next);
+  take(next.model, next.point, again.model, again.point);
   if (linearize(again)) takeBetter(state, std::move(again));
   return next;
 }
@@ -342,16 +349,16 @@ void ExplanationFits::takeBetter(ExplanationState& state, ExplanationState again
   state = std::move(again);
 }
 
-void ExplanationFits::moveTo(ExplanationState& state, const ExplanationState& part) {
-  for (Eigen::Index j = 0; j < part.model.parameterCount(); ++j)
-    if (const auto row =
-            state.model.parameterRow(part.model.parameters()[static_cast<std::size_t>(j)].name))
-      state.point.parameters[*row] = part.point.parameters[j];
-  for (Eigen::Index k = 0; k < state.model.stateCount(); ++k)
-    for (Eigen::Index m = 0; m < part.model.stateCount(); ++m)
-      if (state.model.states()[static_cast<std::size_t>(k)].name ==
-          part.model.states()[static_cast<std::size_t>(m)].name)
-        state.point.state[k] = part.point.state[m];
+void ExplanationFits::take(const BatteryModel& from, const CompositionPoint& there,
+                           const BatteryModel& model, CompositionPoint& point) {
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
+    if (const auto row = from.parameterRow(model.parameters()[static_cast<std::size_t>(j)].name))
+      point.parameters[j] = there.parameters[*row];
+  for (Eigen::Index k = 0; k < model.stateCount(); ++k)
+    for (Eigen::Index m = 0; m < from.stateCount(); ++m)
+      if (model.states()[static_cast<std::size_t>(k)].name ==
+          from.states()[static_cast<std::size_t>(m)].name)
+        point.state[k] = there.state[m];
 }
 
 bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
@@ -508,14 +515,7 @@ void ExplanationFits::takeRelevance(const Relevance& relevance) {
 CompositionPoint ExplanationFits::movedTo(const BatteryModel& model, const BatteryModel& from,
                                           const CompositionPoint& there) const {
   CompositionPoint point = embedded(BatteryModel(), base_, model);
-  for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
-    point.parameters[j] =
-        there.parameters[*from.parameterRow(model.parameters()[static_cast<std::size_t>(j)].name)];
-  for (Eigen::Index k = 0; k < model.stateCount(); ++k)
-    for (Eigen::Index m = 0; m < from.stateCount(); ++m)
-      if (model.states()[static_cast<std::size_t>(k)].name ==
-          from.states()[static_cast<std::size_t>(m)].name)
-        point.state[k] = there.state[m];
+  take(from, there, model, point);
   return point;
 }
 

@@ -26,8 +26,11 @@ struct ExplanationColumns {
   Eigen::VectorXd along(const Eigen::VectorXd& v) const;
   /// @return those of the free columns with its own.
   Eigen::MatrixXd across() const;
-  /// in their order
-  bool usesAll() const { return static_cast<Eigen::Index>(used.size()) == free->cols(); }
+
+ private:
+  /// Calls use(columns, from, count) for every run of neighbouring ones of the used free columns.
+  template <typename Use>
+  void inRuns(Use&& use) const;
 };
 
 /// ExplanationSums over the counted rows for a state's linear fit.
@@ -174,8 +177,9 @@ class ExplanationFits {
   void spend(const ExplanationState& state, int linearizations) const;
   /// Takes a fit of the same parts from elsewhere where it does better, to its end.
   void takeBetter(ExplanationState& state, ExplanationState again);
-  /// Moves parameters and states to those that a part of them has.
-  static void moveTo(ExplanationState& state, const ExplanationState& part);
+  /// Moves parameters and states to those that another composition has, too.
+  static void take(const BatteryModel& from, const CompositionPoint& there,
+                   const BatteryModel& model, CompositionPoint& point);
   /// A linear fit to all counted rows but some.
   LinearFit fitWithout(const ExplanationSums& sums, IndexRange rows) const;
   /// Counted rows of some of the blocks that are left out.

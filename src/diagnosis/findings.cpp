@@ -285,6 +285,14 @@ DiagnosedParameter withInterval(const ParameterEstimate& estimate, const Paramet
   return parameter;
 }
 
+NamedEffect namedEffect(const std::string& id, Mechanism mechanism, double probability) {
+  NamedEffect effect;
+  effect.id = id;
+  effect.confidence = effect.probability = probability;
+  effect.mechanism = mechanismId(mechanism);
+  return effect;
+}
+
 /// Base parameters that moved by more than a tenth, or two standard errors, once the effects were
 /// in.
 std::vector<std::string> biasedParameters(const Fit& base, const Fit& extended) {
@@ -307,35 +315,23 @@ std::vector<std::string> biasedParameters(const Fit& base, const Fit& extended) 
 /// A component's effect, then those that would do as well.
 void takeEffect(Named& named, const SelectedTerm& one, const WhitenedFit& fit,
                 const InputSequence& inputs, bool is_driven) {
-  NamedEffect effect{one.member,
-                     one.probability,
-                     biasedParameters(named.base.fit, named.extended.fit),
-                     {},
-                     one.gain,
-                     one.rms,
-                     one.indistinguishable,
-                     mechanismId(one.mechanism),
-                     one.probability};
-  for (const ParameterInfo& info : effectInfo(one.member).parameters)
-    for (const ParameterEstimate& estimate : named.extended.fit.estimates)
-      if (estimate.name == info.name && !estimate.held)
-        effect.parameters.push_back(withInterval(estimate, info, fit, inputs, is_driven));
-  const double each = one.probability / static_cast<double>(1 + one.indistinguishable.size());
-  if (!one.indistinguishable.empty()) effect.confidence = each;
-  named.effects.push_back(effect);
-  for (const std::string& id : one.indistinguishable) {
-    NamedEffect rival{id,
-                      each,
-                      {},
-                      {},
-                      one.gain,
-                      one.rms,
-                      {one.member},
-                      mechanismId(mechanismOf(id)),
-                      one.probability};
-    for (const std::string& other : one.indistinguishable)
-      if (other != id) rival.indistinguishable_from.push_back(other);
-    named.effects.push_back(rival);
+  std::vector<std::string> alike = {one.member};
+  alike.insert(alike.end(), one.indistinguishable.begin(), one.indistinguishable.end());
+  for (const std::string& id : alike) {
+    NamedEffect effect = namedEffect(id, mechanismOf(id), one.probability);
+    effect.confidence = one.probability / static_cast<double>(alike.size());
+    effect.evidence = one.gain;
+    effect.voltage_rms = one.rms;
+    std::copy_if(alike.begin(), alike.end(), std::back_inserter(effect.indistinguishable_from),
+                 [&](const std::string& other) { return other != id; });
+    if (id == one.member) {
+      effect.biased_parameters = biasedParameters(named.base.fit, named.extended.fit);
+      for (const ParameterInfo& info : effectInfo(id).parameters)
+        for (const ParameterEstimate& estimate : named.extended.fit.estimates)
+          if (estimate.name == info.name && !estimate.held)
+            effect.parameters.push_back(withInterval(estimate, info, fit, inputs, is_driven));
+    }
+    named.effects.push_back(effect);
   }
 }
 
@@ -385,15 +381,7 @@ Named nameEffects(const Recording& recording, const Residuals& residuals,
       takeEffect(named, one, last.fit, last.inputs(residuals), explained.driving.has_value());
   if (judged.verdict == Verdict::kSensorFault)
     for (const std::string& id : residuals.screened.faults)
-      named.effects.push_back({id,
-                               kFaultProbability,
-                               {},
-                               {},
-                               0.0,
-                               0.0,
-                               {},
-                               mechanismId(Mechanism::kInstrument),
-                               kFaultProbability});
+      named.effects.push_back(namedEffect(id, Mechanism::kInstrument, kFaultProbability));
   return named;
 }
 

@@ -70,12 +70,7 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
   FitCost cost;
   cost.crank_weight = 1.0;
   cost.known = knownOf(search.priors, model.effects());
-  CompositionSearch plain;
-  plain.max_iterations = search.max_iterations;
-  plain.more_starts = search.more_starts;
-  plain.every_start = search.every_start;
-  plain.tolerance = search.tolerance;
-  plain.pulse = search.pulse;
+  CompositionSearch plain = search;
   std::vector<CompositionPoint> from = starts;
   cost.noise = noise;
   if (!noise) {

@@ -32,15 +32,11 @@ struct WhitenedFit {
   std::size_t measured = 0;        ///< samples of the inputs that count
 };
 
-struct WhitenedSearch {
-  int rounds = 2;  ///< of noise and parameters in turns
-  int max_iterations = 40;
-  int more_starts = 0;
-  bool every_start = true;                   ///< see CompositionSearch
-  double tolerance = 1e-8;                   ///< see CompositionSearch
+struct WhitenedSearch : CompositionSearch {
+  WhitenedSearch() { max_iterations = 40; }
+  int rounds = 2;                            ///< of noise and parameters in turns
   double min_white = 1e-5;                   ///< [V], see fitNoise()
   std::vector<KnownPopulation> priors = {};  ///< in place of the catalogue's
-  std::function<void()> pulse = nullptr;     ///< see CompositionSearch
 };
 
 /**
