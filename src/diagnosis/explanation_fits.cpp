@@ -21,6 +21,7 @@ constexpr double kHeavyDischarge = -100.0, kChargeCurrent = 5.0, kTypicalCharge 
 constexpr int kRandomWalk = 24;
 constexpr double kMaxRandomWalk = 0.0012;  // [V] a root minute, of a voltage channel
 constexpr std::size_t kLeftOutBlocks = 8;
+constexpr double kDiverged = 1e6;          // [V], a row or what a coordinate's unit moves it by
 constexpr double kShort = 120.0;           // [s] of a training part; seldom more than one crank
 constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 
@@ -162,7 +163,7 @@ bool ExplanationFits::linearize(ExplanationState& state) const {
   if (errors.error.size() == 0) return false;
   state.error = errors.error(counted_);
   state.sensitivity = errors.sensitivity(counted_, Eigen::all);
-  return true;
+  return std::max(rms(state.error), state.sensitivity.cwiseAbs().maxCoeff()) < kDiverged;
 }
 
 Eigen::VectorXd ExplanationFits::expectedFrom(const ExplanationState& state, Eigen::VectorXd& std) {

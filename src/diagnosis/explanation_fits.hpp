@@ -65,7 +65,8 @@ class ExplanationFits {
   static double at(const CompositionPoint& point, Eigen::Index row);
   /// Prior means from where a state stands. @param std of the priors.
   static Eigen::VectorXd expectedFrom(const ExplanationState& state, Eigen::VectorXd& std);
-  /// Simulates a state where it stands. @return whether the model has a voltage there.
+  /// Simulates a state where it stands. @return whether the model has a voltage there that does not
+  /// diverge.
   bool linearize(ExplanationState& state) const;
   ExplanationSums sumsOf(const ExplanationState& state, bool all) const;
   /// @return the sums that it stands on.

@@ -108,7 +108,6 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
       }
       if (!linearize(next)) continue;
       sums = evaluateEvidence(next);
-      if (!std::isfinite(next.evidence)) continue;
       gained = next.evidence - state.evidence;
       if (isVoltageControlled()) gained = std::max(gained, cost.gainFrom(next));
       if (gained > 0.0) break;

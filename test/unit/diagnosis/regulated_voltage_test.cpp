@@ -61,6 +61,24 @@ TEST(RegulatedVoltage, ACircuitFarOffComesToTheSameFit) {
   }
 }
 
+/// Ten minutes between samples: forward sensitivities of the implicit steps grow without a bound
+/// there, and no step could be solved for.
+TEST(RegulatedVoltage, DerivativesThatDivergeAreNoLinearization) {
+  Series series = sourcedDrive(kSamples, knownModel({"fresh_sulphate"}), 11);
+  for (double& time : series.time) time *= 600.0;
+  const auto fits = fitsTo(series, std::vector<char>(series.size(), 1));
+  ExplanationState state = fits->baseState();
+  EXPECT_TRUE(fits->linearize(state));
+  state.model = BatteryModel({"fresh_sulphate"});
+  state.coordinates = fits->coordinatesOf(state.model);
+  state.point = embedded(BatteryModel(), state.point, state.model);
+  state.point.parameters << 0.0103, 0.0085, 108.0, 7.28, 13.155, 1.0, 2.942, 9.683, 0.3, 1.4713,
+      16.218, 0.02553, 5.246;
+  state.point.state << 0.6, 1.0, 18.0;
+  EXPECT_FALSE(fits->linearize(state));
+  EXPECT_LT(state.error.cwiseAbs().maxCoeff(), 100.0);  // a voltage there is
+}
+
 TEST(RegulatedVoltage, TheRuleIsForVoltagesThatAreControlled) {
   const Series series = sourcedDrive(kSamples, knownModel({"fresh_sulphate"}), 11);
   EXPECT_FALSE(predictsAsWell(*fitsTo(series, {})));
