@@ -146,8 +146,8 @@ class DiagnosisWhileDriving(NodeTest):
             self.assertLess(took, CANCELLED_WITHIN, result.message)
         goal = self.begin(node, "cancelled", 0.0)
         other = Goal("cancelled", "diagnose", DiagnoseAction)
-        other.cancel()  # it was refused: the running one goes on
         self.assertEqual(other.wait().code, DiagnoseResult.BUSY)
+        other.cancel()  # it was refused: the running one goes on
         self.assertEqual((goal.wait(DIAGNOSED_WITHIN).code, goal.state()), (DiagnoseResult.OK, GoalStatus.SUCCEEDED))
         self.assertEqual(node.stop(), 0)
 
