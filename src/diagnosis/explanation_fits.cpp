@@ -32,20 +32,14 @@ auto rowsOf(IndexRange range) {
 
 }  // namespace
 
-template <typename Use>
-void ExplanationColumns::inRuns(Use&& use) const {
-  for (std::size_t from = 0, to = 0; from < used.size(); from = to) {
-    for (to = from + 1; to < used.size() && used[to] == used[to - 1] + 1;) ++to;
-    const auto count = static_cast<Eigen::Index>(to - from);
-    use(free->middleCols(used[from], count), static_cast<Eigen::Index>(from), count);
-  }
-}
-
 Eigen::MatrixXd ExplanationColumns::times(const Eigen::MatrixXd& z) const {
   Eigen::MatrixXd sum = own * z.topRows(own.cols());
-  inRuns([&](const auto& run, Eigen::Index from, Eigen::Index count) {
-    sum.noalias() += run * z.middleRows(own.cols() + from, count);
-  });
+  const auto of_free = z.bottomRows(static_cast<Eigen::Index>(used.size()));
+  if (usesAll())
+    sum.noalias() += *free * of_free;
+  else
+    for (std::size_t j = 0; j < used.size(); ++j)
+      sum.noalias() += free->col(used[j]) * of_free.row(static_cast<Eigen::Index>(j));
   return sum;
 }
 
@@ -58,17 +52,16 @@ Eigen::MatrixXd ExplanationColumns::ofRows(IndexRange rows) const {
 Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
   Eigen::VectorXd products(own.cols() + static_cast<Eigen::Index>(used.size()));
   products.head(own.cols()) = own.transpose() * v;
-  inRuns([&](const auto& run, Eigen::Index from, Eigen::Index count) {
-    products.segment(own.cols() + from, count).noalias() = run.transpose() * v;
-  });
+  for (std::size_t j = 0; j < used.size(); ++j)
+    products[own.cols() + static_cast<Eigen::Index>(j)] = free->col(used[j]).dot(v);
   return products;
 }
 
 Eigen::MatrixXd ExplanationColumns::across() const {
+  if (usesAll()) return free->transpose() * own;
   Eigen::MatrixXd products(static_cast<Eigen::Index>(used.size()), own.cols());
-  inRuns([&](const auto& run, Eigen::Index from, Eigen::Index count) {
-    products.middleRows(from, count).noalias() = run.transpose() * own;
-  });
+  for (std::size_t j = 0; j < used.size(); ++j)
+    products.row(static_cast<Eigen::Index>(j)) = free->col(used[j]).transpose() * own;
   return products;
 }
 

@@ -26,11 +26,8 @@ struct ExplanationColumns {
   Eigen::VectorXd along(const Eigen::VectorXd& v) const;
   /// @return those of the free columns with its own.
   Eigen::MatrixXd across() const;
-
- private:
-  /// Calls use(columns, from, count) for every run of neighbouring ones of the used free columns.
-  template <typename Use>
-  void inRuns(Use&& use) const;
+  /// in their order
+  bool usesAll() const { return static_cast<Eigen::Index>(used.size()) == free->cols(); }
 };
 
 /// ExplanationSums over the counted rows for a state's linear fit.

@@ -97,6 +97,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
   for (int round = 0; round < iterations; ++round) {
     const StepCost cost(*this, state, std::move(sums));
     ExplanationState next = state;
+    ExplanationSums there;
     const Eigen::VectorXd step = cost.step();
     if (cost.gainOf(step) < settled) return;
     double gained = 0.0;  // ln evidence
@@ -107,13 +108,14 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
             c.value(c.of(at(state.point, c.row)) + share * step[static_cast<Eigen::Index>(j)]);
       }
       if (!linearize(next)) continue;
-      sums = evaluateEvidence(next);
+      there = evaluateEvidence(next);
       gained = next.evidence - state.evidence;
       if (isVoltageControlled()) gained = std::max(gained, cost.gainFrom(next));
       if (gained > 0.0) break;
     }
     if (!(gained > 0.0)) return;
     state = std::move(next);
+    sums = std::move(there);
     if (gained < settled) return;
   }
 }
