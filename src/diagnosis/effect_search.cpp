@@ -108,27 +108,25 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
   ExplanationState next = enlargedBy(state, from, share);
   fits_.begin(next, kTasteIterations);
   const auto keepsPromise = [&] { return next.evidence - state.evidence > kPromised * gain; };
+  const auto tryFrom = [&](ExplanationState other) {
+    fits_.begin(other, kTasteIterations);
+    if (fits_.fitsBetter(other, next)) next = std::move(other);
+  };
   if (!keepsPromise() || isDistorted(state)) {
     // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
     ExplanationState typical = next;
     for (Eigen::Index j = 0; j < kRowUDc; ++j)
       typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
-    fits_.begin(typical, kTasteIterations);
-    if (fits_.fitsBetter(typical, next)) next = std::move(typical);
+    tryFrom(std::move(typical));
   }
   if (!keepsPromise()) {
     // and from where its grid was taken
     ExplanationState again = enlargedBy(state, from, share);
     again.point.parameters.head(kBaseRows) = fits_.base().parameters;
-    fits_.begin(again, kTasteIterations);
-    if (fits_.fitsBetter(again, next)) next = std::move(again);
+    tryFrom(std::move(again));
   }
-  if (!keepsPromise()) {
-    // The linear guess overshot: once more from hardly any of it, added to the fit without.
-    ExplanationState weak = enlargedBy(state, from, std::copysign(kWeak, share));
-    fits_.begin(weak, kTasteIterations);
-    if (fits_.fitsBetter(weak, next)) next = std::move(weak);
-  }
+  // The linear guess overshot: once more from hardly any of it, added to the fit without.
+  if (!keepsPromise()) tryFrom(enlargedBy(state, from, std::copysign(kWeak, share)));
   if (std::isfinite(next.evidence)) fits_.improve(next, kFirstIterations - kTasteIterations);
   return next;
 }

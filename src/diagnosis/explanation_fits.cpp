@@ -318,7 +318,11 @@ ExplanationState ExplanationFits::withoutMember(ExplanationState& state, const s
     if (!isUsed(other, next)) next.model = enlarged(next.model, other);
   next.coordinates = coordinatesOf(next.model);
   next.point = movedTo(next.model, state.model, state.point);
-  if (!linearize(next)) return next;
+  if (!linearize(next)) {
+    next.point = embedded(BatteryModel(), base_, next.model);
+    if (!linearize(next))
+      throw std::invalid_argument("explain: the base circuit has no finite voltage");
+  }
   optimize(next);
   ExplanationState again = state;
   take(next.model, next.point, again.model, again.point);

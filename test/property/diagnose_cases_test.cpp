@@ -121,7 +121,7 @@ TEST(DiagnoseCases, OneSampleASecondOfNothingIsNoMismatch) {
 
 /// What a sulphate history adds to the acceptance that it needs stood where gassing belongs,
 /// weighed as one with it.
-TEST(DiagnoseCases, GassingIsNamedBesideTheAcceptanceThatLetsTheVoltageRise) {
+TEST(DiagnoseCases, GassingIsNamedWithTheAcceptanceThatLetsTheVoltageRise) {
   const Diagnosis diagnosis =
       diagnosisOf(recordingOf({"effect", "gassing"}, 1675836588586451672u, 1200.0, 0.247));
   EXPECT_EQ((std::vector<std::string>{"charge_acceptance", "gassing"}),
