@@ -286,6 +286,17 @@ class StepwiseSelection {
     return true;
   }
 
+  /// What a state's structure is worth as a whole: of two effects that share it, each alone is worth
+  /// less.
+  void takeStructureGain(ExplanationState& state) {
+    std::set<std::string> structure;
+    for (const std::string& id : state.members)
+      if (mechanismOf(id) == Mechanism::kStructure) structure.insert(id);
+    if (structure.empty()) return;
+    const ExplanationState without = fits_.withoutMembers(state, structure);
+    state.structure_gain = std::max(state.structure_gain, state.evidence - without.evidence);
+  }
+
   /// Each part once more with the others: regressors give way to an effect that does as well, what
   /// is not worth its place goes.
   void weighAgain(ExplanationState& state) {
@@ -300,14 +311,10 @@ class StepwiseSelection {
       if (!members.empty() && doesAsWell(members.front(), state, mechanism, without))
         state = members.front();
     }
-    for (const std::string& id : std::vector<std::string>(state.members)) {
-      if (mechanismOf(id) != Mechanism::kStructure) continue;
-      const ExplanationState without = fits_.withoutMember(state, id);
-      state.structure_gain = std::max(state.structure_gain, state.evidence - without.evidence);
-    }
+    takeStructureGain(state);
     for (const std::string& id : std::vector<std::string>(state.members)) {
       if (state.members.size() + state.estimated.size() < 2) return;
-      ExplanationState without = fits_.withoutMember(state, id);
+      ExplanationState without = fits_.withoutMembers(state, {id});
       const double gain = state.evidence - without.evidence;
       if (gain < rules_.min_gain ||
           ((gain < needed(state, mechanismOf(id)) || !isRelevant(state, without) ||
@@ -321,7 +328,7 @@ class StepwiseSelection {
   /// the rest must speak for a term without any one quarter, too.
   void removeWhatShowsOnce(ExplanationState& state) {
     for (const std::string& id : std::vector<std::string>(state.members)) {
-      ExplanationState without = fits_.withoutMember(state, id);
+      ExplanationState without = fits_.withoutMembers(state, {id});
       if (!(fits_.leastGain(state, without) > 0.0)) state = std::move(without);
     }
     for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
@@ -354,7 +361,7 @@ class StepwiseSelection {
       found_.terms.clear();
       better_.reset();
       for (const std::string& id : std::vector<std::string>(state.members))
-        takePlace(state, fits_.withoutMember(state, id), mechanismOf(id), id);
+        takePlace(state, fits_.withoutMembers(state, {id}), mechanismOf(id), id);
       for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
         ExplanationState without = fits_.withoutRegressors(state, mechanism);
         takePlace(state, without, mechanism, "");

@@ -310,9 +310,12 @@ ExplanationState ExplanationFits::withRegressors(const ExplanationState& state,
   return next;
 }
 
-ExplanationState ExplanationFits::withoutMember(ExplanationState& state, const std::string& id) {
+ExplanationState ExplanationFits::withoutMembers(ExplanationState& state,
+                                                 const std::set<std::string>& ids) {
   ExplanationState next = state;
-  next.members.erase(std::find(next.members.begin(), next.members.end(), id));
+  const auto isOut = [&](const std::string& id) { return ids.count(id) > 0; };
+  next.members.erase(std::remove_if(next.members.begin(), next.members.end(), isOut),
+                     next.members.end());
   next.model = BatteryModel();
   for (const std::string& other : next.members)
     if (!isUsed(other, next)) next.model = enlarged(next.model, other);

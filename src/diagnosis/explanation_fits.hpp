@@ -107,10 +107,10 @@ class ExplanationFits {
   }
   /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
   ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
-  /// A state without one of its parts, fitted to the end.
-  /// @param state moves to where the part is added to that, if it does better there: what a part is
+  /// A state without some of its parts, fitted to the end.
+  /// @param state moves to where they are added to that, if it does better there: what a part is
   /// worth does not depend on the way that led to either.
-  ExplanationState withoutMember(ExplanationState& state, const std::string& id);
+  ExplanationState withoutMembers(ExplanationState& state, const std::set<std::string>& ids);
   ExplanationState withoutRegressors(ExplanationState& state, Mechanism mechanism);
   static bool isUsed(const std::string& id, const ExplanationState& state);
   /// A column of the counted rows as innovations of TimingJitterNoise.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "diagnosis/explanation_state.hpp"
@@ -168,23 +169,29 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
   return candidates;
 }
 
-/// Mechanisms that were accepted, and those of what does as well.
-std::vector<Mechanism> acceptedOf(const std::vector<SelectedTerm>& terms) {
-  std::vector<Mechanism> accepted;
+/// Gain of ln evidence by each mechanism: what was accepted of it, and what does as well.
+std::map<Mechanism, double> gainsOf(const std::vector<SelectedTerm>& terms) {
+  std::map<Mechanism, double> gains;
   for (const SelectedTerm& one : terms) {
-    accepted.push_back(one.mechanism);
-    for (const std::string& id : one.indistinguishable) accepted.push_back(mechanismOf(id));
+    std::set<Mechanism> claimed = {one.mechanism};
+    for (const std::string& id : one.indistinguishable) claimed.insert(mechanismOf(id));
+    for (const Mechanism mechanism : claimed) gains[mechanism] += std::max(0.0, one.gain);
   }
-  return accepted;
+  return gains;
 }
 
-/// Likely mechanisms by the evidence and by what was accepted. The first of them is the finding's,
+/// Likely mechanisms by the evidence and by what was accepted, the square root of its share. The first of them is the finding's,
 /// and its effect comes first of the terms; of the others each has its share of what those before
 /// it leave. What is no lead-acid battery has none of lead and acid.
-void takeMechanisms(Judged& judged, const std::vector<Mechanism>& accepted, bool is_lead_acid) {
-  if (accepted.empty() || (!is_lead_acid && isOfLeadAcid(accepted.front()))) return;
-  for (const Mechanism one : accepted)
-    judged.evidence[static_cast<std::size_t>(one)].accepted = 1.0;
+void takeMechanisms(Judged& judged, const std::map<Mechanism, double>& gains, bool is_lead_acid) {
+  if (gains.empty()) return;
+  const auto most = std::max_element(
+      gains.begin(), gains.end(),
+      [](const auto& one, const auto& other) { return one.second < other.second; });
+  if (!is_lead_acid && isOfLeadAcid(most->first)) return;
+  for (const auto& [mechanism, gain] : gains)
+    judged.evidence[static_cast<std::size_t>(mechanism)].accepted =
+        std::sqrt(gain / std::max(most->second, 1e-12));
   judged.mechanisms = likelyMechanisms(judged.evidence, is_lead_acid);
   judged.mechanism = judged.mechanisms.front().mechanism;
   judged.probability = judged.mechanisms.front().probability;
@@ -345,13 +352,13 @@ Judged judgeFindings(const Recording& recording, const Residuals& residuals,
   Judged judged;
   judged.terms = explanation.terms;
   judged.evidence = explanation.mechanisms;
-  takeMechanisms(judged, acceptedOf(judged.terms), explained.is_lead_acid);
+  takeMechanisms(judged, gainsOf(judged.terms), explained.is_lead_acid);
   explanation.terms = judged.terms;
   judged.verdict =
       judge(explanation, {residuals.screened.faults, residuals.screened.sentences}, rest);
   if (judged.terms.empty() && judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
       !discrepancy.finding->mechanisms.empty())
-    takeMechanisms(judged, {discrepancy.finding->mechanisms.front().mechanism},
+    takeMechanisms(judged, {{discrepancy.finding->mechanisms.front().mechanism, 1.0}},
                    explained.is_lead_acid);
   if (judged.mechanism)
     judged.verdict = withMechanism(judged.verdict, judged.terms, *judged.mechanism);

@@ -13,8 +13,8 @@ struct MechanismSupport {
   double lost = 0.0;   ///< loss when they are taken out of the regressors of all mechanisms
   /// gain by the best of its effects, on a grid of shapes, linear in the strength
   double effect = 0.0;
-  /// Whether the model selection accepted it, by an effect or by its regressors, 0 or 1; of several
-  /// recordings together, in what share of them.
+  /// What the model selection accepted of it, by effects and by its regressors: square root of its
+  /// gain of ln evidence as a share of the largest [0, 1]; of several recordings their mean.
   double accepted = 0.0;
 };
 
@@ -29,7 +29,7 @@ struct MechanismProbability {
 /**
  * @brief Which mechanism is missing, given that one is.
  *
- *     p_m = exp(w_m x_m + b_m + 2 accepted_m) / sum  [1]
+ *     p_m = exp(w_m x_m + b_m + 3 accepted_m) / sum  [1]
  *
  * x_m are m's alone, lost and effect, each relative to the largest. The weights were fitted to
  * simulated batteries whose laws are in no catalogue, under drives that do not depend on the law

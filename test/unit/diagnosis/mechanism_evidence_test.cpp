@@ -72,15 +72,16 @@ double oddsOf(Mechanism mechanism, const MechanismEvidence& evidence) {
   return p / (1.0 - p);
 }
 
-TEST(MechanismProbabilities, GrowByTheSameOddsWhereAMechanismIsAccepted) {
+TEST(MechanismProbabilities, GrowByTheSameOddsWithWhatWasAcceptedOfAMechanism) {
   for (const Mechanism clear : kAllMechanisms)
-    for (const Mechanism accepted : kAllMechanisms) {
-      MechanismEvidence evidence = clearly(clear);
-      const double before = oddsOf(accepted, evidence);
-      evidence[kOf(accepted)].accepted = 1.0;
-      EXPECT_NEAR(std::exp(2.0), oddsOf(accepted, evidence) / before, 1e-9)
-          << mechanismId(accepted);
-    }
+    for (const Mechanism accepted : kAllMechanisms)
+      for (const double share : {0.25, 1.0}) {
+        MechanismEvidence evidence = clearly(clear);
+        const double before = oddsOf(accepted, evidence);
+        evidence[kOf(accepted)].accepted = share;
+        EXPECT_NEAR(std::exp(3.0 * share), oddsOf(accepted, evidence) / before, 1e-9)
+            << mechanismId(accepted);
+      }
 }
 
 TEST(MechanismProbabilities, OfAClearMechanismStayFirstWhateverWasAccepted) {

@@ -85,7 +85,7 @@ TEST(RegulatedVoltage, DerivativesThatDivergeAreNoLinearization) {
   state.coordinates = fits->coordinatesOf(state.model);
   state.point = embedded(BatteryModel({"fresh_sulphate"}), there, state.model);
   state.evidence = 1e9;
-  const ExplanationState without = fits->withoutMember(state, "ocv_soc");
+  const ExplanationState without = fits->withoutMembers(state, {"ocv_soc"});
   EXPECT_TRUE(std::isfinite(without.evidence));
   EXPECT_LT(without.evidence, 1e6);
 }
