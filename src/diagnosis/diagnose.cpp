@@ -30,10 +30,6 @@ void requireValid(const DiagnoseOptions& options) {
     for (const std::string& id : *list) effectInfo(id);
 }
 
-void append(std::vector<std::string>& sentences, const std::vector<std::string>& more) {
-  sentences.insert(sentences.end(), more.begin(), more.end());
-}
-
 Diagnosis insufficient(const Series& series, const std::string& lack) {
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
@@ -92,7 +88,7 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   found.outside = outsideWhatSignalsShow();
   for (const std::vector<std::string>* notes :
        {&residuals.notes, &selected.explained.notes, &validation.notes})
-    append(found.instrument, *notes);
+    found.instrument.insert(found.instrument.end(), notes->begin(), notes->end());
   found.mismatch =
       mismatchSegments(residuals.base, selected.last.quiet, residuals.regimes,
                        selected.last.at_edges ? residuals.base.noise : selected.last.fit.noise);

@@ -7,6 +7,7 @@
 
 #include "diagnosis/random_bits.hpp"
 #include "diagnosis/whitened_fit.hpp"
+#include "recording/channel_statistics.hpp"
 #include "util/student.hpp"
 
 namespace battery_sof {
@@ -55,10 +56,6 @@ EpisodeError episodeError(const InputSequence& inputs, const Episode& episode) {
   return error;
 }
 
-bool hasSlope(const EpisodeError& episode) {
-  return episode.samples.size() >= kSlopeSamples && episode.to - episode.from >= kSlopeTime;
-}
-
 /// Means of time and error over samples first to last - 1 of an episode.
 struct Point {
   double time = 0.0, error = 0.0;
@@ -77,12 +74,6 @@ Point meanPoint(const WhitenedFit& fit, const InputSequence& inputs, const Episo
   return {mean.time / count, mean.error / count};
 }
 
-double medianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Median of the slopes between all pairs (Theil 1950; Sen 1968) [V/s].
 double theilSenSlope(const WhitenedFit& fit, const InputSequence& inputs,
                      const EpisodeError& episode) {
@@ -94,7 +85,7 @@ double theilSenSlope(const WhitenedFit& fit, const InputSequence& inputs,
   for (std::size_t a = 0; a < count; ++a)
     for (std::size_t b = a + 1; b < count; ++b)
       slopes.push_back((points[b].error - points[a].error) / (points[b].time - points[a].time));
-  return medianOf(std::move(slopes));
+  return quantile(std::move(slopes), 0.5);
 }
 
 std::size_t firstOfEnd(const InputSequence& inputs, const EpisodeError& episode) {
@@ -145,7 +136,10 @@ std::vector<Question> questionsOf(const InputSequence& inputs, const std::vector
       auto& episodes = question.episodes;
       if (statistic == kSlope)
         episodes.erase(std::remove_if(episodes.begin(), episodes.end(),
-                                      [](const auto& e) { return !hasSlope(e); }),
+                                      [](const auto& e) {
+                                        return e.samples.size() < kSlopeSamples ||
+                                               e.to - e.from < kSlopeTime;
+                                      }),
                        episodes.end());
       if (episodes.size() >= kMinEpisodes) questions.push_back(std::move(question));
     }

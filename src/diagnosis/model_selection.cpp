@@ -9,6 +9,7 @@
 #include "diagnosis/timing_jitter_noise.hpp"
 #include "diagnosis/verdict.hpp"
 #include "explanation_fits.hpp"
+#include "recording/channel_statistics.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -21,11 +22,9 @@ constexpr double kNominalVoltage = 12.8;                         // [V]
 
 /// Whether a voltage is that of blocks of six lead-acid cells, one or more in a row.
 bool isLeadAcid(const Series& series) {
-  std::vector<double> voltage = series.voltage;
-  const auto middle = voltage.begin() + static_cast<std::ptrdiff_t>(voltage.size() / 2);
-  std::nth_element(voltage.begin(), middle, voltage.end());
-  const double blocks = std::round(*middle / kNominalVoltage);
-  return blocks >= 1.0 && *middle >= blocks * kLowestVoltage && *middle <= blocks * kHighestVoltage;
+  const double middle = quantile(series.voltage, 0.5);
+  const double blocks = std::round(middle / kNominalVoltage);
+  return blocks >= 1.0 && middle >= blocks * kLowestVoltage && middle <= blocks * kHighestVoltage;
 }
 
 /// Ids to weigh. @param notes grows by the ids left out.
@@ -112,15 +111,12 @@ Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& optio
 
 FinalFit fitExplained(const Residuals& residuals, const Explained& explained) {
   const Explanation& explanation = explained.explanation;
-  const std::vector<std::string>& ids = explanation.model.effects();
   const bool is_slow = residuals.screened.slow;
   FinalFit last;
-  last.at_edges = !is_slow && std::any_of(ids.begin(), ids.end(), [](const std::string& id) {
-    return effectInfo(id).acts_at_edges;
-  });
+  last.at_edges = !is_slow && actsAtEdges(explanation.model);
   last.quiet = is_slow ? TimingJitterNoise::weighed(residuals.quiet, explanation.edge_jitter)
                        : residuals.quiet;
-  last.fit = ids.empty() || explained.driving
+  last.fit = !explained.hasEffects() || explained.driving
                  ? residuals.base
                  : fitWhitened(explanation.model, last.inputs(residuals), {explanation.point},
                                std::nullopt, residuals.search);

@@ -10,6 +10,9 @@
 
 namespace battery_sof {
 
+/// Whether one of its effects does.
+bool actsAtEdges(const BatteryModel& model);
+
 /// What a composition leaves of the rows, in volts as in Linearization.
 struct RowErrors {
   /// measured less modelled, one a row [V]; empty where the model has no finite voltage

@@ -60,12 +60,6 @@ std::array<double, 4> relativeErrors(const Eigen::Matrix<double, 6, 6>& info, do
   return relative;
 }
 
-IndexRange wholeSearch(const Series& series, const WindowSearch& search) {
-  if (series.empty()) return {};
-  return indexRange(series, search.from.value_or(series.time.front()),
-                    search.to.value_or(series.time.back()));
-}
-
 /// All windows of the wanted length inside one stretch without gaps, an eighth of a window apart.
 void appendWindows(const Series& series, IndexRange stretch, double length,
                    std::vector<IndexRange>& windows) {
@@ -124,7 +118,10 @@ double windowExcitation(const WindowSamples& samples, double duration) {
 
 WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
   WindowChoice choice;
-  const IndexRange searched = wholeSearch(series, search);
+  const IndexRange searched = series.empty()
+                                  ? IndexRange{}
+                                  : indexRange(series, search.from.value_or(series.time.front()),
+                                               search.to.value_or(series.time.back()));
   if (searched.size() < kMinFitSamples) {
     choice.message = "no window: " + std::to_string(searched.size()) +
                      " samples in the searched stretch, at least " +

@@ -14,10 +14,6 @@ namespace {
 
 constexpr double kShareBlock = 10.0;  // [s], of a ChargerShare
 
-double lengthOf(const IdentificationJob& job) {
-  return job.window_length.value_or(defaultWindowLength(job.series));
-}
-
 double openLoopRmse(FittedModel model, const Series& series, IndexRange range, double max_gap) {
   const std::size_t first = range.first;
   const double voltage = model.fit.source ? repairedVoltage(series, first, model.fit.voltage_lag)
@@ -140,12 +136,13 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
                      " is below the required " + std::to_string(job.min_window_quality);
     return result;
   }
-  const JobWindow window{*choice.range,
-                         recentWindow(job.series, lengthOf(job)),
-                         result.max_gap,
-                         ModelMonitor(job.events, job.steps),
-                         instrumentLimits(job.series),
-                         chargerControl(job.series)};
+  const JobWindow window{
+      *choice.range,
+      recentWindow(job.series, job.window_length.value_or(defaultWindowLength(job.series))),
+      result.max_gap,
+      ModelMonitor(job.events, job.steps),
+      instrumentLimits(job.series),
+      chargerControl(job.series)};
   static_cast<IdentificationTrial&>(result) =
       tryFit(job.series, window, job.options, job.incumbent);
   if (job.extended_options)

@@ -42,10 +42,6 @@ SessionEvents ofSeries(SessionEvents of_one, double series_blocks) {
   return of_one;
 }
 
-bool isRequired(const ParameterEstimate& estimate) {
-  return estimate.name == "r_discharge" || estimate.name == "u_dc";
-}
-
 std::vector<std::string> sorted(std::vector<std::string> effects) {
   std::sort(effects.begin(), effects.end());
   return effects;
@@ -303,9 +299,9 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
   const FittedModel& model = *trial.model;
   if (!isUsable(model.fit)) return toString(model.fit.status) + ": " + model.fit.message;
   for (const ParameterEstimate& estimate : model.fit.estimates) {
-    if (isRequired(estimate) && !estimate.determined) {
+    const bool is_required = estimate.name == "r_discharge" || estimate.name == "u_dc";
+    if (is_required && !estimate.determined)
       return "the window does not determine " + estimate.name;
-    }
   }
   if (model.state.time < stream_.series().time.front()) {
     return "the identification took longer than the buffer reaches back";

@@ -10,11 +10,6 @@
 namespace battery_sof {
 namespace {
 
-bool isTemperatureAlone(const RawSample& sample) {
-  return std::isnan(sample.current) && std::isnan(sample.voltage) && sample.temperature &&
-         std::isfinite(*sample.temperature);
-}
-
 void appendTemperature(Series& series, double time, double temperature) {
   if (!series.temperature_time.empty() && time <= series.temperature_time.back()) return;
   series.temperature_time.push_back(time);
@@ -49,7 +44,8 @@ std::string toString(const RejectedCounts& rejected) {
 }
 
 SampleFate Intake::judge(const RawSample& sample) {
-  const bool temperature_alone = isTemperatureAlone(sample);
+  const bool temperature_alone = std::isnan(sample.current) && std::isnan(sample.voltage) &&
+                                 sample.temperature && std::isfinite(*sample.temperature);
   std::optional<double>& last = temperature_alone ? last_temperature_time_ : last_time_;
   SampleFate fate = temperature_alone ? judgeTime(sample.time) : judgeValues(sample);
   if (fate == SampleFate::kAccepted) fate = judgeOrder(sample.time, last);

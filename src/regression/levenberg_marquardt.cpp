@@ -48,11 +48,6 @@ Eigen::VectorXd projected(const Eigen::VectorXd& x, const MinimizeOptions& optio
   return inside;
 }
 
-/// Fall of the cost that the linearised residual promises for a step.
-double predictedGain(const NormalEquations& at, const Eigen::VectorXd& step) {
-  return -(2.0 * at.gradient + at.hessian * step).dot(step);
-}
-
 }  // namespace
 
 void DampingSchedule::accept(double gain_ratio) {
@@ -77,7 +72,8 @@ void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& opti
     const Eigen::VectorXd wanted = result.x + dampedStep(result.at, free, damping.lambda());
     const Eigen::VectorXd x = projected(wanted, options);
     const Eigen::VectorXd step = x - result.x;
-    const double promised = predictedGain(result.at, step);
+    // fall of the cost by the linearised residual
+    const double promised = -(2.0 * result.at.gradient + result.at.hessian * step).dot(step);
     const bool cut = x != wanted;  // a bound was in the way
     const bool tiny = step.norm() <= options.step_tolerance * (result.x.norm() + 1e-12);
     const bool nothing_to_gain = tiny || promised <= options.gain_tolerance * result.at.cost;
