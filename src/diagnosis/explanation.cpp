@@ -286,8 +286,7 @@ class StepwiseSelection {
     return true;
   }
 
-  /// What a state's structure is worth as a whole: of two effects that share it, each alone is worth
-  /// less.
+  /// What its effects of structure are worth together: of two that share it each is worth less.
   void takeStructureGain(ExplanationState& state) {
     std::set<std::string> structure;
     for (const std::string& id : state.members)

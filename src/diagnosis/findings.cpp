@@ -180,9 +180,10 @@ std::map<Mechanism, double> gainsOf(const std::vector<SelectedTerm>& terms) {
   return gains;
 }
 
-/// Likely mechanisms by the evidence and by what was accepted, the square root of its share. The first of them is the finding's,
-/// and its effect comes first of the terms; of the others each has its share of what those before
-/// it leave. What is no lead-acid battery has none of lead and acid.
+/// Likely mechanisms by the evidence and by what was accepted, the square root of a mechanism's
+/// share of the gain. The first of them is the finding's, and its effect comes first of the terms;
+/// of the others each has its share of what those before it leave. What is no lead-acid battery has
+/// none of lead and acid.
 void takeMechanisms(Judged& judged, const std::map<Mechanism, double>& gains, bool is_lead_acid) {
   if (gains.empty()) return;
   const auto most = std::max_element(
