@@ -10,6 +10,11 @@
 namespace battery_sof {
 namespace {
 
+bool isTemperatureAlone(const RawSample& sample) {
+  return std::isnan(sample.current) && std::isnan(sample.voltage) && sample.temperature &&
+         std::isfinite(*sample.temperature);
+}
+
 void appendTemperature(Series& series, double time, double temperature) {
   if (!series.temperature_time.empty() && time <= series.temperature_time.back()) return;
   series.temperature_time.push_back(time);
@@ -44,8 +49,7 @@ std::string toString(const RejectedCounts& rejected) {
 }
 
 SampleFate Intake::judge(const RawSample& sample) {
-  const bool temperature_alone = std::isnan(sample.current) && std::isnan(sample.voltage) &&
-                                 sample.temperature && std::isfinite(*sample.temperature);
+  const bool temperature_alone = isTemperatureAlone(sample);
   std::optional<double>& last = temperature_alone ? last_temperature_time_ : last_time_;
   SampleFate fate = temperature_alone ? judgeTime(sample.time) : judgeValues(sample);
   if (fate == SampleFate::kAccepted) fate = judgeOrder(sample.time, last);
