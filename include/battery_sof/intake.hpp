@@ -32,12 +32,12 @@ inline constexpr double kMaxCurrent = 5000.0;
 
 /// Limits beyond which a value is not a measurement.
 struct IntakeLimits {
-  static constexpr double max_abs_current = kMaxCurrent;  ///< [A]
-  static constexpr double max_abs_voltage = 100.0;  ///< [V], a 12 V sensor's full scale, ample room
+  static constexpr double kMaxAbsCurrent = kMaxCurrent;  ///< [A]
+  static constexpr double kMaxAbsVoltage = 100.0;  ///< [V], a 12 V sensor's full scale, ample room
   /// [s], the year 2286: milliseconds since 1970 are no seconds
-  static constexpr double max_abs_time = 1e10;
+  static constexpr double kMaxAbsTime = 1e10;
   /// [s], nearer stamps are one instant; the step of a stamp since 1970 is 2.4e-7 s
-  static constexpr double min_interval = 1e-7;
+  static constexpr double kMinInterval = 1e-7;
 };
 
 /// @return why samples were refused, e.g. "10 duplicate stamp, 2 not finite"; empty without any.
@@ -50,7 +50,7 @@ std::string toString(const RejectedCounts& rejected);
  * @brief The one gate through which samples enter, used by files, bags and the node alike.
  *
  * Refuses and counts; never repairs. A sample is refused when time, current or voltage is missing
- * or not finite, when its stamp is not after the last accepted one by IntakeLimits::min_interval
+ * or not finite, when its stamp is not after the last accepted one by IntakeLimits::kMinInterval
  * (nearer ones are duplicates), or when a stamp or value lies beyond IntakeLimits. A temperature
  * without current and voltage has a clock of its own: only its stamp is judged, against the last
  * such temperature.

@@ -68,7 +68,7 @@ void SampleStream::goOnFrom(const SampleStream& before) {
 
 bool SampleStream::isSuspicious(double time) const {
   // the intake refuses the rest, and says why
-  const bool is_time = std::abs(time) <= IntakeLimits().max_abs_time;
+  const bool is_time = std::abs(time) <= IntakeLimits::kMaxAbsTime;
   return newest_ && is_time && (time < *newest_ - kClockBack || time > *newest_ + kClockAhead);
 }
 

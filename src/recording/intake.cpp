@@ -62,8 +62,8 @@ SampleFate Intake::judge(const RawSample& sample) {
 SampleFate Intake::judgeTime(double time) const {
   if (std::isnan(time)) return SampleFate::kMissingValue;
   if (std::isinf(time)) return SampleFate::kNotFinite;
-  return std::abs(time) <= IntakeLimits::max_abs_time ? SampleFate::kAccepted
-                                                      : SampleFate::kOutOfRange;
+  return std::abs(time) <= IntakeLimits::kMaxAbsTime ? SampleFate::kAccepted
+                                                     : SampleFate::kOutOfRange;
 }
 
 SampleFate Intake::judgeValues(const RawSample& sample) const {
@@ -71,14 +71,14 @@ SampleFate Intake::judgeValues(const RawSample& sample) const {
     return SampleFate::kMissingValue;
   if (std::isinf(sample.time) || std::isinf(sample.current) || std::isinf(sample.voltage))
     return SampleFate::kNotFinite;
-  const bool in_range = std::abs(sample.current) <= IntakeLimits::max_abs_current &&
-                        std::abs(sample.voltage) <= IntakeLimits::max_abs_voltage &&
-                        std::abs(sample.time) <= IntakeLimits::max_abs_time;
+  const bool in_range = std::abs(sample.current) <= IntakeLimits::kMaxAbsCurrent &&
+                        std::abs(sample.voltage) <= IntakeLimits::kMaxAbsVoltage &&
+                        std::abs(sample.time) <= IntakeLimits::kMaxAbsTime;
   return in_range ? SampleFate::kAccepted : SampleFate::kOutOfRange;
 }
 
 SampleFate Intake::judgeOrder(double time, const std::optional<double>& last) {
-  if (!last || time - *last >= IntakeLimits::min_interval) return SampleFate::kAccepted;
+  if (!last || time - *last >= IntakeLimits::kMinInterval) return SampleFate::kAccepted;
   if (time >= *last) return SampleFate::kDuplicateStamp;
   largest_step_back_ = std::max(largest_step_back_, *last - time);
   return SampleFate::kClockStepBack;
