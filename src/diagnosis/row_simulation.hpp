@@ -10,7 +10,7 @@
 
 namespace battery_sof {
 
-/// Whether one of its effects does.
+/// Whether one of its effects acts at edges of the current.
 bool actsAtEdges(const BatteryModel& model);
 
 /// What a composition leaves of the rows, in volts as in Linearization.
