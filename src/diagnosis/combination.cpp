@@ -39,17 +39,18 @@ std::string withoutMechanism(const std::vector<Diagnosis>& recordings) {
 CombinedDiagnosis combine(const std::vector<Diagnosis>& recordings) {
   CombinedDiagnosis combined;
   std::vector<const Diagnosis*> with_mechanism;
-  MechanismEvidence mean{};
-  for (const Diagnosis& one : recordings) {
-    if (one.mechanisms.empty() || !one.mechanism_evidence) continue;
-    with_mechanism.push_back(&one);
-  }
+  for (const Diagnosis& one : recordings)
+    if (!one.mechanisms.empty() && !one.mechanism_evidence.empty()) with_mechanism.push_back(&one);
   const double share = 1.0 / static_cast<double>(std::max<std::size_t>(with_mechanism.size(), 1));
-  for (const Diagnosis* one : with_mechanism)
-    for (std::size_t k = 0; k < kMechanisms; ++k)
-      for (const auto part : {&MechanismSupport::alone, &MechanismSupport::lost,
-                              &MechanismSupport::effect, &MechanismSupport::accepted})
-        mean[k].*part += share * (*one->mechanism_evidence)[k].*part;
+  std::vector<MechanismEvidence> mean;
+  for (const Diagnosis* one : with_mechanism) {
+    mean.resize(one->mechanism_evidence.size());
+    for (std::size_t half = 0; half < mean.size(); ++half)
+      for (std::size_t k = 0; k < kMechanisms; ++k)
+        for (const auto part : {&MechanismSupport::alone, &MechanismSupport::lost,
+                                &MechanismSupport::effect, &MechanismSupport::accepted})
+          mean[half][k].*part += share * one->mechanism_evidence[half][k].*part;
+  }
   if (with_mechanism.empty()) {
     combined.summary = withoutMechanism(recordings);
   } else if (!haveOneInCommon(with_mechanism)) {

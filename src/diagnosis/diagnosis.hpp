@@ -196,8 +196,9 @@ struct Diagnosis {
   double probability = 0.0;  ///< of it [0, 1]
   /// that mechanisms are the one of the verdict, likeliest first, until they add up to 0.9
   std::vector<MechanismProbability> mechanisms;
-  /// what mechanisms are judged by; none of what is no lead-acid battery
-  std::optional<MechanismEvidence> mechanism_evidence;
+  /// what mechanisms are judged by, each half-sample of the rows; none of what is no lead-acid
+  /// battery
+  std::vector<MechanismEvidence> mechanism_evidence;
   double evidence_base = 0.0, evidence_extended = 0.0;  ///< ln evidence, scaled by the fraction
   /// share of the rows that count as independent
   double effective_sample_fraction = 1.0;

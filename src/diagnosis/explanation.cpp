@@ -14,8 +14,9 @@ namespace battery_sof {
 namespace {
 
 constexpr int kFirstIterations = 4;
-constexpr double kSettled = 0.1;  // ln evidence
-constexpr int kSwaps = 3;         // rounds in which places may be taken by what does better
+constexpr double kSettled = 0.1;          // ln evidence
+constexpr double kFirstStrength = 0.002;  // [V], of a group in a fit without a mechanism
+constexpr int kSwaps = 3;                 // rounds in which places may be taken by what does better
 
 /// Ids in the catalogue's order: what is given is one set, however it was written.
 std::vector<std::string> inOrder(const std::vector<std::string>& given) {
@@ -43,13 +44,18 @@ class StepwiseSelection {
     search_.takeGrid();
     tell("weighing mechanisms");
     ExplanationState now = start;
-    const double charging = given_.empty() && fits_.isVoltageControlled() ? takeCharging(now) : 0.0;
-    found_.mechanisms = evidenceFrom(now);
-    MechanismSupport& acceptance =
-        found_.mechanisms[static_cast<std::size_t>(Mechanism::kAcceptance)];
-    for (const auto part :
-         {&MechanismSupport::alone, &MechanismSupport::lost, &MechanismSupport::effect})
-      acceptance.*part += charging;
+    std::vector<double> charging;
+    if (given_.empty() && fits_.isVoltageControlled()) charging = takeCharging(now);
+    const auto effects = search_.bestGains(now);
+    for (const LinearProblem& half : fits_.halfSamples(fits_.sumsOf(now, true)))
+      found_.mechanisms.push_back(evidenceFrom(half, effects));
+    for (std::size_t k = 0; k < charging.size(); ++k) {
+      MechanismSupport& acceptance =
+          found_.mechanisms[k][static_cast<std::size_t>(Mechanism::kAcceptance)];
+      for (const auto part :
+           {&MechanismSupport::alone, &MechanismSupport::lost, &MechanismSupport::effect})
+        acceptance.*part += charging[k];
+    }
     for (const std::string& id : given_) take(now, id);
     while (given_.empty() &&
            static_cast<int>(now.members.size() + now.estimated.size()) < rules_.max_terms &&
@@ -66,7 +72,7 @@ class StepwiseSelection {
   MechanismEvidence mechanisms() {
     const ExplanationState start = circuit();
     search_.takeGrid();
-    return evidenceFrom(start);
+    return evidenceFrom(fits_.sumsOf(start, true).problem, search_.bestGains(start));
   }
 
  private:
@@ -83,21 +89,27 @@ class StepwiseSelection {
     return start;
   }
 
-  /// What the rows say for each mechanism in addition to a state: linear fits of its regressors
-  /// alone, of all, and of all but its own; its effects on their grids.
-  MechanismEvidence evidenceFrom(const ExplanationState& state) const {
-    ExplanationState full = state;
-    full.estimated.insert(kAllMechanisms.begin(), kAllMechanisms.end());
-    fits_.evaluateEvidence(full);
+  /// What rows say for each mechanism in addition to a state: linear fits of its regressors alone,
+  /// of all, and of all but its own; its effects on their grids.
+  /// @param rows the state's sums with all regressors.  @param effects gains of ln evidence.
+  MechanismEvidence evidenceFrom(const LinearProblem& rows,
+                                 const std::map<std::string, double>& effects) const {
+    const LinearFit full = fits_.fitOf(rows);
+    LinearFit start = full;
+    for (double& strength : start.strength) strength = std::max(strength, kFirstStrength);
+    const auto of = [&](const std::set<Mechanism>& mechanisms) {
+      return fits_.fitOf(fits_.restricted(rows, mechanisms)).evidence;
+    };
+    const double none = of({});
     MechanismEvidence found;
     for (std::size_t k = 0; k < kMechanisms; ++k) {
-      ExplanationState without = full;
-      without.estimated.erase(kAllMechanisms[k]);
-      fits_.evaluateEvidence(without);
-      found[k] = {fits_.withRegressors(state, kAllMechanisms[k]).evidence - state.evidence,
-                  full.evidence - without.evidence, 0.0};
+      std::set<Mechanism> others(kAllMechanisms.begin(), kAllMechanisms.end());
+      others.erase(kAllMechanisms[k]);
+      const LinearFit without =
+          fitGroupsFrom(fits_.restricted(rows, others), fits_.effectiveSampleFraction(), start);
+      found[k] = {of({kAllMechanisms[k]}) - none, full.evidence - without.evidence, 0.0};
     }
-    for (const auto& [id, gain] : search_.bestGains(state)) {
+    for (const auto& [id, gain] : effects) {
       double& best = found[static_cast<std::size_t>(mechanismOf(id))].effect;
       best = std::max(best, gain);
     }
@@ -122,8 +134,8 @@ class StepwiseSelection {
 
   /// While a charger regulates the voltage the physics of charging that predictions use there comes
   /// first, where it is worth it: without it no regulated current follows from a state.
-  /// @return gain of ln evidence.
-  double takeCharging(ExplanationState& state) {
+  /// @return gain of ln evidence on each half-sample of the rows; none where it is not taken.
+  std::vector<double> takeCharging(ExplanationState& state) {
     for (const EffectInfo& effect : effectCatalogue()) {
       if (!effect.on_request || !contains(search_.ids(), effect.id)) continue;
       std::optional<ExplanationState> with = search_.with(state, effect.id);
@@ -133,14 +145,15 @@ class StepwiseSelection {
       fits_.evaluateEvidence(state);
       const double gain = with->evidence - state.evidence;
       if (gain >= rules_.min_gain && isRelevant(*with, state)) {
+        const std::vector<double> gains = fits_.halfSampleGains(*with, state);
         with->explained[mechanismOf(effect.id)] = ExplanationFits::beyond(*with, state);
         state = std::move(*with);
-        return gain;
+        return gains;
       }
       fits_.takeEffectiveSampleFraction(state);
       fits_.evaluateEvidence(state);
     }
-    return 0.0;
+    return {};
   }
 
   /// What the effects of a mechanism that a state has explain [V].
@@ -224,18 +237,6 @@ class StepwiseSelection {
                                             explainedBy(mechanism, state));
   }
 
-  /// Whether physics added to an effect of structure is no more than the structure's regressors
-  /// hold: another circuit than the catalogue's.
-  bool isHeldByStructure(const ExplanationState& with, const ExplanationState& without,
-                         Mechanism mechanism) const {
-    if (mechanism == Mechanism::kStructure || mechanism == Mechanism::kInstrument ||
-        !(explainedBy(Mechanism::kStructure, without) > 0.0))
-      return false;
-    return fits_.withRegressors(with, Mechanism::kStructure).evidence -
-               fits_.withRegressors(without, Mechanism::kStructure).evidence <
-           rules_.min_gain;
-  }
-
   /// Which of two is to be taken into a state: by evidence, but an effect in front of regressors
   /// that predict no better.
   bool isBetter(const ExplanationState& one, const ExplanationState& other,
@@ -265,9 +266,7 @@ class StepwiseSelection {
     for (const Mechanism mechanism : kAllMechanisms) {
       if (state.estimated.count(mechanism) || tried_.count({parts, mechanism})) continue;
       const ExplanationState of_mechanism = standingFor(mechanism, state, members);
-      if (of_mechanism.evidence - state.evidence < needed(state, mechanism) ||
-          isHeldByStructure(of_mechanism, state, mechanism))
-        continue;
+      if (of_mechanism.evidence - state.evidence < needed(state, mechanism)) continue;
       if (!isBetter(of_mechanism, best, state) || !isRelevant(of_mechanism, state) ||
           isRestOfNamed(of_mechanism, state, mechanism))
         continue;
@@ -316,8 +315,7 @@ class StepwiseSelection {
       ExplanationState without = fits_.withoutMembers(state, {id});
       const double gain = state.evidence - without.evidence;
       if (gain < rules_.min_gain ||
-          ((gain < needed(state, mechanismOf(id)) || !isRelevant(state, without) ||
-            isHeldByStructure(state, without, mechanismOf(id))) &&
+          ((gain < needed(state, mechanismOf(id)) || !isRelevant(state, without)) &&
            mayReplace(without, state)))
         state = std::move(without);
     }
@@ -392,6 +390,7 @@ class StepwiseSelection {
   void takePlace(const ExplanationState& state, const ExplanationState& without,
                  Mechanism mechanism, const std::string& id) {
     SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 0.0};
+    one.half_gains = fits_.halfSampleGains(state, without);
     one.rms =
         ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
     const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);

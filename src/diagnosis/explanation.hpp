@@ -26,6 +26,7 @@ struct SelectedTerm {
   double rms = 0.0;
   std::vector<std::string> indistinguishable;  ///< ids that would do as well in its place
   double probability = 0.0;                    ///< of its mechanism, where it is reported [0, 1]
+  std::vector<double> half_gains = {};         ///< the gain on each half-sample of the rows [1]
 };
 
 /// An effect that was fitted in some step.
@@ -71,8 +72,9 @@ struct LinearDetectionLimit {
 
 /// What explains the rows' errors of a base circuit.
 struct Explanation {
-  std::vector<SelectedTerm> terms;      ///< largest gain first
-  MechanismEvidence mechanisms = {};    ///< in addition to the base circuit alone
+  std::vector<SelectedTerm> terms;  ///< largest gain first
+  /// in addition to the base circuit alone, by each half-sample of the rows
+  std::vector<MechanismEvidence> mechanisms;
   BatteryModel model = BatteryModel();  ///< the base circuit with the effects among the components
   CompositionPoint point;               ///< of it
   double evidence = 0.0;                ///< ln evidence, scaled by the fraction

@@ -1,6 +1,7 @@
 #include "explanation_fits.hpp"
 
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include "diagnosis/explanation_state.hpp"
@@ -208,7 +209,7 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
 
 ExplanationSums ExplanationFits::evaluateEvidence(ExplanationState& state) const {
   ExplanationSums sums = sumsOf(state, false);
-  state.fit = fitOf(sums);
+  state.fit = fitOf(sums.problem);
   state.evidence = state.fit.evidence + effective_sample_fraction_ * noise_.logScale();
   return sums;
 }
@@ -266,7 +267,7 @@ void ExplanationFits::takeNoise(const ExplanationState& state) {
 double ExplanationFits::minError() {
   const std::optional<ExplanationState>& base = placedBase();
   if (!base) return std::numeric_limits<double>::infinity();
-  const Eigen::VectorXd z = fitOf(sumsOf(*base, true)).z;
+  const Eigen::VectorXd z = fitOf(sumsOf(*base, true).problem).z;
   Eigen::VectorXd std;
   const Eigen::VectorXd moved =
       expectedFrom(*base, std) + z.head(static_cast<Eigen::Index>(base->coordinates.size()));
@@ -393,7 +394,7 @@ Eigen::VectorXd ExplanationFits::modelled(const ExplanationState& state) const {
 }
 
 Eigen::VectorXd ExplanationFits::unexplainedPart(const ExplanationState& state) const {
-  const LinearFit all = fitOf(sumsOf(state, true));
+  const LinearFit all = fitOf(sumsOf(state, true).problem);
   Eigen::VectorXd part = Eigen::VectorXd::Zero(free_.rows());
   for (std::size_t k = 0; k < table_.regressors.size(); ++k)
     if (!state.estimated.count(table_.regressors[k].mechanism))
@@ -432,21 +433,69 @@ double ExplanationFits::chargeShareOf(const Eigen::VectorXd& part) const {
   return currents > 0.0 ? charge / resistance / currents : 0.0;
 }
 
-LinearFit ExplanationFits::fitOf(const ExplanationSums& sums) const {
+LinearFit ExplanationFits::fitOf(const LinearProblem& problem) const {
   std::vector<char> active(kRegressorGroups + 1, 0);
-  for (const int group : sums.problem.group) active[static_cast<std::size_t>(group)] = 1;
-  return fitSomeGroups(sums.problem, effective_sample_fraction_, active);
+  for (const int group : problem.group) active[static_cast<std::size_t>(group)] = 1;
+  return fitSomeGroups(problem, effective_sample_fraction_, active);
 }
 
 LinearFit ExplanationFits::fitWithout(const ExplanationSums& sums, IndexRange rows) const {
   const Eigen::MatrixXd columns = sums.columns.ofRows(rows);
   const Eigen::VectorXd targets = sums.targets(rowsOf(rows));
-  ExplanationSums rest{sums.problem, {}, {}};
-  rest.problem.products -= columns.transpose() * columns;
-  rest.problem.targets -= columns.transpose() * targets;
-  rest.problem.square -= targets.squaredNorm();
-  rest.problem.rows -= static_cast<double>(rows.size());
+  LinearProblem rest = sums.problem;
+  rest.products -= columns.transpose() * columns;
+  rest.targets -= columns.transpose() * targets;
+  rest.square -= targets.squaredNorm();
+  rest.rows -= static_cast<double>(rows.size());
   return fitOf(rest);
+}
+
+std::vector<LinearProblem> ExplanationFits::halfSamples(const ExplanationSums& sums) const {
+  std::vector<LinearProblem> quarters(kLeftOutBlocks / 2, sums.problem), halves;
+  for (std::size_t quarter = 0; quarter < quarters.size(); ++quarter) {
+    const IndexRange rows = blocks(2 * quarter, 2 * quarter + 2);
+    const Eigen::MatrixXd columns = sums.columns.ofRows(rows);
+    const Eigen::VectorXd targets = sums.targets(rowsOf(rows));
+    LinearProblem& one = quarters[quarter];
+    one.products = columns.transpose() * columns;
+    one.targets = columns.transpose() * targets;
+    one.square = targets.squaredNorm();
+    one.rows = static_cast<double>(rows.size());
+    for (std::size_t other = 0; other < quarter; ++other) {
+      halves.push_back(one);
+      halves.back().products += quarters[other].products;
+      halves.back().targets += quarters[other].targets;
+      halves.back().square += quarters[other].square;
+      halves.back().rows += quarters[other].rows;
+    }
+  }
+  return halves;
+}
+
+std::vector<double> ExplanationFits::halfSampleGains(const ExplanationState& more,
+                                                     const ExplanationState& less) const {
+  const std::vector<LinearProblem> with = halfSamples(sumsOf(more, false)),
+                                   without = halfSamples(sumsOf(less, false));
+  std::vector<double> gains;
+  for (std::size_t half = 0; half < with.size(); ++half)
+    gains.push_back(fitOf(with[half]).evidence - fitOf(without[half]).evidence);
+  return gains;
+}
+
+LinearProblem ExplanationFits::restricted(const LinearProblem& all,
+                                          const std::set<Mechanism>& mechanisms) const {
+  LinearProblem some = all;
+  some.group.clear();
+  std::vector<Eigen::Index> used(static_cast<std::size_t>(all.known()));
+  std::iota(used.begin(), used.end(), Eigen::Index{0});
+  for (std::size_t k = 0; k < all.group.size(); ++k) {
+    if (k < table_.regressors.size() && !mechanisms.count(table_.regressors[k].mechanism)) continue;
+    used.push_back(all.known() + static_cast<Eigen::Index>(k));
+    some.group.push_back(all.group[k]);
+  }
+  some.products = all.products(used, used);
+  some.targets = all.targets(used);
+  return some;
 }
 
 double ExplanationFits::leastGain(const ExplanationState& more,

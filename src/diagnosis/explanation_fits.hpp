@@ -130,9 +130,16 @@ class ExplanationFits {
   double crankOf(const Eigen::VectorXd& part) const;
   /// A part of the counted rows as a share of the charging current [1].
   double chargeShareOf(const Eigen::VectorXd& part) const;
-  LinearFit fitOf(const ExplanationSums& sums) const;
+  LinearFit fitOf(const LinearProblem& problem) const;
   /// Whether the training part is so short that an event may come in it once.
   bool isShort() const;
+  /// Sums of every two quarters of the rows: six halves of them.
+  std::vector<LinearProblem> halfSamples(const ExplanationSums& sums) const;
+  /// ln evidence that a state has over another on each of these.
+  std::vector<double> halfSampleGains(const ExplanationState& more,
+                                      const ExplanationState& less) const;
+  /// The sums of a state with all regressors, without those of other mechanisms.
+  LinearProblem restricted(const LinearProblem& all, const std::set<Mechanism>& mechanisms) const;
   /// ln evidence that a state has over another without any one quarter of the rows: the least.
   double leastGain(const ExplanationState& more, const ExplanationState& less) const;
   /// What the fit of a state explains beyond that of another [V].

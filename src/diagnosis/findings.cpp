@@ -1,6 +1,7 @@
 #include "diagnosis/model_selection.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -170,12 +171,16 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
 }
 
 /// Gain of ln evidence by each mechanism: what was accepted of it, and what does as well.
-std::map<Mechanism, double> gainsOf(const std::vector<SelectedTerm>& terms) {
-  std::map<Mechanism, double> gains;
+/// @param half sample of the rows; none: of all.
+std::array<double, kMechanisms> gainsOf(const std::vector<SelectedTerm>& terms,
+                                        std::optional<std::size_t> half) {
+  std::array<double, kMechanisms> gains{};
   for (const SelectedTerm& one : terms) {
     std::set<Mechanism> claimed = {one.mechanism};
     for (const std::string& id : one.indistinguishable) claimed.insert(mechanismOf(id));
-    for (const Mechanism mechanism : claimed) gains[mechanism] += std::max(0.0, one.gain);
+    for (const Mechanism mechanism : claimed)
+      gains[static_cast<std::size_t>(mechanism)] +=
+          std::max(0.0, half ? one.half_gains[*half] : one.gain);
   }
   return gains;
 }
@@ -184,15 +189,17 @@ std::map<Mechanism, double> gainsOf(const std::vector<SelectedTerm>& terms) {
 /// share of the gain. The first of them is the finding's, and its effect comes first of the terms;
 /// of the others each has its share of what those before it leave. What is no lead-acid battery has
 /// none of lead and acid.
-void takeMechanisms(Judged& judged, const std::map<Mechanism, double>& gains, bool is_lead_acid) {
-  if (gains.empty()) return;
-  const auto most = std::max_element(
-      gains.begin(), gains.end(),
-      [](const auto& one, const auto& other) { return one.second < other.second; });
-  if (!is_lead_acid && isOfLeadAcid(most->first)) return;
-  for (const auto& [mechanism, gain] : gains)
-    judged.evidence[static_cast<std::size_t>(mechanism)].accepted =
-        std::sqrt(gain / std::max(most->second, 1e-12));
+/// @param accepted also what is not reported, as it does not hold on left-out blocks.
+void takeMechanisms(Judged& judged, const std::vector<SelectedTerm>& accepted, bool is_lead_acid) {
+  const std::array<double, kMechanisms> whole = gainsOf(accepted, std::nullopt);
+  const auto most = std::max_element(whole.begin(), whole.end()) - whole.begin();
+  if (!is_lead_acid && isOfLeadAcid(kAllMechanisms[static_cast<std::size_t>(most)])) return;
+  for (std::size_t half = 0; half < judged.evidence.size(); ++half) {
+    const std::array<double, kMechanisms> gains = gainsOf(accepted, half);
+    const double largest = std::max(*std::max_element(gains.begin(), gains.end()), 1e-12);
+    for (std::size_t k = 0; k < kMechanisms; ++k)
+      judged.evidence[half][k].accepted = std::sqrt(gains[k] / largest);
+  }
   judged.mechanisms = likelyMechanisms(judged.evidence, is_lead_acid);
   judged.mechanism = judged.mechanisms.front().mechanism;
   judged.probability = judged.mechanisms.front().probability;
@@ -353,14 +360,17 @@ Judged judgeFindings(const Recording& recording, const Residuals& residuals,
   Judged judged;
   judged.terms = explanation.terms;
   judged.evidence = explanation.mechanisms;
-  takeMechanisms(judged, gainsOf(judged.terms), explained.is_lead_acid);
+  if (!judged.terms.empty())
+    takeMechanisms(judged, explained.explanation.terms, explained.is_lead_acid);
   explanation.terms = judged.terms;
   judged.verdict =
       judge(explanation, {residuals.screened.faults, residuals.screened.sentences}, rest);
   if (judged.terms.empty() && judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
-      !discrepancy.finding->mechanisms.empty())
-    takeMechanisms(judged, {{discrepancy.finding->mechanisms.front().mechanism, 1.0}},
-                   explained.is_lead_acid);
+      !discrepancy.finding->mechanisms.empty()) {
+    SelectedTerm learnt{discrepancy.finding->mechanisms.front().mechanism, "", 1.0, 0.0, {}, 0.0};
+    learnt.half_gains.assign(judged.evidence.size(), 1.0);
+    takeMechanisms(judged, {learnt}, explained.is_lead_acid);
+  }
   if (judged.mechanism)
     judged.verdict = withMechanism(judged.verdict, judged.terms, *judged.mechanism);
   judged.candidates = candidatesOf(explanation.weighed, judged.terms);

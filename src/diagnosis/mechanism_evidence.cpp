@@ -1,5 +1,6 @@
 #include "diagnosis/mechanism_evidence.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -43,33 +44,37 @@ std::array<Numbers, kMechanisms> numbersOf(const MechanismEvidence& evidence) {
 
 }  // namespace
 
-std::vector<MechanismProbability> mechanismProbabilities(const MechanismEvidence& evidence,
-                                                         bool is_lead_acid) {
-  const std::array<Numbers, kMechanisms> numbers = numbersOf(evidence);
+std::vector<MechanismProbability> mechanismProbabilities(
+    const std::vector<MechanismEvidence>& samples, bool is_lead_acid) {
   std::vector<MechanismProbability> all;
-  for (std::size_t k = 0; k < kMechanisms; ++k) {
-    if (!is_lead_acid && isOfLeadAcid(kAllMechanisms[k])) continue;
-    const double own = std::inner_product(numbers[k].begin(), numbers[k].end(), kWeights[k].begin(),
-                                          kWeights[k].back());
-    all.push_back({kAllMechanisms[k], own + kAcceptedWeight * evidence[k].accepted});
+  for (const Mechanism mechanism : kAllMechanisms)
+    if (is_lead_acid || !isOfLeadAcid(mechanism)) all.push_back({mechanism, 0.0});
+  for (const MechanismEvidence& evidence : samples) {
+    const std::array<Numbers, kMechanisms> numbers = numbersOf(evidence);
+    Eigen::ArrayXd odds(static_cast<Eigen::Index>(all.size()));
+    for (Eigen::Index j = 0; j < odds.size(); ++j) {
+      const auto k = static_cast<std::size_t>(all[static_cast<std::size_t>(j)].mechanism);
+      odds[j] = std::inner_product(numbers[k].begin(), numbers[k].end(), kWeights[k].begin(),
+                                   kWeights[k].back()) +
+                kAcceptedWeight * evidence[k].accepted;
+    }
+    odds = (odds - odds.maxCoeff()).exp();
+    odds /= odds.sum() * static_cast<double>(samples.size());
+    for (std::size_t j = 0; j < all.size(); ++j)
+      all[j].probability += odds[static_cast<Eigen::Index>(j)];
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const MechanismProbability& one, const MechanismProbability& other) {
                      return one.probability > other.probability;
                    });
-  double sum = 0.0;
-  const double largest = all.front().probability;
-  for (MechanismProbability& one : all)
-    sum += one.probability = std::exp(one.probability - largest);
-  for (MechanismProbability& one : all) one.probability /= sum;
   return all;
 }
 
-std::vector<MechanismProbability> likelyMechanisms(const MechanismEvidence& evidence,
+std::vector<MechanismProbability> likelyMechanisms(const std::vector<MechanismEvidence>& samples,
                                                    bool is_lead_acid) {
   std::vector<MechanismProbability> found;
   double sum = 0.0;
-  for (const MechanismProbability& one : mechanismProbabilities(evidence, is_lead_acid)) {
+  for (const MechanismProbability& one : mechanismProbabilities(samples, is_lead_acid)) {
     if (sum < kSetProbability) found.push_back(one);
     sum += one.probability;
   }

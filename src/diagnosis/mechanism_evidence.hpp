@@ -18,7 +18,7 @@ struct MechanismSupport {
   double accepted = 0.0;
 };
 
-/// The same of all mechanisms.
+/// The same of all mechanisms, as some rows of a recording say it.
 using MechanismEvidence = std::array<MechanismSupport, kMechanisms>;
 
 struct MechanismProbability {
@@ -29,22 +29,26 @@ struct MechanismProbability {
 /**
  * @brief Which mechanism is missing, given that one is.
  *
- *     p_m = exp(w_m x_m + b_m + 3 accepted_m) / sum  [1]
+ *     p_m = mean over samples of exp(w_m x_m + b_m + 3 accepted_m) / sum  [1]
  *
  * x_m are m's alone, lost and effect, each relative to the largest. The weights were fitted to
  * simulated batteries whose laws are in no catalogue, under drives that do not depend on the law
- * (mechanism_weights.inc, docs/validation.md); probabilities are calibrated on laws left out. What
- * the model selection accepted counts in addition: linear fits do not change with the way of a
- * search, and see less than it.
+ * (mechanism_weights.inc, docs/validation.md). What the model selection accepted counts in addition:
+ * linear fits do not change with the way of a search, and see less than it.
  *
+ * The mean over halves of the rows, every two quarters, is a bagged posterior (Huggins and Miller 2023):
+ * where no model is right, evidence grows with the rows for whichever fits them best, and halves of
+ * one recording name different mechanisms with certainty; their mean says how far they agree.
+ *
+ * @param samples what each half-sample says; one, of all rows, is no mean.
  * @param is_lead_acid otherwise mechanisms of lead and acid are no candidates.
  * @return all candidates, likeliest first.
  */
-std::vector<MechanismProbability> mechanismProbabilities(const MechanismEvidence& evidence,
-                                                         bool is_lead_acid = true);
+std::vector<MechanismProbability> mechanismProbabilities(
+    const std::vector<MechanismEvidence>& samples, bool is_lead_acid = true);
 
 /// @return the fewest of them whose probabilities add up to 0.9.
-std::vector<MechanismProbability> likelyMechanisms(const MechanismEvidence& evidence,
+std::vector<MechanismProbability> likelyMechanisms(const std::vector<MechanismEvidence>& samples,
                                                    bool is_lead_acid = true);
 
 }  // namespace battery_sof

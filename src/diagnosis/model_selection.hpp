@@ -60,7 +60,7 @@ struct Judged {
   std::optional<Mechanism> mechanism;
   double probability = 0.0;                      ///< of it [0, 1]
   std::vector<MechanismProbability> mechanisms;  ///< Diagnosis::mechanisms
-  MechanismEvidence evidence{};                  ///< with what was accepted
+  std::vector<MechanismEvidence> evidence;       ///< with what was accepted
   std::vector<Candidate> candidates;             ///< best first
   std::vector<DetectionLimit> detection_limits;
 };

@@ -14,8 +14,8 @@ Diagnosis recordingOf(Mechanism one, double of_one, Mechanism other, double of_o
   MechanismEvidence evidence{};
   evidence[kOf(one)] = {of_one, 0.8 * of_one, 0.9 * of_one};
   evidence[kOf(other)] = {of_other, 0.8 * of_other, 0.9 * of_other};
-  diagnosis.mechanism_evidence = evidence;
-  diagnosis.mechanisms = likelyMechanisms(evidence);
+  diagnosis.mechanism_evidence = {evidence};
+  diagnosis.mechanisms = likelyMechanisms({evidence});
   diagnosis.mechanism = diagnosis.mechanisms.front().mechanism;
   return diagnosis;
 }
@@ -23,7 +23,7 @@ Diagnosis recordingOf(Mechanism one, double of_one, Mechanism other, double of_o
 Diagnosis silent(Verdict verdict) {
   Diagnosis diagnosis;
   diagnosis.verdict = verdict;
-  diagnosis.mechanism_evidence = MechanismEvidence{};
+  diagnosis.mechanism_evidence = {MechanismEvidence{}};
   return diagnosis;
 }
 
@@ -100,7 +100,7 @@ TEST(Combination, OfWhatIsNoLeadAcidBatteryStatesNothing) {
   Diagnosis cell = silent(Verdict::kMechanism);
   cell.mechanism = Mechanism::kStructure;
   cell.mechanisms = {{Mechanism::kStructure, 0.0}};
-  cell.mechanism_evidence.reset();
+  cell.mechanism_evidence.clear();
   EXPECT_FALSE(combine({cell, cell}).mechanism);
 }
 

@@ -65,6 +65,36 @@ TEST(LeftOutBlocks, AreMissedByTheNoiseAndByMoreWithRegressorsThatDescribeNothin
     EXPECT_GE(fits->leftOutError(fits->withRegressors(state, mechanism)), 0.9995 * missed);
 }
 
+TEST(HalfSamples, AreEveryTwoQuartersOfTheRows) {
+  const std::unique_ptr<ExplanationFits> fits = fitsTo(inputsOf({}));
+  const ExplanationSums all = fits->sumsOf(fits->baseState(), true);
+  const std::vector<LinearProblem> halves = fits->halfSamples(all);
+  ASSERT_EQ(6u, halves.size());
+  LinearProblem sum = all.problem;
+  for (const LinearProblem& half : halves) {
+    EXPECT_NEAR(all.problem.rows / 2.0, half.rows, 1.0);
+    sum.products += half.products;
+    sum.targets += half.targets;
+    sum.square += half.square;
+    sum.rows += half.rows;
+  }
+  EXPECT_EQ(4.0 * all.problem.rows, sum.rows);
+  EXPECT_NEAR(4.0 * all.problem.square, sum.square, 1e-12 * sum.square);
+  EXPECT_LT((sum.products - 4.0 * all.problem.products).norm(), 1e-9 * sum.products.norm());
+  EXPECT_LT((sum.targets - 4.0 * all.problem.targets).norm(), 1e-9 * sum.targets.norm());
+}
+
+TEST(HalfSamples, OfASumWithoutMechanismsAreThoseOfTheStateAlone) {
+  const std::unique_ptr<ExplanationFits> fits = fitsTo(inputsOf({}));
+  ExplanationState state = fits->baseState();
+  fits->evaluateEvidence(state);
+  const LinearProblem all = fits->sumsOf(state, true).problem;
+  EXPECT_NEAR(state.fit.evidence, fits->fitOf(fits->restricted(all, {})).evidence, 1e-6);
+  const ExplanationState acid = fits->withRegressors(state, Mechanism::kAcid);
+  EXPECT_NEAR(acid.fit.evidence, fits->fitOf(fits->restricted(all, {Mechanism::kAcid})).evidence,
+              1e-6);
+}
+
 TEST(Explain, ALawNearAnEquationIsThatEquationThoughRegressorsFitTheSeenRowsCloser) {
   Series series = inputsOf({"ocv_soc"}, "ocv_slope", 0.2);
   double charge = 0.0;
@@ -93,6 +123,8 @@ TEST(Explain, AnOpenCircuitVoltageThatFollowsTheChargeIsExplainedByItself) {
   EXPECT_EQ("ocv_soc", one.member);
   EXPECT_EQ(Mechanism::kOpenCircuit, one.mechanism);
   EXPECT_GT(one.gain, ExplanationRules().min_gain);
+  ASSERT_EQ(6u, one.half_gains.size());
+  for (const double gain : one.half_gains) EXPECT_GT(gain, 0.0) << "half of the rows";
   EXPECT_NEAR(0.2, found.point.parameters[*found.model.parameterRow("ocv_slope")], 0.02);
   EXPECT_GT(found.evidence, found.base_evidence);
 }

@@ -26,7 +26,7 @@ double sumOf(const std::vector<MechanismProbability>& all) {
 TEST(MechanismProbabilities, AreOfAllMechanismsLikeliestFirstAndAddUpToOne) {
   MechanismEvidence evidence = clearly(Mechanism::kAcid);
   evidence[kOf(Mechanism::kOpenCircuit)] = {350.0, 40.0, 300.0};
-  const std::vector<MechanismProbability> all = mechanismProbabilities(evidence);
+  const std::vector<MechanismProbability> all = mechanismProbabilities({evidence});
   ASSERT_EQ(kMechanisms, all.size());
   EXPECT_NEAR(1.0, sumOf(all), 1e-12);
   EXPECT_TRUE(std::is_sorted(all.begin(), all.end(), [](const auto& one, const auto& other) {
@@ -36,33 +36,45 @@ TEST(MechanismProbabilities, AreOfAllMechanismsLikeliestFirstAndAddUpToOne) {
 
 TEST(MechanismProbabilities, WhatAloneHasTheEvidenceIsLikeliestOfEveryMechanism) {
   for (const Mechanism mechanism : kAllMechanisms) {
-    const MechanismProbability first = mechanismProbabilities(clearly(mechanism)).front();
+    const MechanismProbability first = mechanismProbabilities({clearly(mechanism)}).front();
     EXPECT_EQ(mechanism, first.mechanism) << mechanismId(mechanism);
     EXPECT_GT(first.probability, 0.5) << mechanismId(mechanism);
   }
 }
 
+TEST(MechanismProbabilities, OfHalvesThatAreEachSureOfAnotherAreTheirMean) {
+  const MechanismEvidence acid = clearly(Mechanism::kAcid), ageing = clearly(Mechanism::kAgeing);
+  for (const MechanismProbability& one : mechanismProbabilities({acid, ageing, acid})) {
+    double mean = 0.0;
+    for (const MechanismEvidence& half : {acid, ageing, acid})
+      for (const MechanismProbability& of_half : mechanismProbabilities({half}))
+        if (of_half.mechanism == one.mechanism) mean += of_half.probability / 3.0;
+    EXPECT_NEAR(mean, one.probability, 1e-12) << mechanismId(one.mechanism);
+  }
+  EXPECT_EQ(2u, likelyMechanisms({acid, ageing}).size());
+}
+
 TEST(LikelyMechanisms, AreTheFewestThatAddUpToNineTenths) {
   for (const Mechanism mechanism : kAllMechanisms) {
     const MechanismEvidence evidence = clearly(mechanism);
-    std::vector<MechanismProbability> likely = likelyMechanisms(evidence);
+    std::vector<MechanismProbability> likely = likelyMechanisms({evidence});
     EXPECT_GE(sumOf(likely), 0.9);
     likely.pop_back();
     EXPECT_LT(sumOf(likely), 0.9);
   }
-  EXPECT_GT(likelyMechanisms(MechanismEvidence{}).size(), 5u) << "nothing says anything";
+  EXPECT_GT(likelyMechanisms({MechanismEvidence{}}).size(), 5u) << "nothing says anything";
 }
 
 TEST(LikelyMechanisms, OfWhatIsNoLeadAcidBatteryHaveNoneOfLeadAndAcid) {
   const std::vector<MechanismProbability> all =
-      mechanismProbabilities(clearly(Mechanism::kAcceptance), false);
+      mechanismProbabilities({clearly(Mechanism::kAcceptance)}, false);
   EXPECT_NEAR(1.0, sumOf(all), 1e-12);
   for (const MechanismProbability& one : all)
     EXPECT_FALSE(isOfLeadAcid(one.mechanism)) << mechanismId(one.mechanism);
 }
 
 double probabilityOf(Mechanism mechanism, const MechanismEvidence& evidence) {
-  for (const MechanismProbability& one : mechanismProbabilities(evidence))
+  for (const MechanismProbability& one : mechanismProbabilities({evidence}))
     if (one.mechanism == mechanism) return one.probability;
   return 0.0;
 }
@@ -90,7 +102,7 @@ TEST(MechanismProbabilities, OfAClearMechanismStayFirstWhateverWasAccepted) {
       if (probabilityOf(clear, clearly(clear)) < 0.9) continue;
       MechanismEvidence evidence = clearly(clear);
       evidence[kOf(accepted)].accepted = 1.0;
-      EXPECT_EQ(clear, mechanismProbabilities(evidence).front().mechanism)
+      EXPECT_EQ(clear, mechanismProbabilities({evidence}).front().mechanism)
           << mechanismId(clear) << " against " << mechanismId(accepted);
     }
 }
