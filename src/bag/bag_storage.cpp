@@ -85,8 +85,6 @@ void readMessages(Recording& recording, const rosbag::Bag& bag,
     instance.write(stream);
     append(recording, intake, rawSampleOf(batteryStateIn(bytes)));
   }
-  recording.rejected = intake.rejected();
-  recording.largest_step_back = intake.largestStepBack();
 }
 
 /// A sample, or a temperature that was measured at no sample's time.

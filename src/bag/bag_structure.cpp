@@ -78,7 +78,7 @@ class RecordReader {
       : bytes_(bytes), file_offset_(file_offset) {}
 
   bool atEnd() const { return at_ == bytes_.size(); }
-  std::size_t offset() const { return at_; }
+  std::size_t offset() const { return file_offset_ + at_; }
 
   Record next() {
     Record record;
@@ -91,7 +91,7 @@ class RecordReader {
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw RecordingError("at byte " + std::to_string(file_offset_ + at_) + " " + what);
+    throw RecordingError("at byte " + std::to_string(offset()) + " " + what);
   }
 
  private:
@@ -118,100 +118,90 @@ class RecordReader {
   std::size_t at_ = 0;
 };
 
-/// Where messages begin in the chunk that was read last.
-class ChunkContents {
+/// Goes from a bag's first record to its last, and holds what indices may point to.
+class Walk {
  public:
-  void read(const Record& chunk, std::size_t file_offset) {
-    compressed_ = chunk.field("compression") != "none";
-    size_ = chunk.number<std::uint32_t>("size").value_or(0);
-    messages_.clear();
-    RecordReader reader(chunk.data, file_offset);
-    const std::size_t most =
-        compressed_ ? std::max(kSmallChunk, kMaxRatio * chunk.data.size()) : chunk.data.size();
-    if (size_ > most)
-      reader.fail("a chunk claims to hold " + std::to_string(size_) + " bytes, expected at most " +
-                  std::to_string(most));
-    if (compressed_) return;
-    while (!reader.atEnd()) {
-      const std::size_t offset = reader.offset();
-      if (reader.next().operation() == kMessage) messages_.insert(offset);
-    }
-  }
+  explicit Walk(std::string_view bytes)
+      : bytes_(bytes), reader_(bytes.substr(kVersionLine.size()), kVersionLine.size()) {}
 
-  bool hasMessageAt(std::size_t offset) const {
-    return compressed_ ? offset < size_ : messages_.count(offset) > 0;
+  void run() {
+    readHeader(reader_.next());
+    while (!reader_.atEnd()) {
+      const std::size_t offset = reader_.offset();
+      const Record record = reader_.next();
+      records_.insert(offset);
+      if (record.operation() == kChunk) {
+        chunks_.insert(offset);
+        readChunk(record);
+      } else if (record.operation() == kIndex) {
+        checkIndex(record);
+      } else if (record.operation() == kChunkInfo) {
+        checkInfo(record);
+      }
+    }
+    if (records_.count(index_) == 0)
+      reader_.fail("the bag's header points to byte " + std::to_string(index_) +
+                   ", where no record begins");
   }
 
  private:
-  bool compressed_ = false;
-  std::size_t size_ = 0;
-  std::unordered_set<std::size_t> messages_;
-};
-
-void checkIndex(const Record& index, const ChunkContents& chunk, const RecordReader& reader) {
-  const auto count = index.number<std::uint32_t>("count");
-  if (!count || *count * kIndexEntrySize != index.data.size())
-    reader.fail("an index has another length than it says");
-  for (std::size_t at = 0; at < index.data.size(); at += kIndexEntrySize)
-    if (!chunk.hasMessageAt(numberAt(index.data, at + 8)))
-      reader.fail("an index points to where no message is");
-}
-
-/// What the records at the end of a bag say of those before them.
-class Contents {
- public:
-  void readHeader(const Record& header, const RecordReader& reader) {
+  void readHeader(const Record& header) {
     const auto index = header.number<std::uint64_t>("index_pos");
-    if (header.operation() != kBagHeader || !index) reader.fail("the bag's header is damaged");
+    if (header.operation() != kBagHeader || !index) reader_.fail("the bag's header is damaged");
     if (*index == 0)
       throw RecordingError(
           "the bag has no index, so it was cut off while it was recorded or copied; `rosbag "
           "reindex` may recover it");
     if (!header.field("encryptor").empty())
-      reader.fail("the bag is encrypted, expected a plain one");
+      reader_.fail("the bag is encrypted, expected a plain one");
     index_ = *index;
   }
-  void add(const Record& record, std::size_t offset) {
-    records_.insert(offset);
-    if (record.operation() == kChunk) chunks_.insert(offset);
-  }
-  /// Each chunk may be listed once: listing one a thousand times makes its messages a thousand
-  /// times as many.
-  void checkInfo(const Record& info, const RecordReader& reader) {
-    const auto position = info.number<std::uint64_t>("chunk_pos");
-    if (!position || chunks_.erase(*position) == 0)
-      reader.fail("a chunk is listed where none is, or twice");
-  }
-  void checkIndex(const RecordReader& reader) const {
-    if (records_.count(index_) == 0)
-      reader.fail("the bag's header points to byte " + std::to_string(index_) +
-                  ", where no record begins");
-  }
 
- private:
-  std::uint64_t index_ = 0;
-  std::unordered_set<std::uint64_t> records_, chunks_;
-};
-
-void walk(std::string_view bytes) {
-  RecordReader reader(bytes.substr(kVersionLine.size()), kVersionLine.size());
-  ChunkContents chunk;
-  Contents contents;
-  contents.readHeader(reader.next(), reader);
-  while (!reader.atEnd()) {
-    const std::size_t offset = kVersionLine.size() + reader.offset();
-    const Record record = reader.next();
-    contents.add(record, offset);
-    if (record.operation() == kChunk) {
-      chunk.read(record, static_cast<std::size_t>(record.data.data() - bytes.data()));
-    } else if (record.operation() == kIndex) {
-      checkIndex(record, chunk, reader);
-    } else if (record.operation() == kChunkInfo) {
-      contents.checkInfo(record, reader);
+  void readChunk(const Record& chunk) {
+    compressed_ = chunk.field("compression") != "none";
+    size_ = chunk.number<std::uint32_t>("size").value_or(0);
+    messages_.clear();
+    const auto begin = static_cast<std::size_t>(chunk.data.data() - bytes_.data());
+    RecordReader reader(chunk.data, begin);
+    const std::size_t most =
+        compressed_ ? std::max(kSmallChunk, kMaxRatio * chunk.data.size()) : chunk.data.size();
+    if (size_ > most)
+      reader.fail("a chunk claims to hold " + std::to_string(size_) + " bytes, expected at most " +
+                  std::to_string(most));
+    while (!compressed_ && !reader.atEnd()) {
+      const std::size_t offset = reader.offset() - begin;
+      if (reader.next().operation() == kMessage) messages_.insert(offset);
     }
   }
-  contents.checkIndex(reader);
-}
+
+  void checkIndex(const Record& index) const {
+    const auto count = index.number<std::uint32_t>("count");
+    if (!count || *count * kIndexEntrySize != index.data.size())
+      reader_.fail("an index has another length than it says");
+    for (std::size_t at = 0; at < index.data.size(); at += kIndexEntrySize) {
+      const std::size_t offset = numberAt(index.data, at + 8);
+      if (compressed_ ? offset >= size_ : messages_.count(offset) == 0)
+        reader_.fail("an index points to where no message is");
+    }
+  }
+
+  /// Each chunk may be listed once: listing one a thousand times makes its messages a thousand
+  /// times as many.
+  void checkInfo(const Record& info) {
+    const auto position = info.number<std::uint64_t>("chunk_pos");
+    if (!position || chunks_.erase(*position) == 0)
+      reader_.fail("a chunk is listed where none is, or twice");
+  }
+
+  std::string_view bytes_;
+  RecordReader reader_;
+  std::uint64_t index_ = 0;
+  std::unordered_set<std::uint64_t> records_, chunks_;
+  // of the chunk that was read last
+  bool compressed_ = false;
+  std::size_t size_ = 0;
+  std::unordered_set<std::size_t> messages_;  // where they begin in it
+};
 
 }  // namespace
 
@@ -227,7 +217,7 @@ void requireSoundBag(const std::filesystem::path& path) {
                 : ": not a readable bag, or truncated"));
   }
   try {
-    walk(bytes);
+    Walk(bytes).run();
   } catch (const RecordingError& error) {
     const bool has_no_index = std::string_view(error.what()).substr(0, 7) == "the bag";
     throw RecordingError(path.string() + (has_no_index ? ": " : ": damaged bag, ") + error.what());

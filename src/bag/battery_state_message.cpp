@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -34,35 +33,6 @@ double shortestDecimal(float value) {
   return std::strtod(text, nullptr);
 }
 
-/// Goes through a serialized message by its lengths.
-class MessageBytes {
- public:
-  explicit MessageBytes(const std::vector<std::uint8_t>& bytes) : bytes_(bytes) {}
-
-  void skip(std::size_t count) {
-    if (count > bytes_.size() - at_) refuse();
-    at_ += count;
-  }
-  void skipList(std::size_t element) {
-    const std::size_t begin = at_;
-    skip(sizeof(std::uint32_t));
-    std::uint32_t count = 0;
-    std::memcpy(&count, bytes_.data() + begin, sizeof count);
-    skip(element * count);
-  }
-  void requireEnd() const {
-    if (at_ != bytes_.size()) refuse();
-  }
-
- private:
-  [[noreturn]] void refuse() const {
-    throw std::invalid_argument("a BatteryState of " + std::to_string(bytes_.size()) +
-                                " bytes has lengths in it that do not fit");
-  }
-  const std::vector<std::uint8_t>& bytes_;
-  std::size_t at_ = 0;
-};
-
 }  // namespace
 
 RawSample rawSampleOf(const sensor_msgs::BatteryState& message) {
@@ -77,18 +47,33 @@ RawSample rawSampleOf(const sensor_msgs::BatteryState& message) {
 }
 
 sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes) {
-  MessageBytes walk(bytes);
-  walk.skip(3 * sizeof(std::uint32_t));  // header: seq, stamp
-  walk.skipList(1);                      // frame_id
+  const auto size = static_cast<std::uint32_t>(bytes.size());
+  ros::serialization::IStream walk(bytes.data(), size), stream(bytes.data(), size);
+  const auto require = [size](bool fits) {
+    if (!fits)
+      throw std::invalid_argument("a BatteryState of " + std::to_string(size) +
+                                  " bytes has lengths in it that do not fit");
+  };
+  const auto skip = [&](std::uint64_t count) {
+    require(count <= walk.getLength());
+    walk.advance(static_cast<std::uint32_t>(count));
+  };
+  const auto skip_list = [&](std::uint64_t element) {
+    std::uint32_t count = 0;
+    require(sizeof count <= walk.getLength());
+    walk.next(count);
+    skip(element * count);
+  };
+  skip(3 * sizeof(std::uint32_t));  // header: seq, stamp
+  skip_list(1);                     // frame_id
   // voltage to percentage; status, health, technology, present
-  walk.skip(7 * sizeof(float) + 4);
-  walk.skipList(sizeof(float));  // cell_voltage
-  walk.skipList(sizeof(float));  // cell_temperature
-  walk.skipList(1);              // location
-  walk.skipList(1);              // serial_number
-  walk.requireEnd();
+  skip(7 * sizeof(float) + 4);
+  skip_list(sizeof(float));  // cell_voltage
+  skip_list(sizeof(float));  // cell_temperature
+  skip_list(1);              // location
+  skip_list(1);              // serial_number
+  require(walk.getLength() == 0);
   sensor_msgs::BatteryState message;
-  ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   ros::serialization::deserialize(stream, message);
   return message;
 }

@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
 #include "util/student.hpp"
 
@@ -76,9 +75,7 @@ std::optional<BaselineLine> lineThrough(const Values& x, const Values& y) {
   std::vector<double> errors(line.samples);
   Eigen::Map<Eigen::ArrayXd>(errors.data(), x.size()) = y - (line.intercept + line.slope * x);
   line.std = standardDeviation(errors);
-  const Bounds bounds = ninetyPercent(errors, {});
-  line.lower_error = bounds.lower;
-  line.upper_error = bounds.upper;
+  line.error = ninetyPercent(errors, {});
   return line;
 }
 
@@ -115,25 +112,9 @@ std::optional<BaselinePhase> medianPhase(const Series& series, IndexRange window
     phase.current.push_back(quantile(by_age[age], 0.5));
     for (const double current : by_age[age]) errors.push_back(current - phase.current.back());
   }
-  const Bounds bounds = beginnings.size() > 1 ? ninetyPercent(errors, otherwise) : otherwise;
   phase.std = standardDeviation(errors);
-  phase.lower_error = bounds.lower;
-  phase.upper_error = bounds.upper;
+  phase.error = beginnings.size() > 1 ? ninetyPercent(errors, otherwise) : otherwise;
   return phase;
-}
-
-std::optional<BaselineHistory> historyOf(const std::vector<double>& values, Bounds otherwise) {
-  if (values.empty()) return std::nullopt;
-  BaselineHistory history;
-  history.median = quantile(values, 0.5);
-  history.last = values.back();
-  history.events = values.size();
-  std::vector<double> errors;
-  for (const double value : values) errors.push_back(value - history.median);
-  const Bounds bounds = ninetyPercent(errors, otherwise);
-  history.lower_error = bounds.lower;
-  history.upper_error = bounds.upper;
-  return history;
 }
 
 std::optional<BaselineHistory> chargesOver(const Series& series, IndexRange window,
@@ -146,7 +127,14 @@ std::optional<BaselineHistory> chargesOver(const Series& series, IndexRange wind
     if (!samples) continue;
     means.push_back(valuesIn(series.current, *samples).mean());
   }
-  return historyOf(means, otherwise);
+  if (means.empty()) return std::nullopt;
+  BaselineHistory history;
+  history.median = quantile(means, 0.5);
+  history.last = means.back();
+  history.events = means.size();
+  for (double& mean : means) mean -= history.median;
+  history.error = ninetyPercent(means, otherwise);
+  return history;
 }
 
 /// What a crank's minimum has beyond the line, from the first `count` cranks; recent ones weigh
@@ -165,11 +153,11 @@ std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& events,
                                              const std::optional<BaselineLine>& line) {
   if (events.empty()) return std::nullopt;
   std::vector<BaselineCrank> cranks;
-  for (const Event& event : events) cranks.push_back({event.peak_current, event.min_voltage});
   std::vector<double> currents, minima;
-  for (const BaselineCrank& crank : cranks) {
-    currents.push_back(crank.current);
-    minima.push_back(crank.minimum);
+  for (const Event& event : events) {
+    cranks.push_back({event.peak_current, event.min_voltage});
+    currents.push_back(event.peak_current);
+    minima.push_back(event.min_voltage);
   }
   BaselineCranks baseline;
   baseline.events = cranks.size();
@@ -185,10 +173,12 @@ std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& events,
     errors.push_back(cranks[k].minimum - known.at(cranks[k].current) -
                      beyondLine(cranks, k, known));
   const double single = std::abs(errors.front());
-  const Bounds bounds = ninetyPercent(errors, {-single, single});
-  baseline.lower_error = bounds.lower;
-  baseline.upper_error = bounds.upper;
+  baseline.error = ninetyPercent(errors, {-single, single});
   return baseline;
+}
+
+Interval withErrors(double value, Bounds error) {
+  return {value, value + error.lower, value + error.upper};
 }
 
 void push(const Interval& interval, std::vector<double>& value, std::vector<double>& lower,
@@ -206,8 +196,8 @@ void usePhase(const BaselinePhase& phase, const Series& series, IndexRange range
                  if (age >= phase.current.size()) return;
                  const std::size_t n = k - range.first;
                  predicted.current[n] = phase.current[age];
-                 predicted.current_lower[n] = phase.current[age] + phase.lower_error;
-                 predicted.current_upper[n] = phase.current[age] + phase.upper_error;
+                 predicted.current_lower[n] = phase.current[age] + phase.error.lower;
+                 predicted.current_upper[n] = phase.current[age] + phase.error.upper;
                });
 }
 
@@ -226,7 +216,7 @@ Interval BaselineLine::around(double x) const {
   const double distance = spread > 0.0 ? (x - centre) / spread : 0.0;
   const double wider =
       std::sqrt(1.0 + distance * distance / static_cast<double>(std::max<std::size_t>(samples, 1)));
-  return {at(x), at(x) + wider * lower_error, at(x) + wider * upper_error};
+  return withErrors(at(x), {wider * error.lower, wider * error.upper});
 }
 
 BaselinePredictor fitBaseline(const Series& series, IndexRange window,
@@ -238,9 +228,7 @@ BaselinePredictor fitBaseline(const Series& series, IndexRange window,
   baseline.current_from_voltage = lineThrough(allOf(controlled.x), allOf(controlled.y));
   baseline.voltage_from_current = lineThrough(allOf(free.x), allOf(free.y));
   Bounds of_line;
-  if (baseline.current_from_voltage)
-    of_line = {baseline.current_from_voltage->lower_error,
-               baseline.current_from_voltage->upper_error};
+  if (baseline.current_from_voltage) of_line = baseline.current_from_voltage->error;
   baseline.phase = medianPhase(series, window, voltage_controlled, beginnings, of_line);
   baseline.charge_10s =
       chargesOver(series, window, voltage_controlled, beginnings, kShort, of_line);
@@ -277,11 +265,9 @@ MixedPrediction predictBaseline(const BaselinePredictor& baseline, const Series&
 }
 
 std::optional<Interval> baselineCrankMinimum(const BaselinePredictor& baseline, double current) {
-  if (baseline.cranks) {
-    const double minimum = baseline.cranks->intercept + baseline.cranks->slope * current;
-    return Interval{minimum, minimum + baseline.cranks->lower_error,
-                    minimum + baseline.cranks->upper_error};
-  }
+  if (baseline.cranks)
+    return withErrors(baseline.cranks->intercept + baseline.cranks->slope * current,
+                      baseline.cranks->error);
   if (baseline.voltage_from_current) return baseline.voltage_from_current->around(current);
   return std::nullopt;
 }
@@ -301,8 +287,7 @@ std::optional<Interval> baselineChargeCurrent(const BaselinePredictor& baseline,
   const double mean = meanOverPhase(*baseline.phase, duration, beyond);
   const bool is_short = duration * duration <= kShort * kLong;
   const auto& history = is_short && baseline.charge_10s ? baseline.charge_10s : baseline.charge_60s;
-  if (history) return Interval{mean, mean + history->lower_error, mean + history->upper_error};
-  return Interval{mean, mean + baseline.phase->lower_error, mean + baseline.phase->upper_error};
+  return withErrors(mean, history ? history->error : baseline.phase->error);
 }
 
 }  // namespace battery_sof

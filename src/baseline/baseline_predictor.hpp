@@ -6,6 +6,7 @@
 
 #include "battery_sof/queries.hpp"
 #include "battery_sof/series.hpp"
+#include "recording/channel_statistics.hpp"
 
 namespace battery_sof {
 
@@ -15,15 +16,14 @@ struct Event;
 struct BaselineLine {
   double intercept = 0.0;
   double slope = 0.0;
-  double std = 0.0;          ///< of the residuals
-  double lower_error = 0.0;  ///< 5 % quantile of measured - predicted
-  double upper_error = 0.0;  ///< 95 % quantile
-  double centre = 0.0;       ///< mean of x
-  double spread = 0.0;       ///< standard deviation of x; 0 of a level line
+  double std = 0.0;     ///< of the residuals
+  Bounds error;         ///< 5 % and 95 % quantile of measured - predicted
+  double centre = 0.0;  ///< mean of x
+  double spread = 0.0;  ///< standard deviation of x; 0 of a level line
   std::size_t samples = 0;
   double at(double x) const { return intercept + slope * x; }
 
-  /// Bounds lower_error and upper_error, times sqrt(1 + (x - centre)^2 / (samples spread^2)): far
+  /// The bounds of the error, times sqrt(1 + (x - centre)^2 / (samples spread^2)): far
   /// from the samples the slope's own error counts (as if errors were independent; they are not, so
   /// these bounds are still narrow there).
   Interval around(double x) const;
@@ -35,16 +35,15 @@ struct BaselinePhase {
   /// [A]; of the ages from k - 1/2 to k + 1/2 steps; ends where
   std::vector<double> current;
   ///< fewer than half of the charges go on
-  double std = 0.0, lower_error = 0.0, upper_error = 0.0;  ///< [A], as in BaselineLine
+  double std = 0.0;  ///< [A], as in BaselineLine
+  Bounds error;      ///< [A], the same
   std::size_t charges = 0;
 };
 
 /// What a number was in past events.
 struct BaselineHistory {
   double median = 0.0, last = 0.0;
-  double lower_error = 0.0,
-         /// 5 % and 95 % quantile of value - median; Student's t below twenty events
-      upper_error = 0.0;
+  Bounds error;  ///< 5 % and 95 % quantile of value - median; Student's t below twenty events
   std::size_t events = 0;
 };
 
@@ -60,8 +59,7 @@ struct BaselineCranks {
   double intercept = 0.0;  ///< [V], moved to where recent cranks were: each weighs 0.8 of the next,
                            ///< the line as much as the last one
   double slope = 0.0;      ///< [Ohm], of voltage_from_current; 0 without it
-  double lower_error = 0.0,
-         upper_error = 0.0;  ///< [V], bounds of each crank's error when predicted from those before
+  Bounds error;            ///< [V], of each crank's error when predicted from those before
   std::size_t events = 0;
 };
 

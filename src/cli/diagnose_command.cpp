@@ -1,6 +1,5 @@
 #include <filesystem>
 #include <new>
-#include <ostream>
 #include <utility>
 
 #include "command.hpp"
@@ -106,16 +105,6 @@ void writeFiles(const DiagnoseArguments& arguments, const Recording& recording,
   if (!arguments.base_out.empty()) writeModelFile(arguments.base_out, diagnosis.base);
 }
 
-Diagnosis interruptible(const Recording& recording, DiagnoseOptions options, Progress& progress,
-                        const std::string& which, std::ostream& err) {
-  Interruption interruption(err);
-  options.progress = [&](const std::string& stage) {
-    interruption.stage(which + stage);
-    progress.stage(which + stage);
-  };
-  return diagnose(recording, options);
-}
-
 int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   requireOneRecording(arguments);
   requireFolders(arguments);
@@ -127,7 +116,9 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   std::vector<Diagnosis> found;
   for (const auto& [recording, hash] : stretches) {
     const std::string which = is_one ? "" : recording.name + ": ";
-    found.push_back(interruptible(recording, options, progress, which, line.err));
+    options.progress = [&](const std::string& stage) { progress.stage(which + stage); };
+    const Interruption interruption(progress);
+    found.push_back(diagnose(recording, options));
     nameOrigin(found.back(), recording, hash, arguments.recording.series_blocks);
   }
   const CombinedDiagnosis combined = combine(found);

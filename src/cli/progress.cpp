@@ -27,16 +27,6 @@ std::thread unsignalled(Work work) {
   return thread;
 }
 
-}  // namespace
-
-std::string pace(double elapsed, double in_stage, std::optional<double> share) {
-  const std::string passed = format("%.0f s", elapsed);
-  if (!share || *share < kMinShare || *share > 1.0) return passed;
-  return passed + format(", about %.0f s left", in_stage * (1.0 - *share) / *share);
-}
-
-namespace {
-
 /// Time of the clock that is never set [s].
 double steadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -53,6 +43,12 @@ sigset_t interrupts() {
 }
 
 }  // namespace
+
+std::string pace(double elapsed, double in_stage, std::optional<double> share) {
+  const std::string passed = format("%.0f s", elapsed);
+  if (!share || *share < kMinShare || *share > 1.0) return passed;
+  return passed + format(", about %.0f s left", in_stage * (1.0 - *share) / *share);
+}
 
 Progress::Progress(std::ostream& err)
     : err_(err), started_(steadySeconds()), stage_("reading"), stage_began_(started_) {
@@ -111,7 +107,15 @@ void Progress::show() {
   stage_is_shown_ = line_is_shown_ = true;
 }
 
-Interruption::Interruption(std::ostream& err) : err_(err), started_(steadySeconds()) {
+void Progress::sayStopped() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (ticker_.joinable()) err_ << kEmptied;
+  err_ << format("sof: stopped after %.0f s while ", steadySeconds() - started_) << stage_
+       << "; no file was written\n"
+       << std::flush;
+}
+
+Interruption::Interruption(Progress& progress) : progress_(progress) {
   const sigset_t set = interrupts();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   watcher_ = std::thread([this] { wait(); });
@@ -124,30 +128,18 @@ Interruption::~Interruption() {
   pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
 
-void Interruption::stage(const std::string& what) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  stage_ = what;
-}
-
 void Interruption::wait() {
   const sigset_t set = interrupts();
   const timespec look = {0, kLook};
   while (!is_over_) {
     const int signal = sigtimedwait(&set, nullptr, &look);
-    if (signal > 0) return end(signal);
+    if (signal <= 0) continue;
+    progress_.sayStopped();
+    ::signal(signal, SIG_DFL);
+    raise(signal);  // waits until this thread lets the signal through
+    pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+    return;
   }
-}
-
-void Interruption::end(int signal) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (isatty(STDERR_FILENO)) err_ << "\r\033[K";  // over the line of Progress
-  err_ << format("sof: stopped after %.0f s while ", steadySeconds() - started_) << stage_
-       << "; no file was written\n"
-       << std::flush;
-  ::signal(signal, SIG_DFL);
-  raise(signal);  // waits until this thread lets the signal through
-  const sigset_t set = interrupts();
-  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
 
 }  // namespace battery_sof

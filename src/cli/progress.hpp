@@ -27,11 +27,14 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  /// @param what has begun, in words that fit behind "while".
   void stage(const std::string& what);
   /// How much of the stage is done, 0 to 1. May be called as often as one likes.
   void done(double share);
   /// Clears its line, for something else to be said there.
   void hide();
+  /// Says that the work is ended in the middle of its stage.
+  void sayStopped();
   /// Says nothing more, before the result is printed.
   void end();
 
@@ -62,22 +65,15 @@ class Progress {
  */
 class Interruption {
  public:
-  explicit Interruption(std::ostream& err);
+  explicit Interruption(Progress& progress);
   ~Interruption();
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;
 
-  /// What has begun, in words that fit behind "while".
-  void stage(const std::string& what);
-
  private:
   void wait();
-  void end(int signal);
 
-  std::ostream& err_;
-  const double started_;
-  std::mutex mutex_;
-  std::string stage_ = "reading";
+  Progress& progress_;
   std::atomic<bool> is_over_{false};
   std::thread watcher_;
 };

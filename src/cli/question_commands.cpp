@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "command.hpp"
 #include "prediction/questions.hpp"
@@ -19,29 +18,18 @@ namespace {
 
 constexpr const char* kColumns[] = {"time_s", "current_a"};
 
-std::vector<std::string> cellsOf(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream text(line);
-  for (std::string cell; std::getline(text, cell, ',');) {
-    const std::size_t first = cell.find_first_not_of(" \t\r\""),
-                      last = cell.find_last_not_of(" \t\r\"");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-  }
-  return cells;
-}
-
 /// A current profile from a CSV file with the columns time_s and current_a; other columns are
 /// passed over. @throws UsageError naming file, line, what stands there and what was expected.
 CurrentProfile readProfile(const std::string& path) {
   TextLines lines(path);
-  std::vector<std::string> cells;
+  std::vector<std::string_view> cells;
   const auto refusal = [&](const std::string& fault) {
     const std::string place = lines.number() > 0 ? format(", line %zu", lines.number()) : "";
     return UsageError(path + place + ": " + fault);
   };
   const auto next = [&] {
     const bool is_there = lines.next();
-    if (is_there) cells = cellsOf(std::string(lines.line()));
+    if (is_there) splitCells(lines.line(), ',', cells);
     return is_there;
   };
   const auto columnOf = [&](const char* name) {
@@ -108,6 +96,26 @@ int finish(const CommandLine& line, const Answer& answer, const std::string& tex
   return answer.code == AnswerCode::kOk ? kExitDone : kExitNegative;
 }
 
+template <typename Query>
+struct QuestionArguments {
+  QueryArguments general;
+  Query query;
+};
+
+template <typename Query>
+Query queryOf(const QuestionArguments<Query>& arguments) {
+  return asked(arguments.query);
+}
+
+/// @tparam predict what answers: predictCranking() or another of its kind.
+template <auto predict, typename Arguments>
+int ask(const CommandLine& line, const Arguments& arguments) {
+  const FittedModel model = modelOf(arguments.general);
+  const auto query = queryOf(arguments);
+  const auto answer = predict(model, query, arguments.general.capacity_ah);
+  return finish(line, answer, resultText(query, answer), resultJson(answer), arguments.general);
+}
+
 // ---------------------------------------------------------------------------------------------
 // the questions
 
@@ -147,37 +155,8 @@ CrankingQuery queryOf(const CrankArguments& arguments) {
   return asked(std::move(query));
 }
 
-int runCrank(const CommandLine& line, const CrankArguments& arguments) {
-  const FittedModel model = modelOf(arguments.general);
-  const CrankingQuery query = queryOf(arguments);
-  const CrankingAnswer answer = predictCranking(model, query, arguments.general.capacity_ah);
-  return finish(line, answer, resultText(query, answer), resultJson(answer), arguments.general);
-}
-
-struct StopTimeArguments {
-  QueryArguments general;
-  StopTimeQuery query;
-};
-
-int runStopTime(const CommandLine& line, const StopTimeArguments& arguments) {
-  const FittedModel model = modelOf(arguments.general);
-  const StopTimeQuery query = asked(arguments.query);
-  const StopTimeAnswer answer = predictStopTime(model, query, arguments.general.capacity_ah);
-  return finish(line, answer, resultText(query, answer), resultJson(answer), arguments.general);
-}
-
-struct ChargeArguments {
-  QueryArguments general;
-  ChargeAcceptanceQuery query;
-};
-
-int runCharge(const CommandLine& line, const ChargeArguments& arguments) {
-  const FittedModel model = modelOf(arguments.general);
-  const ChargeAcceptanceQuery query = asked(arguments.query);
-  const ChargeAcceptanceAnswer answer =
-      predictChargeAcceptance(model, query, arguments.general.capacity_ah);
-  return finish(line, answer, resultText(query, answer), resultJson(answer), arguments.general);
-}
+using StopTimeArguments = QuestionArguments<StopTimeQuery>;
+using ChargeArguments = QuestionArguments<ChargeAcceptanceQuery>;
 
 struct MapArguments {
   QueryArguments general;
@@ -223,7 +202,8 @@ int runMap(const CommandLine& line, const MapArguments& arguments) {
 
 void addCrankCommand(CLI::App& app, CommandLine& line) {
   const auto [options, values] =
-      addSubcommand(app, line, "crank", "lowest voltage of a crank after a stop (SOF1)", runCrank);
+      addSubcommand(app, line, "crank", "lowest voltage of a crank after a stop (SOF1)",
+                    ask<predictCranking, CrankArguments>);
   addQueryOptions(options, values.general);
   auto* i_load = addOption(options, "--i-load", values.i_load, kLoad);
   auto* t_stop = addOption(options, "--t-stop", values.t_stop, kStop);
@@ -239,9 +219,9 @@ void addCrankCommand(CLI::App& app, CommandLine& line) {
 }
 
 void addStopTimeCommand(CLI::App& app, CommandLine& line) {
-  const auto [options, values] =
-      addSubcommand(app, line, "stop-time",
-                    "longest stop after which a crank still holds a voltage", runStopTime);
+  const auto [options, values] = addSubcommand(
+      app, line, "stop-time", "longest stop after which a crank still holds a voltage",
+      ask<predictStopTime, StopTimeArguments>);
   addQueryOptions(options, values.general);
   addRequired(options, "--i-load", values.query.i_load, kLoad);
   addRequired(options, "--i-cranking", values.query.i_cranking, kCrank);
@@ -251,7 +231,8 @@ void addStopTimeCommand(CLI::App& app, CommandLine& line) {
 
 void addChargeCommand(CLI::App& app, CommandLine& line) {
   const auto [options, values] =
-      addSubcommand(app, line, "charge", "mean current at a held voltage (SOF2)", runCharge);
+      addSubcommand(app, line, "charge", "mean current at a held voltage (SOF2)",
+                    ask<predictChargeAcceptance, ChargeArguments>);
   addQueryOptions(options, values.general);
   addRequired(options, "--u-boost", values.query.u_boost, "voltage held [V]");
   addOption(options, "--t-sof2", values.query.t_sof2, "how long [s]");

@@ -35,7 +35,7 @@ Diagnosis insufficient(const Series& series, const std::string& lack) {
   found.outside = outsideWhatSignalsShow();
   found.verdict = Verdict::kInsufficientData;
   found.summary = "The recording cannot answer: " + lack + ".";
-  found.source = overviewOf(detectControlMode(series), series);
+  found.source = detectControlMode(series);
   found.charger_share = found.source.share;
   found.next_experiment = nextExperiment(found);
   return found;

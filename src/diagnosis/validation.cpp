@@ -178,7 +178,7 @@ Validation validate(const Recording& recording, const Residuals& residuals,
   pulse(options);
   compareErrors(validation, parts, opened, named.base);
   pulse(options);
-  validation.source = overviewOf(detectControlMode(series), series);
+  validation.source = detectControlMode(series);
   const std::optional<ChargerControl> driving = chargerControl(series);
   compareBaseline(fit, series, residuals, opened, driving);
   pulse(options);

@@ -69,9 +69,13 @@ bool repeats(const Channel& channel, std::size_t k) {
   return channel.values[k] == channel.values[k - 1];
 }
 
-/// Share of a channel's repetitions under load, away from its limits, that another one follows, by
-/// Laplace's rule of succession. Of white noise it is the chance of a repetition, of values that
-/// somebody holds it is nearly 1.
+/// Share of tries that succeed, by Laplace's rule of succession.
+double laplaceShare(std::size_t successes, std::size_t tries) {
+  return static_cast<double>(successes + 1) / static_cast<double>(tries + 2);
+}
+
+/// Share of a channel's repetitions under load, away from its limits, that another one follows. Of
+/// white noise it is the chance of a repetition, of values that somebody holds it is nearly 1.
 double shareThatGoesOn(const Evidence& evidence, const Channel& channel) {
   std::size_t begun = 0, gone_on = 0;
   for (std::size_t k = 2; k < channel.values.size(); ++k) {
@@ -81,7 +85,7 @@ double shareThatGoesOn(const Evidence& evidence, const Channel& channel) {
     ++begun;
     if (repeats(channel, k)) ++gone_on;
   }
-  return static_cast<double>(gone_on + 1) / static_cast<double>(begun + 2);
+  return laplaceShare(gone_on, begun);
 }
 
 /// Whether the channel turns round at most of its moves under load, as noise does, be it of less
@@ -165,7 +169,7 @@ std::vector<IndexRange> pairRuns(const Evidence& evidence) {
 }
 
 /// Share of a channel's repetitions under load that another one follows while the other channel
-/// moves, by Laplace's rule of succession: what a repeated message is, is not counted.
+/// moves: what a repeated message is, is not counted.
 double shareThatGoesOnAlone(const Evidence& evidence, const Channel& channel) {
   const Channel& other = otherThan(evidence, channel);
   std::size_t begun = 0, gone_on = 0, samples = 0, repeated = 0;
@@ -179,8 +183,7 @@ double shareThatGoesOnAlone(const Evidence& evidence, const Channel& channel) {
   }
   // Of rare repetitions too few begin to tell how they go on.
   constexpr std::size_t kEnough = 30;
-  return begun >= kEnough ? static_cast<double>(gone_on + 1) / static_cast<double>(begun + 2)
-                          : static_cast<double>(repeated + 1) / static_cast<double>(samples + 2);
+  return begun >= kEnough ? laplaceShare(gone_on, begun) : laplaceShare(repeated, samples);
 }
 
 }  // namespace

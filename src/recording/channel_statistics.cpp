@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <optional>
 
 #include "util/text.hpp"
@@ -94,10 +93,6 @@ bool usesEnoughLevels(const std::vector<double>& values, double step) {
   return false;
 }
 
-}  // namespace
-
-namespace {
-
 std::optional<double> stepOf(const std::vector<double>& changes,
                              const std::vector<double>& values) {
   if (changes.size() < kFewestChanges) return std::nullopt;
@@ -165,46 +160,17 @@ double quantile(std::vector<double> values, double share) {
   return *nth;
 }
 
-namespace {
-
-constexpr std::size_t kProbes = 256;  // of many values, that tell roughly where their tails begin
-// of a tail's share: three standard deviations of 5 % of the probes
-constexpr double kTailMargin = 1.6;
-
-/// The ends of both tails, unless one of them does not hold its. @param below, above so many values
-/// lie beyond the ends.
-std::optional<Bounds> endsOf(std::vector<double>& low, std::vector<double>& high, std::size_t below,
-                             std::size_t above) {
-  if (low.size() <= below || high.size() <= above) return std::nullopt;
-  const auto lower = low.begin() + static_cast<std::ptrdiff_t>(below);
-  const auto upper = high.begin() + static_cast<std::ptrdiff_t>(above);
-  std::nth_element(low.begin(), lower, low.end());
-  std::nth_element(high.begin(), upper, high.end(), std::greater<>());
-  return Bounds{*lower, *upper};
-}
-
-}  // namespace
-
 Bounds centralRange(const std::vector<double>& values, double tail) {
-  if (values.size() < 8 * kProbes) return {quantile(values, tail), quantile(values, 1.0 - tail)};
-  std::vector<double> probes(kProbes);  // every n-th value
-  for (std::size_t n = 0; n < kProbes; ++n) probes[n] = values[n * values.size() / kProbes];
-  const double share = std::min(kTailMargin * tail, 0.5);
-  const Bounds rough{quantile(probes, share), quantile(probes, 1.0 - share)};
-  const double last = static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(std::lround(tail * last));
-  const auto above = values.size() - 1 - static_cast<std::size_t>(std::lround((1.0 - tail) * last));
-  std::vector<double> low(values.size()), high(values.size());
-  std::size_t low_count = 0, high_count = 0;
-  for (const double value : values) {  // without a branch: which tail comes next cannot be foreseen
-    low[low_count] = high[high_count] = value;
-    low_count += value <= rough.lower;
-    high_count += value >= rough.upper;
-  }
-  low.resize(low_count);
-  high.resize(high_count);
-  if (const auto ends = endsOf(low, high, below, above)) return *ends;
-  return {quantile(values, tail), quantile(values, 1.0 - tail)};
+  if (values.empty()) return {};
+  std::vector<double> sorted = values;
+  const auto nth = [&sorted](double share) {
+    return sorted.begin() + std::lround(share * static_cast<double>(sorted.size() - 1));
+  };
+  const auto lower = nth(tail), upper = nth(1.0 - tail);
+  std::nth_element(sorted.begin(), lower, sorted.end());
+  const double low = *lower;  // the next call may move it
+  std::nth_element(lower, upper, sorted.end());
+  return {low, *upper};
 }
 
 }  // namespace battery_sof

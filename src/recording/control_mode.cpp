@@ -173,44 +173,26 @@ ControlMode controlModeOf(ControlModeReason reason) {
              : ControlMode::kCurrent;
 }
 
-std::vector<ControlModeStretch> stretchesOf(const Series& series,
-                                            const std::vector<ControlModeReason>& reasons,
-                                            double max_gap) {
-  std::vector<ControlModeStretch> stretches;
-  const auto joined = [&](std::size_t k) {
-    return reasons[k] == reasons[k - 1] && series.time[k] - series.time[k - 1] <= max_gap;
-  };
-  for (const IndexRange& range : cutWhere({0, series.size()}, joined)) {
-    const ControlModeReason reason = reasons[range.first];
-    stretches.push_back({range, controlModeOf(reason), toString(reason)});
-  }
-  return stretches;
-}
-
-std::string summaryOf(const ControlModes& source) {
+std::string summaryOf(const ControlModeOverview& source, const ControlModeRule& rule) {
   if (!source.seen) return "Nothing charges the battery: the current is controlled throughout.";
   if (source.share == 0.0)
     return "The battery is charged by a source that controls the current; no voltage is held.";
   return format("A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.",
-                100.0 * source.share, source.rule.min_current,
-                source.rule.charge_begins == ControlMode::kCurrent
+                100.0 * source.share, rule.min_current,
+                rule.charge_begins == ControlMode::kCurrent
                     ? "; charges begin with a controlled current"
                     : "");
 }
 
 void requireValid(const ControlModeRule& rule) {
-  const bool valid =
-      std::isfinite(rule.min_current) && std::isfinite(rule.current_noise) &&
-      rule.current_noise >= 0.0 && std::isfinite(rule.voltage_noise) && rule.voltage_noise >= 0.0 &&
-      std::isfinite(rule.max_gap) && rule.max_gap > 0.0 &&
-      (!rule.resistance || (std::isfinite(*rule.resistance) && *rule.resistance > 0.0));
-  if (valid) return;
-  throw std::invalid_argument(
-      "ControlModeRule: min_current is " + std::to_string(rule.min_current) + " A, current_noise " +
-      std::to_string(rule.current_noise) + " A, voltage_noise " +
-      std::to_string(rule.voltage_noise) + " V (both expected at least 0), max_gap " +
-      std::to_string(rule.max_gap) + " s and resistance " +
-      std::to_string(rule.resistance.value_or(1.0)) + " Ohm (both expected above 0)");
+  requireThat(true, "ControlModeRule: min_current [A]", rule.min_current, "a finite number");
+  requireThat(rule.current_noise >= 0.0, "ControlModeRule: current_noise [A]", rule.current_noise,
+              "at least 0");
+  requireThat(rule.voltage_noise >= 0.0, "ControlModeRule: voltage_noise [V]", rule.voltage_noise,
+              "at least 0");
+  requireThat(rule.max_gap > 0.0, "ControlModeRule: max_gap [s]", rule.max_gap, "above 0");
+  const double resistance = rule.resistance.value_or(1.0);
+  requireThat(resistance > 0.0, "ControlModeRule: resistance [Ohm]", resistance, "above 0");
 }
 
 }  // namespace
@@ -369,13 +351,13 @@ ControlModes detectControlMode(const Series& series) {
   ControlModeRule& rule = source.rule;
   double voltage_noise = 0.0;
   rule = instrumentOf(series, voltage_noise);
-  source.seen = rule.present = chargeShare(series, rule) >= kMinChargeShare;
-  if (source.seen)  // above it a driven current is well posed
+  rule.present = chargeShare(series, rule) >= kMinChargeShare;
+  if (rule.present)  // above it a driven current is well posed
     rule.min_current =
         -(kClearlyCurrent * rule.current_noise +
           (voltage_noise > 0.0 ? rule.current_noise / (kBeta * voltage_noise) : 0.0));
   Judged judged = judgeAll(series, rule);
-  if (source.seen) {
+  if (rule.present) {
     const bool constant = judged.charges > 0 && 2 * judged.constant_charges >= judged.charges;
     if (constant || followsCurrent(series, rule))
       rule.charge_begins = ControlMode::kCurrent;
@@ -383,15 +365,9 @@ ControlModes detectControlMode(const Series& series) {
       rule.min_current = helpedOutAbove(series, rule);
     judged = judgeAll(series, rule);
   }
-  std::size_t controlled = 0;
-  for (std::size_t k = 0; k < series.size(); ++k) {
+  for (std::size_t k = 0; k < series.size(); ++k)
     source.voltage_controlled[k] = controlModeOf(judged.reasons[k]) == ControlMode::kVoltage;
-    controlled += source.voltage_controlled[k] ? 1 : 0;
-  }
-  if (!series.empty())
-    source.share = static_cast<double>(controlled) / static_cast<double>(series.size());
-  source.stretches = stretchesOf(series, judged.reasons, source.rule.max_gap);
-  source.summary = summaryOf(source);
+  static_cast<ControlModeOverview&>(source) = overviewOf(series, judged.reasons, rule);
   return source;
 }
 
@@ -399,39 +375,36 @@ std::string toString(ControlMode controlled) {
   return controlled == ControlMode::kVoltage ? "voltage" : "current";
 }
 
-std::vector<ControlModeTotals> totalsOf(const ControlModes& source) {
+ControlModeOverview overviewOf(const Series& series, const std::vector<ControlModeReason>& reasons,
+                               const ControlModeRule& rule) {
+  const auto goes_on = [&](std::size_t k) {
+    return k < series.size() && series.time[k] - series.time[k - 1] <= rule.max_gap;
+  };
+  const auto joined = [&](std::size_t k) { return reasons[k] == reasons[k - 1] && goes_on(k); };
+  ControlModeOverview overview;
+  overview.seen = rule.present;
   std::map<std::string, ControlModeTotals> by_reason;
-  for (const ControlModeStretch& stretch : source.stretches) {
-    ControlModeTotals& totals = by_reason[stretch.reason];
-    totals.reason = stretch.reason;
-    totals.mode = stretch.mode;
+  std::size_t controlled = 0;
+  for (const IndexRange& range : cutWhere({0, series.size()}, joined)) {
+    const ControlModeReason reason = reasons[range.first];
+    ControlModeTotals& totals = by_reason[toString(reason)];
+    totals.reason = toString(reason);
+    totals.mode = controlModeOf(reason);
     ++totals.stretches;
-    totals.samples += stretch.range.size();
-  }
-  std::vector<ControlModeTotals> all;
-  for (const auto& [reason, totals] : by_reason) all.push_back(totals);
-  return all;
-}
-
-ControlModeOverview overviewOf(const ControlModes& source, const Series& series) {
-  if (source.voltage_controlled.size() != series.size())
-    throw std::invalid_argument("overviewOf: source of " +
-                                std::to_string(source.voltage_controlled.size()) +
-                                " samples, series of " + std::to_string(series.size()));
-  ControlModeOverview overview{source.seen, source.share, source.summary, totalsOf(source), {}};
-  std::vector<ControlledTime>& times = overview.voltage_controlled;
-  for (const ControlModeStretch& stretch : source.stretches) {
-    if (stretch.mode != ControlMode::kVoltage) continue;
-    const std::size_t last = stretch.range.last;
-    const bool goes_on =
-        last < series.size() && series.time[last] - series.time[last - 1] <= source.rule.max_gap;
-    const double from = series.time[stretch.range.first],
-                 to = series.time[goes_on ? last : last - 1];
-    if (!times.empty() && times.back().to == from)
-      times.back().to = to;
+    totals.samples += range.size();
+    if (totals.mode != ControlMode::kVoltage) continue;
+    controlled += range.size();
+    const double from = series.time[range.first],
+                 to = series.time[goes_on(range.last) ? range.last : range.last - 1];
+    if (!overview.times.empty() && overview.times.back().to == from)
+      overview.times.back().to = to;
     else
-      times.push_back({from, to});
+      overview.times.push_back({from, to});
   }
+  for (const auto& [reason, totals] : by_reason) overview.totals.push_back(totals);
+  if (!series.empty())
+    overview.share = static_cast<double>(controlled) / static_cast<double>(series.size());
+  overview.summary = summaryOf(overview, rule);
   return overview;
 }
 

@@ -130,21 +130,33 @@ class ControlModeDetector {
   Run steady_current_, steady_voltage_;
 };
 
-/// A stretch of one judgement; stretches do not span gaps.
-struct ControlModeStretch {
-  IndexRange range;
+/// Samples of one judgement.
+struct ControlModeTotals {
+  std::string reason;  ///< what the judgement rests on
   ControlMode mode = ControlMode::kCurrent;
-  std::string reason;
+  std::size_t stretches = 0, samples = 0;  ///< a stretch spans no gap
+};
+
+/// A stretch of time, from a sample to another.
+struct ControlledTime {
+  double from = 0.0, to = 0.0;  ///< [s]
+};
+
+/// Operating mode in a recording, as a reader needs it; times in place of indices.
+struct ControlModeOverview {
+  bool seen = false;                      ///< something charges the battery
+  double share = 0.0;                     ///< of the samples whose voltage is controlled [0, 1]
+  std::string summary;                    ///< one or two sentences
+  std::vector<ControlModeTotals> totals;  ///< one a reason, in alphabetical order
+  /// in which the voltage is controlled, in order: from a stretch's first sample to the first one
+  /// behind it, or to its last one before a gap and at the end; neighbours are one
+  std::vector<ControlledTime> times;
 };
 
 /// Operating mode in a recording.
-struct ControlModes {
+struct ControlModes : ControlModeOverview {
   std::vector<char> voltage_controlled;  ///< one a sample; 1 where the voltage is controlled
   ControlModeRule rule;
-  double share = 0.0;                         ///< of the samples whose voltage is controlled [0, 1]
-  bool seen = false;                          ///< something charges the battery
-  std::vector<ControlModeStretch> stretches;  ///< every sample in one, in order
-  std::string summary;                        ///< one or two sentences
 };
 
 /**
@@ -175,42 +187,11 @@ struct ControlModes {
  */
 ControlModes detectControlMode(const Series& series);
 
-/// Samples of one judgement.
-struct ControlModeTotals {
-  std::string reason;  ///< what the judgement rests on
-  ControlMode mode = ControlMode::kCurrent;
-  std::size_t stretches = 0, samples = 0;
-};
-
-/// A stretch of time, from a sample to another.
-struct ControlledTime {
-  double from = 0.0, to = 0.0;  ///< [s]
-};
-
-/// Operating mode in a recording, as a reader needs it; times in place of indices.
-struct ControlModeOverview {
-  bool seen = false;                      ///< something charges the battery
-  double share = 0.0;                     ///< of the samples whose voltage is controlled [0, 1]
-  std::string summary;                    ///< one or two sentences
-  std::vector<ControlModeTotals> totals;  ///< one a reason, in alphabetical order
-  std::vector<ControlledTime> voltage_controlled;  ///< in order; see overviewOf()
-};
-
 /// @return "voltage" or "current".
 std::string toString(ControlMode controlled);
 
-/// @return the source's stretches by reason, in alphabetical order.
-std::vector<ControlModeTotals> totalsOf(const ControlModes& source);
-
-/**
- * @brief The whole of a source's judgement without its samples.
- *
- * voltage_controlled: each stretch from its first sample to the first one behind it, or to its last
- * one before a gap and at the end. Neighbours of one judgement for different reasons are one.
- *
- * @param series the one that the source was found in.
- * @throws std::invalid_argument when source and series differ in length.
- */
-ControlModeOverview overviewOf(const ControlModes& source, const Series& series);
+/// @return judgements summed up. @param reasons one a sample.
+ControlModeOverview overviewOf(const Series& series, const std::vector<ControlModeReason>& reasons,
+                               const ControlModeRule& rule);
 
 }  // namespace battery_sof

@@ -24,41 +24,6 @@ constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
 // ---------------------------------------------------------------------------------------------
-// text into cells
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-std::string_view unquoted(std::string_view cell) {
-  cell = trimmed(cell);
-  if (cell.size() < 2 || cell.front() != '"' || cell.back() != '"') return cell;
-  return trimmed(cell.substr(1, cell.size() - 2));
-}
-
-/// Position of the separator that ends the cell beginning at first; those between quotes do not
-/// count.
-std::size_t endOfCell(std::string_view line, std::size_t first, char separator) {
-  bool quoted = false;
-  for (std::size_t k = first; k < line.size(); ++k) {
-    if (line[k] == '"') quoted = !quoted;
-    if (line[k] == separator && !quoted) return k;
-  }
-  return line.size();
-}
-
-void splitCells(std::string_view line, char separator, std::vector<std::string_view>& cells) {
-  cells.clear();
-  for (std::size_t first = 0; first <= line.size();) {
-    const std::size_t last = endOfCell(line, first, separator);
-    cells.push_back(unquoted(line.substr(first, last - first)));
-    first = last + 1;
-  }
-}
-
-// ---------------------------------------------------------------------------------------------
 // header
 
 /// The header line and which of its columns are read.
@@ -88,31 +53,26 @@ std::size_t columnIndex(const Layout& layout, const std::string& name) {
   return first - layout.names.begin();
 }
 
-/// Of a header line.
-void takeNames(std::string_view line, Layout& layout) {
+std::vector<std::string> namesIn(std::string_view header, char separator) {
   std::vector<std::string_view> cells;
-  splitCells(line, layout.separator, cells);
-  layout.names.assign(cells.begin(), cells.end());
+  splitCells(header, separator, cells);
+  return {cells.begin(), cells.end()};
 }
 
 Layout readLayout(const std::filesystem::path& path, TextLines& lines, const CsvColumns& columns) {
   if (!lines.next())
     throw RecordingError(path.string() + ": is empty, expected a header line with the columns " +
                          columns.time + ", " + columns.current + ", " + columns.voltage);
-  Layout layout{path, {}};
-  takeNames(lines.line(), layout);
-  const bool has_time =
-      std::find(layout.names.begin(), layout.names.end(), columns.time) != layout.names.end();
-  if (!has_time && endOfCell(lines.line(), 0, ';') < lines.line().size()) {
-    layout.separator = ';';
-    takeNames(lines.line(), layout);
+  Layout layout{path, namesIn(lines.line(), ',')};
+  if (!contains(layout.names, columns.time)) {
+    std::vector<std::string> names = namesIn(lines.line(), ';');
+    if (names.size() > 1) layout.separator = ';', layout.names = std::move(names);
   }
   layout.time = columnIndex(layout, columns.time);
   layout.current = columnIndex(layout, columns.current);
   layout.voltage = columnIndex(layout, columns.voltage);
   const std::string temperature = columns.temperature.value_or("temperature_c");
-  const auto found = std::find(layout.names.begin(), layout.names.end(), temperature);
-  if (columns.temperature || found != layout.names.end())
+  if (columns.temperature || contains(layout.names, temperature))
     layout.temperature = columnIndex(layout, temperature);
   return layout;
 }

@@ -103,7 +103,7 @@ double resistanceAtSteps(const Series& series) {
 }  // namespace
 
 CurrentFlicker currentFlicker(const Series& series) {
-  CurrentFlicker flicker{series.current, 0.0, 1.0};
+  CurrentFlicker flicker{series.current, 1.0};
   const double interval = medianInterval(series);
   if (!(interval > 0.0) || interval > kSlowest) return flicker;
   const double noise = noiseOf(series.current);
@@ -111,7 +111,6 @@ CurrentFlicker currentFlicker(const Series& series) {
   if (!(noise > 0.0)) return flicker;
   const std::vector<Window> windows = windowsOf(interval);
   double products = 0.0, squares = 0.0;
-  std::size_t count = 0;
   for (const IndexRange& range : contiguousRanges(series, 3.0 * interval))
     for (std::size_t k = range.first; k < range.last; ++k)
       for (const Window& window : windows) {
@@ -124,11 +123,9 @@ CurrentFlicker currentFlicker(const Series& series) {
         const double own = series.current[k] - local.value;
         products += own * (series.voltage[k] - quadratic(&series.voltage[k], window).value);
         squares += own * own;
-        ++count;
         break;
       }
-  if (count == 0 || !(resistance > 0.0) || !(squares > 0.0)) return flicker;
-  flicker.std = std::sqrt(squares / static_cast<double>(count));
+  if (!(resistance > 0.0) || !(squares > 0.0)) return flicker;
   flicker.share = std::clamp(products / squares / resistance, 0.0, 1.0);
   return flicker;
 }

@@ -20,7 +20,6 @@ namespace battery_sof {
  */
 struct CurrentFlicker {
   std::vector<double> smooth;  ///< [A], one a sample
-  double std = 0.0;            ///< [A], of the flicker
   double share = 1.0;          ///< [0, 1]; 1 where it cannot be reported
 };
 

@@ -126,10 +126,13 @@ std::size_t samplesIn(double duration, double interval) {
   return static_cast<std::size_t>(std::max(1L, std::lround(duration / interval)));
 }
 
-void refineLags(const Comparison& comparison, double interval, EdgeResponse& response) {
-  response.lag = interval * comparison.all.refined();
-  response.lag_first = interval * comparison.first.refined();
-  response.lag_second = interval * comparison.second.refined();
+void takeLags(const Comparison& comparison, double interval, bool refined, EdgeResponse& response) {
+  const auto lag = [&](const CrossProducts& sums) {
+    return interval * (refined ? sums.refined() : static_cast<double>(sums.best()));
+  };
+  response.lag = lag(comparison.all);
+  response.lag_first = lag(comparison.first);
+  response.lag_second = lag(comparison.second);
 }
 
 /// Every n-th sample.
@@ -158,15 +161,12 @@ std::optional<EdgeResponse> edgeResponse(const Series& series) {
   response.correlation = coarse.all.correlation(coarse.all.best());
   response.correlation_unshifted = coarse.all.correlation(0);
   response.resistance = coarse.all.resistance();
-  response.lag = interval * static_cast<double>(coarse.all.best());
-  response.lag_first = interval * static_cast<double>(coarse.first.best());
-  response.lag_second = interval * static_cast<double>(coarse.second.best());
+  takeLags(coarse, interval, is_fast, response);
   if (!is_fast) return response;
-  refineLags(coarse, interval, response);
   const Comparison fine(series, interval, samplesIn(kFineSpan, interval), coarse.all.best(),
                         static_cast<Lag>(span));
   const bool is_clear = std::abs(fine.all.correlation(fine.all.best())) >= kFineCorrelation;
-  if (is_clear) refineLags(fine, interval, response);
+  if (is_clear) takeLags(fine, interval, true, response);
   return response;
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstddef>
-#include <string>
 #include <vector>
 
 #include "battery_sof/series.hpp"
@@ -14,26 +12,13 @@ enum class SampleFault : char { kClipped = 1, kStuck = 2, kRepeated = 3, kBehind
 /// What a fit must know of the instrument: samples that are no measurement, and how finely the
 /// others are known.
 struct InstrumentLimits {
-  /// One per sample of the series; a SampleFault for a sample that is no measurement, else 0. Its
+  /// One per sample of the series; its first SampleFault where it is no measurement, else 0. Its
   /// current is still the input of the simulation: nothing better is known.
   std::vector<char> masked;
-  /// samples masked because a channel reads exactly its limit
-  std::size_t clipped = 0;
-  /// because a channel repeats one value while the other moves
-  std::size_t stuck = 0;
-  /// because both channels repeat the sample before
-  std::size_t repeated = 0;
-  /// because the charge before is unknown (maskBehindUnknownCharge)
-  std::size_t behind_clipped = 0;
   /// [A], [V], at which the channels are cut off
   std::vector<double> current_limits, voltage_limits;
   /// [V], step / sqrt(12) when quantised, else 0: white noise
   double voltage_lsb_std = 0.0;
-  /// one sentence with the counts; empty when nothing is masked
-  std::string message;
-
-  /// A sample is counted under its first reason, in the order of the members.
-  std::size_t maskedSamples() const { return clipped + stuck + repeated + behind_clipped; }
 
   /// masked, with clipped samples let in.
   std::vector<char> withoutClipped() const;

@@ -17,7 +17,6 @@ namespace {
 using Complex = std::complex<double>;
 // more missing input samples than this are not bridged (gapThreshold)
 constexpr double kGapIntervals = 10.0;
-constexpr double kRateTolerance = 1e-6;  // 1 / median interval of a 200 Hz file is 199.99999 Hz
 
 /// Poles above the real axis of the analogue 8th-order Bessel low-pass, -3 dB at 1 rad/s, the
 /// fastest decaying first: roots of the reverse Bessel polynomial of order 8 by their half-power
@@ -33,10 +32,6 @@ Biquad sectionOf(const Complex& pole, double rate) {
   const double a1 = -2.0 * z.real(), a2 = std::norm(z);
   const double gain = 0.25 * (1.0 + a1 + a2);
   return {gain, 2.0 * gain, gain, a1, a2};
-}
-
-bool isAtLeastTwice(double input_rate) {
-  return input_rate * (1.0 + kRateTolerance) >= 2.0 * kDesignRate;
 }
 
 double interpolate(double before, double after, double weight) {
@@ -66,7 +61,7 @@ double groupDelayAtZero(const std::array<Biquad, 4>& sections, double rate) {
 }
 
 Decimator::Decimator(double input_rate) : input_rate_(input_rate) {
-  requireThat(isAtLeastTwice(input_rate), "Decimator: input rate [Hz]", input_rate,
+  requireThat(input_rate >= 2.0 * kDesignRate, "Decimator: input rate [Hz]", input_rate,
               "at least twice the design rate of 100 Hz");
   sections_ = designBessel8(kDesignCutoff, input_rate);
   delay_ = groupDelayAtZero(sections_, input_rate);
@@ -75,7 +70,7 @@ Decimator::Decimator(double input_rate) : input_rate_(input_rate) {
 double Decimator::filter(Channel& channel, double value) const {
   for (std::size_t k = 0; k < sections_.size(); ++k) {
     const Biquad& s = sections_[k];
-    auto& [x1, x2, y1, y2] = channel.history[k];
+    auto& [x1, x2, y1, y2] = channel[k];
     const double y = s.b0 * value + s.b1 * x1 + s.b2 * x2 - s.a1 * y1 - s.a2 * y2;
     x2 = std::exchange(x1, value);
     y2 = std::exchange(y1, y);
@@ -84,13 +79,9 @@ double Decimator::filter(Channel& channel, double value) const {
   return value;
 }
 
-void Decimator::settle(Channel& channel, double value) const {
-  for (auto& section : channel.history) section.fill(value);
-}
-
 void Decimator::startAt(const Sample& sample) {
-  settle(current_channel_, sample.current);
-  settle(voltage_channel_, sample.voltage);
+  for (auto& section : current_channel_) section.fill(sample.current);
+  for (auto& section : voltage_channel_) section.fill(sample.voltage);
   start_ = sample.time;
   inputs_ = 0;
   outputs_ = 0;
@@ -144,11 +135,9 @@ std::vector<Sample> Decimator::push(const Sample& sample) {
   return due;
 }
 
-void Decimator::reset() { previous_.reset(); }
-
-Series resample(const Series& series) {
+Series atDesignRate(const Series& series) {
   const double interval = medianInterval(series);
-  if (interval <= 0.0 || !isAtLeastTwice(1.0 / interval)) return series;
+  if (!(interval > 0.0 && interval < 0.5 / kDesignRate)) return series;
   Decimator decimator(1.0 / interval);
   Series result;
   for (std::size_t k = 0; k < series.size(); ++k)
@@ -156,12 +145,6 @@ Series resample(const Series& series) {
   result.temperature_time = series.temperature_time;
   result.temperature = series.temperature;
   return result;
-}
-
-Series atDesignRate(const Series& series) {
-  constexpr double kHighRate = 200.0;  // [Hz]
-  const double interval = medianInterval(series);
-  return interval > 0.0 && interval < 1.0 / kHighRate ? resample(series) : series;
 }
 
 }  // namespace battery_sof

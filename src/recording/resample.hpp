@@ -52,15 +52,9 @@ class Decimator {
   /// @throws std::invalid_argument for a sample that is not finite or not after the one before.
   std::vector<Sample> push(const Sample& sample);
 
-  /// Forgets the past: the next sample starts again.
-  void reset();
-
  private:
-  struct Channel {
-    std::array<std::array<double, 4>, 4> history{};
-  };
+  using Channel = std::array<std::array<double, 4>, 4>;  // x1, x2, y1, y2 of each section
   double filter(Channel& channel, double value) const;
-  void settle(Channel& channel, double value) const;
   void startAt(const Sample& sample);
   void advance(const Sample& input, std::vector<Sample>& due);
   static Sample between(const Sample& before, const Sample& after, double time);
@@ -71,7 +65,7 @@ class Decimator {
   double input_rate_;
   std::array<Biquad, 4> sections_{};
   double delay_ = 0.0;
-  Channel current_channel_, voltage_channel_;
+  Channel current_channel_{}, voltage_channel_{};
   std::optional<Sample> previous_;  // the last sample pushed
   Sample filtered_{};        // the last point of the filtered signal, before its delay is taken off
   double start_ = 0.0;       // time of the first sample since the last gap
@@ -79,15 +73,8 @@ class Decimator {
   std::size_t outputs_ = 0;  // results given since start_
 };
 
-/**
- * @brief Low-pass and decimate a whole series; temperatures are carried over.
- * @return the series unchanged when its rate is below twice kDesignRate (then there is nothing to
- * gain).
- */
-Series resample(const Series& series);
-
 /// @return the series at 100 Hz when it is sampled above 200 Hz (paper, section V), unchanged
-/// otherwise: what models are fitted to.
+/// otherwise: what models are fitted to. Temperatures are carried over.
 Series atDesignRate(const Series& series);
 
 }  // namespace battery_sof

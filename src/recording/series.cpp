@@ -29,9 +29,7 @@ double probedInterval(const double* time, std::size_t n) {
     const std::size_t at = k * n / probes.size();
     probes[k] = time[at + 1] - time[at];
   }
-  const auto middle = probes.begin() + static_cast<std::ptrdiff_t>(probes.size() / 2);
-  std::nth_element(probes.begin(), middle, probes.end());
-  return *middle;
+  return quantile(std::move(probes), 0.5);
 }
 
 /// Whether so many of n intervals equal a value that it is their median: what evenly sampled

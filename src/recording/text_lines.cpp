@@ -35,6 +35,29 @@ std::ifstream opened(const fs::path& path) {
   return file;
 }
 
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+std::string_view unquoted(std::string_view cell) {
+  cell = trimmed(cell);
+  if (cell.size() < 2 || cell.front() != '"' || cell.back() != '"') return cell;
+  return trimmed(cell.substr(1, cell.size() - 2));
+}
+
+/// Position of the separator that ends the cell beginning at first; those between quotes do not
+/// count.
+std::size_t endOfCell(std::string_view line, std::size_t first, char separator) {
+  bool quoted = false;
+  for (std::size_t k = first; k < line.size(); ++k) {
+    if (line[k] == '"') quoted = !quoted;
+    if (line[k] == separator && !quoted) return k;
+  }
+  return line.size();
+}
+
 }  // namespace
 
 TextLines::TextLines(const fs::path& path, BytesSeen seen)
@@ -63,6 +86,15 @@ bool TextLines::nextOfAny() {
   if (number_ == 1 && line_.substr(0, kByteOrderMark.size()) == kByteOrderMark)
     line_.remove_prefix(kByteOrderMark.size());
   return true;
+}
+
+void splitCells(std::string_view line, char separator, std::vector<std::string_view>& cells) {
+  cells.clear();
+  for (std::size_t first = 0; first <= line.size();) {
+    const std::size_t last = endOfCell(line, first, separator);
+    cells.push_back(unquoted(line.substr(first, last - first)));
+    first = last + 1;
+  }
 }
 
 }  // namespace battery_sof

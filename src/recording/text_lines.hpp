@@ -48,4 +48,8 @@ class TextLines {
   bool finished_ = true;
 };
 
+/// Puts the cells of a line into a list, without quotes and the spaces around them; separators
+/// between quotes end none. They last as long as the line.
+void splitCells(std::string_view line, char separator, std::vector<std::string_view>& cells);
+
 }  // namespace battery_sof

@@ -100,7 +100,7 @@ std::string eventsText(const EventSummary& summary) {
 
 std::string sourceText(const ControlModes& source) {
   std::string text = "\n  source\n" + wrapped("    ", source.summary);
-  for (const ControlModeTotals& totals : totalsOf(source)) {
+  for (const ControlModeTotals& totals : source.totals) {
     std::string lead = "    " + toString(totals.mode);
     lead.resize(13, ' ');
     text += wrapped(
@@ -145,12 +145,14 @@ void describe(Visit& visit, const EventSummary& summary) {
 template <typename Visit>
 void describe(Visit& visit, const ControlModes& source) {
   const double least = source.rule.min_current;
+  std::size_t stretches = 0;
+  for (const ControlModeTotals& totals : source.totals) stretches += totals.stretches;
   visit("seen", source.seen);
   visit("share", source.share);
   visit("min_current", source.seen ? std::optional<double>(least) : std::nullopt, "a");
   visit("charges_begin_with", toString(source.rule.charge_begins));
-  visit("stretches", source.stretches.size());
-  visit("reasons", totalsOf(source));
+  visit("stretches", stretches);
+  visit("reasons", source.totals);
   visit("summary", source.summary);
 }
 

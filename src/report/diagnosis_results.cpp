@@ -257,7 +257,7 @@ DESCRIBED(DetectionLimit, MEMBERS("", id, parameter, unit, strength, typical, vi
 DESCRIBED(ControlledTime, MEMBERS("s", from, to))
 
 DESCRIBED(ControlModeOverview, MEMBERS("", seen, summary), visit("reasons", of.totals),
-          visit("voltage", of.voltage_controlled))
+          visit("voltage", of.times))
 
 nlohmann::json resultJson(const Diagnosis& of) {
   JsonFields visit;

@@ -197,20 +197,20 @@ void describeFit(File& file, Model& model) {
 
 template <typename File, typename Errors>
 void requireRising(File& file, const char* key, const Errors& errors) {
-  file.require(errors.lower_error <= errors.upper_error, key,
+  file.require(errors.error.lower <= errors.error.upper, key,
                "has a lower error above the upper one");
 }
 
 template <typename File, typename Baseline>
 void describeBaseline(File& file, Baseline& baseline) {
   const auto line = [](auto& to, const char* key, auto& l) {
-    to.row(key, l.intercept, l.slope, l.std, l.lower_error, l.upper_error, l.centre, l.spread,
+    to.row(key, l.intercept, l.slope, l.std, l.error.lower, l.error.upper, l.centre, l.spread,
            l.samples);
     requireRising(to, key, l);
     to.require(l.std >= 0.0 && l.spread >= 0.0, key, "has a deviation or spread below 0");
   };
   const auto history = [](auto& to, const char* key, auto& h) {
-    to.row(key, h.median, h.last, h.lower_error, h.upper_error, h.events);
+    to.row(key, h.median, h.last, h.error.lower, h.error.upper, h.events);
     requireRising(to, key, h);
   };
   file.part("current_from_voltage", baseline.current_from_voltage, line);
@@ -219,7 +219,7 @@ void describeBaseline(File& file, Baseline& baseline) {
     to.map(key, [&](auto& phase) {
       phase.numbers("current_a", p.current, 0, kCurrents);
       phase.number("step_s", p.step, kTimes);
-      phase.row("errors", p.std, p.lower_error, p.upper_error, p.charges);
+      phase.row("errors", p.std, p.error.lower, p.error.upper, p.charges);
       requireRising(phase, "errors", p);
       phase.require(!p.current.empty() && p.step >= kMinStep, "current_a",
                     "must not be empty, step_s above 0");
@@ -227,7 +227,7 @@ void describeBaseline(File& file, Baseline& baseline) {
   });
   file.part("cranks", baseline.cranks, [](auto& to, const char* key, auto& c) {
     to.row(key, c.last.current, c.last.minimum, c.median.current, c.median.minimum, c.intercept,
-           c.slope, c.lower_error, c.upper_error, c.events);
+           c.slope, c.error.lower, c.error.upper, c.events);
     requireRising(to, key, c);
   });
   file.part("charge_10s", baseline.charge_10s, history);

@@ -170,7 +170,7 @@ std::string driveText(const Drawing& drawing) {
   for (const Line& line : drawing.voltages) add(line);
   text += ",\n\"mismatch\":" + stretchesText(drawing, d.mismatch) +
           ",\n\"cranks\":" + stretchesText(drawing, drawing.cranks) +
-          ",\n\"controlled\":" + stretchesText(drawing, d.source.voltage_controlled);
+          ",\n\"controlled\":" + stretchesText(drawing, d.source.times);
   if (drawing.hasHoldout())
     text += ",\n\"holdout\":[" + shortNumber(d.fit.holdout.from - drawing.t0, 3) + "," +
             shortNumber(d.fit.holdout.to - drawing.t0, 3) + "]";
@@ -178,7 +178,7 @@ std::string driveText(const Drawing& drawing) {
 }
 
 std::string operatingModeKey(const Drawing& drawing) {
-  const std::size_t stretches = drawing.diagnosis.source.voltage_controlled.size();
+  const std::size_t stretches = drawing.diagnosis.source.times.size();
   std::string text = element("span.swatch controlled", "") +
                      format(" hatched: a source controls the voltage (%zu stretches", stretches);
   if (stretches > kStretchesShown) text += format(", the first %zu drawn", kStretchesShown);
@@ -208,7 +208,7 @@ Scale scaleOf(const Drawing& drawing, const std::vector<Line>& lines) {
 /// are seen.
 std::string operatingModeBands(const Drawing& drawing) {
   const Series& series = drawing.series;
-  const std::vector<ControlledTime>& stretches = drawing.diagnosis.source.voltage_controlled;
+  const std::vector<ControlledTime>& stretches = drawing.diagnosis.source.times;
   const Scale time{series.time.front(), series.time.back()};
   std::string lines, feet;
   for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k) {
@@ -263,8 +263,7 @@ std::string drawingsHtml(const Drawing& drawing) {
                              "library (package libjs-dygraphs).");
   html +=
       drawingHtml(drawing, "Terminal voltage [V]", drawing.voltages, operatingModeBands(drawing));
-  if (!drawing.diagnosis.source.voltage_controlled.empty())
-    html += element("p.note", operatingModeKey(drawing));
+  if (!drawing.diagnosis.source.times.empty()) html += element("p.note", operatingModeKey(drawing));
   if (!drawing.errors.empty())
     html += drawingHtml(drawing, "Measured minus model [mV]", drawing.errors);
   return html + drawingHtml(drawing, "Current [A]", {drawing.current});
@@ -295,7 +294,7 @@ std::string plotsHtml(const Drawing& drawing) {
 
 std::string keyHtml(const Drawing& drawing) {
   std::string text = "Drag to zoom, double-click to see all again, shift and drag to move. ";
-  if (!drawing.diagnosis.source.voltage_controlled.empty()) text += operatingModeKey(drawing);
+  if (!drawing.diagnosis.source.times.empty()) text += operatingModeKey(drawing);
   if (!drawing.diagnosis.mismatch.empty())
     text += element("span.swatch mismatch", "") + " where the base model deviates beyond chance. ";
   if (drawing.hasHoldout())

@@ -1,11 +1,7 @@
 #include "ros/background_work.hpp"
 
-#include <ros/time.h>
-
 #include <algorithm>
-#include <stdexcept>
 
-#include "diagnosis/diagnose.hpp"
 #include "model/discrepancy_model.hpp"
 #include "model/effect.hpp"
 #include "util/text.hpp"
@@ -25,46 +21,6 @@ std::string marked(std::vector<std::string> ids) {
 }
 
 }  // namespace
-
-IdentificationResult timedIdentification(const IdentificationJob& job) {
-  const ros::SteadyTime begun = ros::SteadyTime::now();
-  IdentificationResult result;
-  try {
-    result = runIdentification(job);
-  } catch (const std::exception& error) {
-    result.epoch = job.epoch;
-    result.message = std::string("the identification failed: ") + error.what();
-  }
-  const double fit_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
-  if (result.model) result.model->provenance.fit_ms = fit_ms;
-  if (result.extended && result.extended->model) result.extended->model->provenance.fit_ms = fit_ms;
-  return result;
-}
-
-FinishedDiagnosis timedDiagnosis(const Recording& recording,
-                                 const std::vector<KnownPopulation>& priors,
-                                 const std::function<std::string()>& why_end,
-                                 const std::function<void(const std::string& stage)>& begins) {
-  const ros::SteadyTime begun = ros::SteadyTime::now();
-  FinishedDiagnosis report;
-  report.from = recording.series.time.front();
-  report.to = recording.series.time.back();
-  report.samples = recording.series.size();
-  DiagnoseOptions options;
-  options.priors = priors;
-  options.pulse = [&why_end] {
-    const std::string why = why_end();
-    if (!why.empty()) throw std::runtime_error(why);
-  };
-  options.progress = begins;
-  try {
-    report.diagnosis = diagnose(recording, options);
-  } catch (const std::exception& error) {
-    report.fault = std::string("the diagnosis broke off: ") + error.what();
-  }
-  report.duration_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
-  return report;
-}
 
 Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
   const bool names =

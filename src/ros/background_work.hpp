@@ -14,9 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "battery_sof/series.hpp"
 #include "diagnosis/diagnosis.hpp"
-#include "prediction/identification_job.hpp"
 
 namespace battery_sof {
 
@@ -83,11 +81,6 @@ class BackgroundWorker {
   std::thread thread_;
 };
 
-// What the node's workers do, with the clock that the core does not have. Nothing is thrown.
-
-/// runIdentification() with fit_ms filled in; an exception becomes a result without a model.
-IdentificationResult timedIdentification(const IdentificationJob& job);
-
 /// What a diagnosis came to.
 struct FinishedDiagnosis {
   std::optional<Diagnosis> diagnosis;  ///< none when it broke off
@@ -96,13 +89,6 @@ struct FinishedDiagnosis {
   std::size_t samples = 0;
   double duration_ms = 0.0;  ///< [ms], wall time
 };
-
-/// diagnose() on one thread. @param priors see DiagnoseOptions. @param why_end asked often: what is
-/// not empty breaks it off. @param begins reported of each stage.
-FinishedDiagnosis timedDiagnosis(const Recording& recording,
-                                 const std::vector<KnownPopulation>& priors,
-                                 const std::function<std::string()>& why_end,
-                                 const std::function<void(const std::string& stage)>& begins);
 
 /// What a session is to try of a diagnosis, and why.
 struct Adoption {

@@ -62,45 +62,35 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
       private_node_(private_node),
       session_(options_.session),
       worker_([this](const Identification& work) { onIdentification(work); }, kIdentificationNice),
-      diagnoses_(
-          private_node_,
-          {options_.diagnose_period, options_.session.identify_period, options_.use_diagnosis,
-           options_.session.series_blocks, options_.session.identify.priors},
-          [this](const Adoption& adoption, double from_driving) {
-            onAdopted(adoption, from_driving);
-          }),
+      diagnoses_(private_node_, options_,
+                 [this](const Adoption& adoption, double from_driving) {
+                   ahead([&] {
+                     const std::lock_guard<std::mutex> lock(mutex_);
+                     session_.extendWith(adoption.effects, from_driving, adoption.discrepancy);
+                   });
+                 }),
       diagnostics_([this] { return snapshot(); }),
       identify_server_(
-          onQueue(action_queue_, private_node_), "identify",
+          onQueue(actions_.queue, private_node_), "identify",
           [this](const IdentifyServer::GoalHandle& goal) { onIdentifyGoal(goal); },
           [this](const IdentifyServer::GoalHandle& goal) { onIdentifyCancel(goal); }, false),
       diagnose_server_(
-          onQueue(action_queue_, private_node_), "diagnose",
+          onQueue(actions_.queue, private_node_), "diagnose",
           [this](const DiagnoseServer::GoalHandle& goal) { onDiagnoseGoal(goal); },
-          [this](const DiagnoseServer::GoalHandle& goal) { diagnoses_.cancel(goal); }, false),
-      question_spinner_(1, &question_queue_),
-      map_spinner_(1, &map_queue_),
-      profile_spinner_(1, &profile_queue_),
-      action_spinner_(1, &action_queue_) {
+          [this](const DiagnoseServer::GoalHandle& goal) { diagnoses_.cancel(goal); }, false) {
   loadStateFile();
   advertise();
   guarded("the first status", [this] {
     const std::lock_guard<std::mutex> lock(mutex_);
     demandStatus();
   });
-  question_spinner_.start();
-  map_spinner_.start();
-  profile_spinner_.start();
-  action_spinner_.start();
+  for (QueueThread* thread : {&questions_, &maps_, &profiles_, &actions_}) thread->spinner.start();
 }
 
 BatterySofNode::~BatterySofNode() {
   diagnoses_.stop();
   worker_.stop();
-  question_spinner_.stop();
-  map_spinner_.stop();
-  profile_spinner_.stop();
-  action_spinner_.stop();
+  for (QueueThread* thread : {&questions_, &maps_, &profiles_, &actions_}) thread->spinner.stop();
 }
 
 void BatterySofNode::ahead(const std::function<void()>& work) {
@@ -110,7 +100,7 @@ void BatterySofNode::ahead(const std::function<void()>& work) {
     if (!is_taken->test_and_set()) (*task)();
   };
   std::future<void> done = task->get_future();
-  callFrom(question_queue_, once);
+  callFrom(questions_.queue, once);
   while (done.wait_for(kLook) != std::future_status::ready)
     if (!ros::ok()) once();  // nobody calls the queue any more
   done.get();
@@ -128,18 +118,18 @@ void BatterySofNode::advertise() {
   model_publisher_ = private_node_.advertise<IdentifiedModel>("model", 10, true);
   using Node = BatterySofNode;
   services_ = {
-      serve<PredictCranking>("predict_cranking", question_queue_, &Node::onPredictCranking),
-      serve<PredictStopTime>("predict_stop_time", question_queue_, &Node::onPredictStopTime),
-      serve<PredictChargeAcceptance>("predict_charge_acceptance", question_queue_,
+      serve<PredictCranking>("predict_cranking", questions_.queue, &Node::onPredictCranking),
+      serve<PredictStopTime>("predict_stop_time", questions_.queue, &Node::onPredictStopTime),
+      serve<PredictChargeAcceptance>("predict_charge_acceptance", questions_.queue,
                                      &Node::onPredictChargeAcceptance),
-      serve<SetStandingQuery>("set_standing_query", question_queue_, &Node::onSetStandingQuery),
-      serve<PredictMap>("predict_map", map_queue_, &Node::onPredictMap),
-      serve<SimulateProfile>("simulate_profile", profile_queue_, &Node::onSimulateProfile)};
+      serve<SetStandingQuery>("set_standing_query", questions_.queue, &Node::onSetStandingQuery),
+      serve<PredictMap>("predict_map", maps_.queue, &Node::onPredictMap),
+      serve<SimulateProfile>("simulate_profile", profiles_.queue, &Node::onSimulateProfile)};
   identify_server_.begin();
   diagnose_server_.begin();
   subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this,
                                 ros::TransportHints().tcpNoDelay());
-  steady_timer_ = onQueue(question_queue_, node_)
+  steady_timer_ = onQueue(questions_.queue, node_)
                       .createSteadyTimer(ros::WallDuration(kStatusPeriod),
                                          &BatterySofNode::onSteadyTimer, this);
 }
@@ -244,7 +234,7 @@ void BatterySofNode::announceWhoAnswers() {
   const std::optional<FittedModel> model = session_.model();
   if (!model) return;
   ROS_INFO("%s", session_.status().extension.c_str());
-  callFrom(question_queue_, [this, model] {
+  callFrom(questions_.queue, [this, model] {
     guarded("the model message", [&] { model_publisher_.publish(messageOf(*model)); });
   });
 }
@@ -286,21 +276,21 @@ void BatterySofNode::demandStatus() {
   last_status_time_ = contents.session.newest_time;
   last_status_steady_ = ros::SteadyTime::now();
   const bool is_waiting = due_status_.has_value();
-  due_status_.emplace(DueStatus{std::move(contents), session_.live()});
+  contents.model = session_.live();
+  due_status_ = std::move(contents);
   if (!is_waiting)
-    callFrom(question_queue_, [this] { guarded("the status", [this] { publishDueStatus(); }); });
+    callFrom(questions_.queue, [this] { guarded("the status", [this] { publishDueStatus(); }); });
 }
 
 void BatterySofNode::publishDueStatus() {
-  std::optional<DueStatus> due;
+  std::optional<StatusContents> due;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     due = std::exchange(due_status_, std::nullopt);
   }
   if (!due) return;
-  due->contents.answers = answersTo(due->contents.standing, due->model);
-  SofStatus message = messageOf(due->contents);
-  const std::optional<double> newest = due->contents.session.newest_time;
+  SofStatus message = messageOf(*due);
+  const std::optional<double> newest = due->session.newest_time;
   message.header.stamp = newest ? rosTime(*newest) : ros::Time::now();
   status_publisher_.publish(message);
 }

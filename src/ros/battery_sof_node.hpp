@@ -87,17 +87,17 @@ class BatterySofNode {
     int request = 0;  // of which request_; 0: due by itself
   };
 
+  /// A callback queue and the thread that calls it.
+  struct QueueThread {
+    ros::CallbackQueue queue;
+    ros::AsyncSpinner spinner{1, &queue};
+  };
+
   /// The last crank query that got numbers.
   struct Answered {
     double time = 0.0;  // [s], newest sample when it was asked
     CrankingQuery query;
     Interval u_min;
-  };
-
-  /// A status whose standing answers are still to be computed.
-  struct DueStatus {
-    StatusContents contents;
-    ModelSnapshot model;
   };
 
   void loadStateFile();
@@ -130,8 +130,6 @@ class BatterySofNode {
   void beginRequested();
   void endRequested(int request, const IdentifyResult& result);
   void onDiagnoseGoal(DiagnoseServer::GoalHandle goal);
-  bool beginDiagnosis(const DiagnoseServer::GoalHandle& goal, DiagnoseResult& refusal);
-  void onAdopted(const Adoption& adoption, double from_driving);
 
   // These need mutex_ held.
   void take(const RawSample& sample);
@@ -165,14 +163,14 @@ class BatterySofNode {
   NodeOptions options_;
   const StateFile state_file_;
   ros::NodeHandle node_, private_node_;
-  ros::CallbackQueue question_queue_, map_queue_, profile_queue_, action_queue_;
+  QueueThread questions_, maps_, profiles_, actions_;
   ros::Publisher status_publisher_, model_publisher_;
 
   std::mutex mutex_;
   OnlineSession session_;
   std::optional<double> last_status_time_;  // [s], newest sample at the last ~status
   ros::SteadyTime last_status_steady_;
-  std::optional<DueStatus> due_status_;
+  std::optional<StatusContents> due_status_;  // whose answers are still to be computed
   std::optional<ros::Time> last_arrival_;
   std::optional<Answered> last_answer_;
   EventTallies events_;
@@ -197,7 +195,6 @@ class BatterySofNode {
   IdentifyServer identify_server_;
   DiagnoseServer diagnose_server_;
   ros::SteadyTimer steady_timer_;
-  ros::AsyncSpinner question_spinner_, map_spinner_, profile_spinner_, action_spinner_;
 };
 
 }  // namespace battery_sof

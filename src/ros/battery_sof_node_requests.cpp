@@ -15,19 +15,6 @@ namespace {
 // of a map or a profile: who waits for one gives up about then
 constexpr std::chrono::seconds kLongestWork{10};
 
-/// Adds the time it lived to the queries' times.
-class QueryTimer {
- public:
-  explicit QueryTimer(ResponseClock& clock) : clock_(clock) {}
-  QueryTimer(const QueryTimer&) = delete;
-  QueryTimer& operator=(const QueryTimer&) = delete;
-  ~QueryTimer() { clock_.addQuery(1e3 * (ros::SteadyTime::now() - begun_).toSec()); }
-
- private:
-  ResponseClock& clock_;
-  ros::SteadyTime begun_ = ros::SteadyTime::now();
-};
-
 }  // namespace
 
 // ----------------------------------------------------------------------------------------------------
@@ -48,10 +35,15 @@ WorkWatch BatterySofNode::patience() {
   };
 }
 
-/// Answers a question; one that fails is answered too, without numbers.
+/// Answers a question; one that fails is answered too, without numbers. The time that a profile
+/// takes is none of a query's.
 template <typename Answer, typename Response, typename Ask>
 bool BatterySofNode::answer(const char* what, Response& response, Ask ask) {
-  if (guarded(what, [&] { response = messageAs<Response>(Answer(ask())); })) return true;
+  const ros::SteadyTime begun = ros::SteadyTime::now();
+  const bool is_answered = guarded(what, [&] { response = messageAs<Response>(Answer(ask())); });
+  if (!std::is_same_v<Answer, ProfileAnswer>)
+    response_clock_.addQuery(1e3 * (ros::SteadyTime::now() - begun).toSec());
+  if (is_answered) return true;
   Answer none;
   none.code = AnswerCode::kNoModel;
   none.message = std::string(what) + " failed; /diagnostics says why";
@@ -61,7 +53,6 @@ bool BatterySofNode::answer(const char* what, Response& response, Ask ask) {
 
 bool BatterySofNode::onPredictCranking(PredictCranking::Request& request,
                                        PredictCranking::Response& response) {
-  const QueryTimer timer(response_clock_);
   return answer<CrankingAnswer>("the crank query", response, [&] {
     const CrankingQuery query = queryOf(request);
     const ModelSnapshot model = live();
@@ -78,14 +69,12 @@ bool BatterySofNode::onPredictCranking(PredictCranking::Request& request,
 
 bool BatterySofNode::onPredictStopTime(PredictStopTime::Request& request,
                                        PredictStopTime::Response& response) {
-  const QueryTimer timer(response_clock_);
   return answer<StopTimeAnswer>("the stop time query", response,
                                 [&] { return live().predictStopTime(queryOf(request)); });
 }
 
 bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
                                                PredictChargeAcceptance::Response& response) {
-  const QueryTimer timer(response_clock_);
   return answer<ChargeAcceptanceAnswer>("the charge query", response, [&] {
     return live().predictChargeAcceptance(queryOf(request));
   });
@@ -94,12 +83,13 @@ bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request&
 bool BatterySofNode::onSetStandingQuery(SetStandingQuery::Request& request,
                                         SetStandingQuery::Response& response) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  std::string faults;
   try {
     options_.standing = changedBy(request, options_.standing);
-    response = responseOf(options_.standing, session_.chargeVoltage());
   } catch (const NodeOptionsError& error) {
-    response = refusalOf(error, options_.standing, session_.chargeVoltage());
+    faults = error.what();
   }
+  response = responseOf(options_.standing, session_.chargeVoltage(), faults);
   return true;
 }
 
@@ -126,13 +116,23 @@ void BatterySofNode::onIdentification(const Identification& work) {
   result.code = IdentifyResult::REFUSED;
   result.message = "the identification failed; /diagnostics says why";
   guarded("the identification", [&] { result = resultOf(identified(work)); });
-  callFrom(action_queue_, [this, result, request = work.request] {
+  callFrom(actions_.queue, [this, result, request = work.request] {
     guarded("the identification", [&] { endRequested(request, result); });
   });
 }
 
 IdentificationOutcome BatterySofNode::identified(const Identification& work) {
-  IdentificationResult result = timedIdentification(work.job);
+  const ros::SteadyTime begun = ros::SteadyTime::now();
+  IdentificationResult result;
+  try {
+    result = runIdentification(work.job);
+  } catch (const std::exception& error) {
+    result.epoch = work.job.epoch;
+    result.message = std::string("the identification failed: ") + error.what();
+  }
+  const double fit_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
+  if (result.model) result.model->provenance.fit_ms = fit_ms;
+  if (result.extended && result.extended->model) result.extended->model->provenance.fit_ms = fit_ms;
   IdentificationOutcome outcome;
   ahead([&] { outcome = takenBack(std::move(result), work.request != 0); });
   ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused",
@@ -233,38 +233,26 @@ void BatterySofNode::onIdentifyCancel(IdentifyServer::GoalHandle goal) {
 // ----------------------------------------------------------------------------------------------------
 // diagnosis
 
-void BatterySofNode::onAdopted(const Adoption& adoption, double from_driving) {
-  ahead([&] {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    session_.extendWith(adoption.effects, from_driving, adoption.discrepancy);
-  });
-}
-
 void BatterySofNode::onDiagnoseGoal(DiagnoseServer::GoalHandle goal) {
   DiagnoseResult refusal;
-  refusal.code = DiagnoseResult::FAILED;
-  refusal.message = "the diagnosis failed; /diagnostics says why";
+  const auto refuse = [&refusal](std::uint8_t code, const char* message) {
+    refusal.code = code;
+    refusal.message = message;
+  };
+  refuse(DiagnoseResult::FAILED, "the diagnosis failed; /diagnostics says why");
   bool begins = false;
-  guarded("the diagnosis", [&] { begins = beginDiagnosis(goal, refusal); });
+  guarded("the diagnosis", [&] {
+    Series series;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      series = session_.series();
+    }
+    if (series.empty()) return refuse(DiagnoseResult::NO_DATA, "no samples are buffered yet");
+    begins = diagnoses_.begin(series, subscriber_.getTopic(), goal);
+    if (!begins)
+      refuse(DiagnoseResult::BUSY, "a diagnosis is running; its result will be on ~diagnosis");
+  });
   if (!begins) goal.setRejected(refusal, refusal.message);
-}
-
-bool BatterySofNode::beginDiagnosis(const DiagnoseServer::GoalHandle& goal,
-                                    DiagnoseResult& refusal) {
-  Series series;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    series = session_.series();
-  }
-  if (series.empty()) {
-    refusal.code = DiagnoseResult::NO_DATA;
-    refusal.message = "no samples are buffered yet";
-    return false;
-  }
-  if (diagnoses_.begin(series, subscriber_.getTopic(), goal)) return true;
-  refusal.code = DiagnoseResult::BUSY;
-  refusal.message = "a diagnosis is running; its result will be on ~diagnosis";
-  return false;
 }
 
 }  // namespace battery_sof

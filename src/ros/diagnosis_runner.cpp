@@ -1,7 +1,9 @@
 #include "ros/diagnosis_runner.hpp"
 
+#include <stdexcept>
 #include <utility>
 
+#include "diagnosis/diagnose.hpp"
 #include "recording/series_blocks.hpp"
 #include "util/text.hpp"
 
@@ -12,11 +14,12 @@ constexpr int kDiagnosisNice = 15;  // identifications (10) go first: answers st
 
 }  // namespace
 
-DiagnosisRunner::DiagnosisRunner(ros::NodeHandle& private_node, const Options& options, Adopt adopt)
+DiagnosisRunner::DiagnosisRunner(ros::NodeHandle& private_node, const NodeOptions& options,
+                                 Adopt adopt)
     : options_(options),
       adopt_(std::move(adopt)),
       publisher_(private_node.advertise<DiagnosisMessage>("diagnosis", 10, true)),
-      next_due_(options.period),
+      next_due_(options.diagnose_period),
       worker_([this](Job job) { run(std::move(job)); }, kDiagnosisNice) {}
 
 bool DiagnosisRunner::begin(const Series& series, const std::string& name, const Goal& goal) {
@@ -28,10 +31,10 @@ bool DiagnosisRunner::begin(const Series& series, const std::string& name, const
 }
 
 void DiagnosisRunner::beginIfDue(const Series& series, const std::string& name, double driving) {
-  if (options_.period <= 0.0 || driving < next_due_ || series.empty()) return;
-  next_due_ += options_.period;
+  if (options_.diagnose_period <= 0.0 || driving < next_due_ || series.empty()) return;
+  next_due_ += options_.diagnose_period;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!post(series, name, driving + options_.settle, {})) ++line_.skipped;
+  if (!post(series, name, driving + options_.session.identify_period, {})) ++line_.skipped;
 }
 
 bool DiagnosisRunner::post(const Series& series, const std::string& name, double from_driving,
@@ -47,62 +50,72 @@ bool DiagnosisRunner::post(const Series& series, const std::string& name, double
 
 void DiagnosisRunner::run(Job job) {
   if (job.goal.isValid()) job.goal.setAccepted();
-  DiagnosisOutcome outcome;
+  FinishedDiagnosis report;
+  Adoption adoption;
+  DiagnoseResult result;
   try {
-    outcome = diagnosed(job);
+    report = diagnosed(job);
+    if (report.diagnosis) adoption = adopt(*report.diagnosis, job.from_driving);
+    result = resultOf(report, adoption);
+    if (report.diagnosis) {
+      publisher_.publish(result.diagnosis);
+      ROS_INFO("diagnosis (%s) after %.1f s: %s", result.diagnosis.verdict.c_str(),
+               1e-3 * report.duration_ms, result.message.c_str());
+    } else {
+      ROS_WARN("%s", report.fault.c_str());
+    }
   } catch (const std::exception& error) {
-    outcome.fault = std::string("the diagnosis failed: ") + error.what();
-    ROS_ERROR("%s", outcome.fault.c_str());
-    FinishedDiagnosis report;
-    report.fault = outcome.fault;
-    note(report, {});
+    report = {};
+    report.fault = std::string("the diagnosis failed: ") + error.what();
+    ROS_ERROR("%s", report.fault.c_str());
+    result = resultOf(report, {});
   }
+  const bool is_cancelled = cancelled_;
+  note(report, adoption);
   if (!job.goal.isValid()) return;
-  const DiagnoseResult result = resultOf(outcome);
   if (result.success) {
     job.goal.setSucceeded(result, result.message);
-  } else if (outcome.is_cancelled) {
+  } else if (is_cancelled) {
     job.goal.setCanceled(result, result.message);
   } else {
     job.goal.setAborted(result, result.message);
   }
 }
 
-DiagnosisOutcome DiagnosisRunner::diagnosed(Job& job) {
+FinishedDiagnosis DiagnosisRunner::diagnosed(Job& job) {
   const ros::SteadyTime begun = ros::SteadyTime::now();
+  const auto elapsed = [begun] { return (ros::SteadyTime::now() - begun).toSec(); };
+  const Series& series = job.recording.series;
+  FinishedDiagnosis report;
+  report.from = series.time.front();
+  report.to = series.time.back();
+  report.samples = series.size();
   std::string stage = "beginning";
-  const auto why_end = [&]() -> std::string {
-    if (stopped_) return "the node is shutting down";
-    if (!cancelled_) return "";
-    return format("cancelled after %.1f s while ", (ros::SteadyTime::now() - begun).toSec()) +
-           stage;
+  DiagnoseOptions options;
+  options.priors = options_.session.identify.priors;
+  options.pulse = [&] {
+    if (stopped_) throw std::runtime_error("the node is shutting down");
+    if (cancelled_)
+      throw std::runtime_error(format("cancelled after %.1f s while ", elapsed()) + stage);
   };
-  const auto begins = [&](const std::string& next) {
+  options.progress = [&](const std::string& next) {
     stage = next;
     if (job.goal.isValid()) job.goal.publishFeedback(feedbackOf<DiagnoseFeedback>(stage));
   };
-  FinishedDiagnosis report = timedDiagnosis(job.recording, options_.priors, why_end, begins);
-  if (report.diagnosis && options_.series_blocks != 1.0)
-    report.diagnosis->instrument.push_back(seriesBlocksSentence(options_.series_blocks));
-  const Adoption adoption =
-      report.diagnosis ? adopt(*report.diagnosis, job.from_driving) : Adoption();
-  DiagnosisOutcome outcome;
-  outcome.fault = report.fault;
-  outcome.is_cancelled = cancelled_;
-  if (report.diagnosis) {
-    outcome.message = messageOf(report, adoption);
-    publisher_.publish(*outcome.message);
-    ROS_INFO("diagnosis (%s) after %.1f s: %s", outcome.message->verdict.c_str(),
-             1e-3 * report.duration_ms, outcome.message->summary.c_str());
-  } else {
-    ROS_WARN("%s", report.fault.c_str());
+  try {
+    report.diagnosis = diagnose(job.recording, options);
+  } catch (const std::exception& error) {
+    report.fault = std::string("the diagnosis broke off: ") + error.what();
   }
-  note(report, adoption);
-  return outcome;
+  report.duration_ms = 1e3 * elapsed();
+  const double series_blocks = options_.session.series_blocks;
+  if (report.diagnosis && series_blocks != 1.0)
+    report.diagnosis->instrument.push_back(seriesBlocksSentence(series_blocks));
+  return report;
 }
 
 Adoption DiagnosisRunner::adopt(const Diagnosis& diagnosis, double from_driving) {
-  Adoption adoption = adoptionOf(diagnosis, options_.adopt);
+  Adoption adoption = adoptionOf(diagnosis, options_.use_diagnosis);
   try {
     if (!adoption.effects.empty()) adopt_(adoption, from_driving);
   } catch (const std::exception& error) {

@@ -31,23 +31,17 @@ struct DiagnosisLine {
  *
  * One is begun by a goal or, with a period, when a multiple of it has been driven: a bag played
  * faster is diagnosed at the same samples. A goal is accepted, gets its feedback and ends here. May be called from any thread. What is adopted of a
- * periodic diagnosis takes effect `settle` [s] of driving after its last sample, or when it is
+ * periodic diagnosis takes effect `identify_period` [s] of driving after its last sample, or when it is
  * finished, if that is later; of a requested one at once.
  */
 class DiagnosisRunner {
  public:
-  struct Options {
-    double period = 0.0;  ///< [s] of driving; 0: only on request
-    double settle = 600.0;
-    bool adopt = false;
-    double series_blocks = 1.0;  ///< 12 V blocks in series; what is diagnosed is one of them
-    std::vector<KnownPopulation> priors = {};  ///< see DiagnoseOptions
-  };
   using Goal = actionlib::ServerGoalHandle<DiagnoseAction>;
   /// Called on the runner's thread with what goes on trial.
   using Adopt = std::function<void(const Adoption& adoption, double from_driving)>;
 
-  DiagnosisRunner(ros::NodeHandle& private_node, const Options& options, Adopt adopt);
+  /// @param options outlive it.
+  DiagnosisRunner(ros::NodeHandle& private_node, const NodeOptions& options, Adopt adopt);
   /// Breaks a running diagnosis off.
   ~DiagnosisRunner() { stop(); }
 
@@ -71,11 +65,12 @@ class DiagnosisRunner {
 
   bool post(const Series& series, const std::string& name, double from_driving, const Goal& goal);
   void run(Job job);
-  DiagnosisOutcome diagnosed(Job& job);
+  /// diagnose() on one thread, with its time.
+  FinishedDiagnosis diagnosed(Job& job);
   Adoption adopt(const Diagnosis& diagnosis, double from_driving);
   void note(const FinishedDiagnosis& report, const Adoption& adoption);
 
-  Options options_;
+  const NodeOptions& options_;
   Adopt adopt_;
   ros::Publisher publisher_;
   double next_due_;   // [s] of driving, of beginIfDue() alone

@@ -1,5 +1,6 @@
 #include "ros/message_conversion.hpp"
 
+#include <boost/algorithm/string/replace.hpp>
 #include <cmath>
 #include <utility>
 
@@ -53,12 +54,6 @@ namespace {
 /// Where zero has a meaning.
 double eitherOf(double asked, double present) { return std::isnan(asked) ? present : asked; }
 
-std::string inOneLine(std::string text) {
-  for (std::size_t n = text.find('\n'); n != std::string::npos; n = text.find('\n', n))
-    text.replace(n, 1, "; ");
-  return text;
-}
-
 }  // namespace
 
 StandingQueries changedBy(const SetStandingQuery::Request& request,
@@ -81,22 +76,15 @@ StandingQueries changedBy(const SetStandingQuery::Request& request,
   return changed;
 }
 
-SetStandingQuery::Response responseOf(StandingQueries standing,
-                                      const std::optional<double>& lately) {
+SetStandingQuery::Response responseOf(StandingQueries standing, const std::optional<double>& lately,
+                                      const std::string& faults) {
   standing.charge = standing.chargeAt(lately);
   auto response = messageAs<SetStandingQuery::Response>(standing);
-  response.success = true;
-  response.code = SetStandingQuery::Response::OK;
-  response.message = "asked with every status from the next one on";
-  return response;
-}
-
-SetStandingQuery::Response refusalOf(const NodeOptionsError& error, const StandingQueries& present,
-                                     const std::optional<double>& lately) {
-  SetStandingQuery::Response response = responseOf(present, lately);
-  response.success = false;
-  response.code = SetStandingQuery::Response::INVALID_QUERY;
-  response.message = inOneLine(error.what());
+  response.success = faults.empty();
+  response.code =
+      response.success ? SetStandingQuery::Response::OK : SetStandingQuery::Response::INVALID_QUERY;
+  response.message = response.success ? "asked with every status from the next one on"
+                                      : boost::replace_all_copy(faults, "\n", "; ");
   return response;
 }
 
@@ -167,12 +155,12 @@ DiagnosisMessage messageOf(const FinishedDiagnosis& report, const Adoption& adop
   return message;
 }
 
-DiagnoseResult resultOf(const DiagnosisOutcome& outcome) {
+DiagnoseResult resultOf(const FinishedDiagnosis& report, const Adoption& adoption) {
   DiagnoseResult result;
-  result.success = outcome.message.has_value();
+  result.success = report.diagnosis.has_value();
   result.code = result.success ? DiagnoseResult::OK : DiagnoseResult::FAILED;
-  result.message = result.success ? outcome.message->summary : outcome.fault;
-  if (result.success) result.diagnosis = *outcome.message;
+  result.message = result.success ? report.diagnosis->summary : report.fault;
+  if (result.success) result.diagnosis = messageOf(report, adoption);
   return result;
 }
 
@@ -213,14 +201,6 @@ EventRecord recordOf(const KindTally& kind, const IntervalCalibration& scale) {
 
 }  // namespace
 
-StandingAnswers answersTo(const StandingQueries& standing, const ModelSnapshot& model) {
-  StandingAnswers answers;
-  answers.cranking = model.predictCranking(standing.cranking);
-  answers.stop_time = model.predictStopTime(standing.stopTime());
-  answers.charge = model.predictChargeAcceptance(standing.charge);
-  return answers;
-}
-
 DESCRIBED(SessionStatus, MEMBERS("", reason, model_age, window_quality, effects, extension),
           MEMBERS("", charger_present, charger_share, voltage_controlled))
 
@@ -235,9 +215,11 @@ SofStatus messageOf(const StatusContents& contents) {
   message.contest_duration = session.selector ? session.selector->duration : kNan;
   message.base_rmse = session.selector ? session.selector->base_rmse : kNan;
   message.extended_rmse = session.selector ? session.selector->extended_rmse : kNan;
-  put(message.crank, contents.answers.cranking);
-  put(message.stop_time, contents.answers.stop_time);
-  put(message.charge, contents.answers.charge);
+  if (const auto& model = contents.model) {
+    put(message.crank, model->predictCranking(contents.standing.cranking));
+    put(message.stop_time, model->predictStopTime(contents.standing.stopTime()));
+    put(message.charge, model->predictChargeAcceptance(contents.standing.charge));
+  }
   const EventTallies& events = contents.events;
   message.past_cranks = recordOf(events.cranks, events.crank_calibration);
   message.past_charges = recordOf(events.charges, events.charge_calibration);

@@ -103,14 +103,11 @@ PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Reques
  */
 StandingQueries changedBy(const SetStandingQuery::Request& request, const StandingQueries& present);
 
-/// A response of OK with the standing questions. u_required is NaN when it is not asked. @param
-/// lately see StandingQueries::chargeAt().
-SetStandingQuery::Response responseOf(StandingQueries standing,
-                                      const std::optional<double>& lately = std::nullopt);
-
-/// A response of INVALID_QUERY with the questions that stay.
-SetStandingQuery::Response refusalOf(const NodeOptionsError& error, const StandingQueries& present,
-                                     const std::optional<double>& lately = std::nullopt);
+/// @return the standing questions as they stay; u_required is NaN when it is not asked. @param
+/// lately see StandingQueries::chargeAt(). @param faults of a change that was refused, one a line:
+/// code INVALID_QUERY; none: OK.
+SetStandingQuery::Response responseOf(StandingQueries standing, const std::optional<double>& lately,
+                                      const std::string& faults = "");
 
 /// @return the message with header.stamp where the model's state stands; absent numbers are NaN.
 IdentifiedModel messageOf(const FittedModel& model);
@@ -122,15 +119,8 @@ IdentifyResult resultOf(const IdentificationOutcome& outcome);
 /// numbers are NaN.
 DiagnosisMessage messageOf(const FinishedDiagnosis& report, const Adoption& adoption);
 
-/// What came of a diagnosis.
-struct DiagnosisOutcome {
-  std::optional<DiagnosisMessage> message;  ///< none when it broke off
-  std::string fault;                        ///< why, one sentence
-  bool is_cancelled = false;                ///< whether that is why
-};
-
 /// @return the result of ~diagnose; code OK or FAILED.
-DiagnoseResult resultOf(const DiagnosisOutcome& outcome);
+DiagnoseResult resultOf(const FinishedDiagnosis& report, const Adoption& adoption);
 
 /// @return the feedback of an action: what begins; how far it is, is not known.
 template <typename Feedback>
@@ -141,23 +131,13 @@ Feedback feedbackOf(const std::string& stage) {
   return feedback;
 }
 
-/// The standing answers.
-struct StandingAnswers {
-  CrankingAnswer cranking;
-  StopTimeAnswer stop_time;
-  ChargeAcceptanceAnswer charge;
-};
-
-/// @return a model's answers to the standing questions.
-StandingAnswers answersTo(const StandingQueries& standing, const ModelSnapshot& model);
-
 /// What a status message is made of.
 struct StatusContents {
   SessionStatus session;
   StreamCounts counts;
   StandingQueries standing;  ///< as they are asked: charge.u_boost is the voltage of this answer
-  StandingAnswers answers;
   EventTallies events;
+  std::optional<ModelSnapshot> model;  ///< that answers the standing queries; none: no answers
 };
 
 /// @return the message without its header; absent numbers are NaN.

@@ -1,19 +1,10 @@
 #include "ros/node_statistics.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <vector>
+
+#include "recording/channel_statistics.hpp"
 
 namespace battery_sof {
-
-double ResponseClock::Ring::quantile(double share) const {
-  if (values.empty()) return 0.0;
-  std::vector<double> sorted(values.begin(), values.end());
-  const auto index =
-      static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(sorted.size() - 1)));
-  std::nth_element(sorted.begin(), sorted.begin() + index, sorted.end());
-  return sorted[static_cast<std::size_t>(index)];
-}
 
 void ResponseClock::addQuery(double milliseconds) {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -37,9 +28,9 @@ ResponseTimes ResponseClock::report() {
     sample_longest_ = 0.0;
   }
   times.queries = queries.count;
-  times.query_p99_ms = queries.quantile(0.99);
-  times.query_longest_ms = queries.quantile(1.0);
-  times.sample_p99_ms = samples.quantile(0.99);
+  times.query_p99_ms = quantile(queries.kept(), 0.99);
+  times.query_longest_ms = quantile(queries.kept(), 1.0);
+  times.sample_p99_ms = quantile(samples.kept(), 0.99);
   return times;
 }
 

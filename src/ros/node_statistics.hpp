@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <mutex>
 #include <optional>
+#include <vector>
 
 #include "prediction/online_session.hpp"
 
@@ -82,7 +83,7 @@ class ResponseClock {
       values.push_back(value);
       ++count;
     }
-    double quantile(double share) const;
+    std::vector<double> kept() const { return {values.begin(), values.end()}; }
   };
 
   std::mutex mutex_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/locale/utf.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstdarg>
@@ -42,24 +43,6 @@ void requireThat(bool as_expected, const std::string& name, double value, const 
   throw std::invalid_argument(format("%s is %g, expected %s", name.c_str(), value, expected));
 }
 
-namespace {
-
-locale_t classicLocale() {
-  static const locale_t classic = newlocale(LC_ALL_MASK, "C", static_cast<locale_t>(nullptr));
-  return classic;
-}
-
-/// Says, too, to what a number is rounded that no double holds.
-std::optional<double> numberOfC(const std::string& text) {
-  const ClassicNumbers classic;
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (end != text.c_str() + text.size()) return std::nullopt;
-  return value;
-}
-
-}  // namespace
-
 std::optional<double> numberOf(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\n\v\f\r";
   if (text.empty() || kBlanks.find(text.front()) != std::string_view::npos) return std::nullopt;
@@ -73,61 +56,40 @@ std::optional<double> numberOf(std::string_view text) {
   if (error == std::errc() && end == text.data() + text.size()) return value;
   if (error != std::errc::result_out_of_range) return std::nullopt;
 #endif
-  return numberOfC(std::string(text));
+  // Says, too, to what a number is rounded that no double holds.
+  const ClassicNumbers classic;
+  const std::string whole(text);
+  char* last = nullptr;
+  const double rounded = std::strtod(whole.c_str(), &last);
+  return last == whole.c_str() + whole.size() ? std::optional(rounded) : std::nullopt;
 }
 
-ClassicNumbers::ClassicNumbers() : before_(uselocale(classicLocale())) {}
+ClassicNumbers::ClassicNumbers() {
+  static const locale_t classic = newlocale(LC_ALL_MASK, "C", static_cast<locale_t>(nullptr));
+  before_ = uselocale(classic);
+}
 
 ClassicNumbers::~ClassicNumbers() { uselocale(before_); }
 
-namespace {
-
-/// Bytes of the UTF-8 character that begins there; 0 where none does. Overlong forms and surrogates
-/// are none.
-std::size_t lengthOfCharacter(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t k) {
-    return at + k < text.size() ? static_cast<unsigned char>(text[at + k]) : 0u;
-  };
-  const auto follows = [&](std::size_t k) { return (byte(k) & 0xC0u) == 0x80u; };
-  const unsigned first = byte(0);
-  if (first < 0x80u) return 1;
-  if (first >= 0xC2u && first <= 0xDFu && follows(1)) return 2;
-  const bool is_overlong = first == 0xE0u && byte(1) < 0xA0u,
-             is_surrogate = first == 0xEDu && byte(1) >= 0xA0u;
-  if ((first & 0xF0u) == 0xE0u && follows(1) && follows(2) && !is_overlong && !is_surrogate)
-    return 3;
-  const bool in_range = (first == 0xF0u && byte(1) >= 0x90u) || (first > 0xF0u && first < 0xF4u) ||
-                        (first == 0xF4u && byte(1) < 0x90u);
-  return in_range && follows(1) && follows(2) && follows(3) ? 4 : 0;
-}
-
-bool isControl(const std::string& text, std::size_t at, std::size_t length) {
-  const auto first = static_cast<unsigned char>(text[at]);
-  if (length == 1) return first < 0x20u || first == 0x7Fu;
-  return length == 2 && first == 0xC2u && static_cast<unsigned char>(text[at + 1]) < 0xA0u;
-}
-
-void appendEscaped(std::string& shown, char byte) {
-  char code[8];
-  std::snprintf(code, sizeof code, "\\x%02x",
-                static_cast<unsigned>(static_cast<unsigned char>(byte)));
-  shown += byte == '\n' ? "\\n" : byte == '\t' ? "\\t" : code;
-}
-
-}  // namespace
-
 std::string printable(const std::string& text, LineBreaks line_breaks) {
+  using Utf8 = boost::locale::utf::utf_traits<char>;
   std::string shown;
   shown.reserve(text.size());
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = lengthOfCharacter(text, at);
-    const std::size_t bytes = length == 0 ? 1 : length;
-    const bool is_kept_break = text[at] == '\n' && line_breaks == LineBreaks::kKept;
-    if (!is_kept_break && (length == 0 || isControl(text, at, length)))
-      for (std::size_t k = 0; k < bytes; ++k) appendEscaped(shown, text[at + k]);
+  for (auto at = text.begin(); at != text.end();) {
+    const auto first = at;
+    const boost::locale::utf::code_point code = Utf8::decode(at, text.end());
+    const bool is_character = boost::locale::utf::is_valid_codepoint(code);
+    if (!is_character) at = first + 1;
+    const bool is_control = code < 0x20u || (code >= 0x7Fu && code < 0xA0u),
+               is_kept_break = code == '\n' && line_breaks == LineBreaks::kKept;
+    if (is_character && (!is_control || is_kept_break))
+      shown.append(first, at);
     else
-      shown.append(text, at, bytes);
-    at += bytes;
+      std::for_each(first, at, [&shown](char byte) {
+        shown += byte == '\n'   ? "\\n"
+                 : byte == '\t' ? "\\t"
+                                : format("\\x%02x", static_cast<unsigned char>(byte));
+      });
   }
   return shown;
 }

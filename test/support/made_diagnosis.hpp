@@ -51,8 +51,7 @@ inline ControlModeOverview madeSource(const Series& series) {
                     ControlMode::kCurrent, 8, series.size() - held},
                    {"the voltage is held while the current moves", ControlMode::kVoltage, 8, held}};
   for (int k = 0; k < 8; ++k)
-    source.voltage_controlled.push_back(
-        {std::max(150.0 * k + 25.8, k == 5 ? 820.0 : 0.0), 150.0 * k + 75.0});
+    source.times.push_back({std::max(150.0 * k + 25.8, k == 5 ? 820.0 : 0.0), 150.0 * k + 75.0});
   return source;
 }
 

@@ -131,7 +131,7 @@ inline Recording toRecording(Series series) {
 /// A drive of ten minutes as the paper's set-up records it: filtered and sampled at 100 Hz, noise
 /// of 0.1 A and 1 mV.
 inline Series cleanDrive(std::uint64_t seed = 1) {
-  Series series = resample(driveSeries(driveProfile(600.0, seed)));
+  Series series = atDesignRate(driveSeries(driveProfile(600.0, seed)));
   addNoise(series, 0.1, 0.001, seed + 100);
   return series;
 }

@@ -82,8 +82,8 @@ TEST(FitBaseline, OfAWindowThatTheCurrentDrivesIsTheSameFromItsCranks) {
       driven.series, window, detectCranks(driven.series, window, {}, 10.0));
   ASSERT_TRUE(by_cranks.voltage_from_current);
   EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->slope, by_mask.voltage_from_current->slope);
-  EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->lower_error,
-                   by_mask.voltage_from_current->lower_error);
+  EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->error.lower,
+                   by_mask.voltage_from_current->error.lower);
   EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->std, by_mask.voltage_from_current->std);
   ASSERT_TRUE(by_cranks.cranks);
   EXPECT_EQ(by_cranks.cranks->events, 6U);
@@ -261,9 +261,9 @@ TEST(BaselineChargeCurrent, OneChargeHasTheLinesBoundsAndFewHaveWideOnes) {
   const BaselinePredictor one = fitBaseline(driven.series, {0, 120}, driven.voltage_controlled);
   const BaselinePredictor few = fitBaseline(driven.series, driven.all(), driven.voltage_controlled);
   EXPECT_EQ(one.charge_10s->events, 1U);
-  EXPECT_EQ(one.charge_10s->upper_error, one.current_from_voltage->upper_error);
-  EXPECT_GT(few.charge_10s->upper_error, 0.0);
-  EXPECT_LT(few.charge_10s->upper_error, one.charge_10s->upper_error);
+  EXPECT_EQ(one.charge_10s->error.upper, one.current_from_voltage->error.upper);
+  EXPECT_GT(few.charge_10s->error.upper, 0.0);
+  EXPECT_LT(few.charge_10s->error.upper, one.charge_10s->error.upper);
 }
 
 }  // namespace

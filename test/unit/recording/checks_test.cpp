@@ -61,7 +61,7 @@ TEST(Checks, NothingIsFoundInACleanDriveWithoutNoiseWithoutFilterOrAtOneKilohert
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Series fast = driveSeries(driveProfile(600.0, seed));
     EXPECT_EQ(idsOf(fast), "") << "1 kHz, seed " << seed;
-    EXPECT_EQ(idsOf(resample(fast)), "") << "filtered, seed " << seed;
+    EXPECT_EQ(idsOf(atDesignRate(fast)), "") << "filtered, seed " << seed;
     EXPECT_EQ(idsOf(everyNth(fast, 10)), "") << "unfiltered, seed " << seed;
     EXPECT_EQ(idsOf(everyNth(fast, 20)), "") << "50 Hz, seed " << seed;
   }
@@ -289,7 +289,7 @@ Series withLateCurrent(const Series& series, int delay) {
 TEST(SkewCheck, FindsShiftsOfTwentyAndOfFiveMillisecondsAtOneHundredHertz) {
   const Series fast = driveSeries(driveProfile(600.0, 8));
   for (const int delay : {-20, -5, 5, 20}) {
-    Series series = resample(withLateCurrent(fast, delay));
+    Series series = atDesignRate(withLateCurrent(fast, delay));
     addNoise(series, 0.1, 0.001, 11);
     const auto found = findingsOf(series, "skew");
     ASSERT_EQ(found.size(), 1U) << delay << ": " << idsOf(series);
@@ -423,7 +423,7 @@ TEST(AliasingCheck, FindsRippleOfTheVoltageThatFoldsDownWithoutAFilterAndNotWith
   EXPECT_EQ(found[0].severity, Severity::kWarning);
   EXPECT_TRUE(says(found[0].what, "13 Hz (amplitude 20 mV)")) << found[0].what;
   EXPECT_TRUE(says(found[0].meaning, "a real load"));
-  Series filtered = resample(fast);
+  Series filtered = atDesignRate(fast);
   addNoise(filtered, 0.1, 0.001, 21);
   EXPECT_TRUE(findingsOf(filtered, "aliasing").empty());
 }

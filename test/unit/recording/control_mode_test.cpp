@@ -92,7 +92,7 @@ TEST(DetectControlMode, DischargesAndRestsAloneHaveNoSource) {
 TEST(DetectControlMode, AnEmptySeriesHasNoSource) {
   const ControlModes source = detectControlMode({});
   EXPECT_FALSE(source.seen);
-  EXPECT_TRUE(source.stretches.empty());
+  EXPECT_TRUE(source.totals.empty());
 }
 
 TEST(DetectControlMode, InACarTheVoltageIsImposedWhileTheEngineRuns) {
@@ -129,7 +129,10 @@ TEST(DetectControlMode, ARestAfterAChargerIsCurrentImposed) {
   const Series series = benchCharge(5.0);
   const ControlModes source = detectControlMode(series);
   EXPECT_EQ(source.voltage_controlled.back(), 0);
-  EXPECT_EQ(source.stretches.back().reason, toString(ControlModeReason::kRestApart));
+  const auto is_apart = [](const ControlModeTotals& totals) {
+    return totals.reason == toString(ControlModeReason::kRestApart);
+  };
+  EXPECT_EQ(std::count_if(source.totals.begin(), source.totals.end(), is_apart), 1);
 }
 
 TEST(DetectControlMode, AProfilePlayedToABatteryIsCurrentImposedWhateverItsCurrents) {
@@ -160,20 +163,19 @@ TEST(DetectControlMode, AVoltageHeldInDischargeToo) {
   EXPECT_GT(source.share, 0.9);
 }
 
-TEST(DetectControlMode, EverySampleIsInOneStretchAndNoStretchSpansAGap) {
+TEST(DetectControlMode, EverySampleIsInOneReasonsTotalsAndNoTimeSpansAGap) {
   Car car = startStopCar(1.0);
   for (std::size_t k = 700; k < car.series.size(); ++k) car.series.time[k] += 3600.0;
   const ControlModes source = detectControlMode(car.series);
-  std::size_t next = 0;
-  for (const ControlModeStretch& stretch : source.stretches) {
-    EXPECT_EQ(stretch.range.first, next);
-    EXPECT_FALSE(stretch.reason.empty());
-    for (std::size_t k = stretch.range.first; k < stretch.range.last; ++k)
-      EXPECT_EQ(source.voltage_controlled[k] != 0, stretch.mode == ControlMode::kVoltage);
-    next = stretch.range.last;
-    EXPECT_TRUE(stretch.range.first >= 700 || stretch.range.last <= 700);
+  std::size_t samples = 0;
+  for (const ControlModeTotals& totals : source.totals) samples += totals.samples;
+  EXPECT_EQ(samples, car.series.size());
+  for (const ControlledTime& time : source.times) {
+    const IndexRange range = indexRange(car.series, time.from, time.to);
+    EXPECT_TRUE(range.first >= 700 || range.last <= 700);
+    for (std::size_t k = range.first; k + 1 < range.last; ++k)
+      EXPECT_TRUE(source.voltage_controlled[k]) << k;
   }
-  EXPECT_EQ(next, car.series.size());
 }
 
 TEST(ControlModeDetector, JudgesACarAsTheWholeRecordingDoes) {

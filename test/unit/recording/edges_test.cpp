@@ -18,7 +18,7 @@ Series driveWithLateCurrent(int delay, std::uint64_t seed = 1) {
     const int from = std::min(std::max(k - delay, 0), static_cast<int>(current.size()) - 1);
     fast.current[k] = current[from];
   }
-  Series slow = resample(fast);
+  Series slow = atDesignRate(fast);
   test::addNoise(slow, 0.1, 0.001, seed + 50);
   return slow;
 }

@@ -253,7 +253,7 @@ TEST(DiagnosisPage, DrawsWhatIsImposedWithoutTheLibraryToo) {
     return std::count(feet.begin(), feet.end(), 'z');
   };
   EXPECT_EQ(feetOf(pageOf(made, false)), 8);
-  made.diagnosis.source.voltage_controlled.clear();
+  made.diagnosis.source.times.clear();
   EXPECT_EQ(feetOf(pageOf(made, false)), 0);
 }
 

@@ -204,7 +204,7 @@ TEST(MessageOf, StatusWithoutModelAndEventsHasNanInTheirPlaces) {
   StatusContents contents;
   contents.session.reason = "no sample yet";
   contents.standing.cranking.u_required.reset();
-  contents.answers = answersTo(contents.standing, ModelSnapshot({}, "no sample yet", 50.0));
+  contents.model.emplace(FittedModel(), "no sample yet", 50.0);
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::NO_DATA);
   EXPECT_EQ(message.reason, "no sample yet");
@@ -230,8 +230,7 @@ TEST(MessageOf, StatusHoldsTheThreeStandingAnswers) {
   StatusContents contents;
   contents.standing.charge = {13.5, 5.0, 200.0};
   contents.standing.cranking.i_load = 0.0;
-  contents.answers =
-      answersTo(contents.standing, ModelSnapshot(test::knownModel(), std::nullopt, 50.0));
+  contents.model.emplace(test::knownModel(), std::nullopt, 50.0);
   const SofStatus message = messageOf(contents);
   EXPECT_TRUE(message.crank.valid && message.crank.capable);
   EXPECT_EQ(message.stop_time.outcome, "always");
@@ -381,12 +380,14 @@ TEST(MessageOf, EveryVerdictIsOneOfTheMessagesConstants) {
 }
 
 TEST(ResultOf, DiagnosisHasItsMessageOrItsFault) {
-  const DiagnoseResult good = resultOf(DiagnosisOutcome{messageOf(someReport(), {}), ""});
+  const DiagnoseResult good = resultOf(someReport(), {});
   EXPECT_TRUE(good.success);
   EXPECT_EQ(good.code, DiagnoseResult::OK);
   EXPECT_EQ(good.message, "gassing is missing");
   EXPECT_EQ(good.diagnosis.verdict, "effect");
-  const DiagnoseResult bad = resultOf(DiagnosisOutcome{std::nullopt, "it broke off"});
+  FinishedDiagnosis broken;
+  broken.fault = "it broke off";
+  const DiagnoseResult bad = resultOf(broken, {});
   EXPECT_FALSE(bad.success);
   EXPECT_EQ(bad.code, DiagnoseResult::FAILED);
   EXPECT_EQ(bad.message, "it broke off");

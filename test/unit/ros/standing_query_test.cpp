@@ -75,7 +75,7 @@ TEST(StandingQuery, EveryValueOutOfItsRangeIsNamed) {
     changedBy(request, StandingQueries());
     FAIL() << "was taken";
   } catch (const NodeOptionsError& error) {
-    const auto response = refusalOf(error, StandingQueries());
+    const auto response = responseOf(StandingQueries(), std::nullopt, error.what());
     EXPECT_FALSE(response.success);
     EXPECT_EQ(response.code, SetStandingQuery::Response::INVALID_QUERY);
     EXPECT_THAT(response.message,
@@ -87,7 +87,7 @@ TEST(StandingQuery, EveryValueOutOfItsRangeIsNamed) {
 
 TEST(StandingQuery, TheResponseHoldsAllThatIsAsked) {
   const auto response =
-      responseOf(StandingQueries{{-30.0, 60.0, -300.0, 0.5, 8.0}, {13.5, 5.0, 90.0}});
+      responseOf(StandingQueries{{-30.0, 60.0, -300.0, 0.5, 8.0}, {13.5, 5.0, 90.0}}, std::nullopt);
   EXPECT_TRUE(response.success);
   const std::vector<double> values = {response.i_load,     response.t_stop,     response.i_cranking,
                                       response.t_cranking, response.u_required, response.u_boost,
