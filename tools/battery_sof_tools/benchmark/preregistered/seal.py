@@ -61,16 +61,12 @@ def labelled(generator, case):
     except Failure as failure:
         return dict({key: case[key] for key in KEPT if key in case}, failed=str(failure))
     kept = {key: case[key] for key in KEPT if key in case}
-    kept.update(structure=label["structure"], strength=six_digits(label["strength"]), expected=label["expected"],
-                soc_at_end=strength.rounded(label["truth"]["soc_at_end"], 6))
+    # Six digits, so that another machine's last bit changes no digest.
+    strengths = {key: strength.rounded(value, 6) if isinstance(value, float) else value for key, value in label["strength"].items()}
+    kept.update(structure=label["structure"], strength=strengths, expected=label["expected"], soc_at_end=strength.rounded(label["truth"]["soc_at_end"], 6))
     if "regime_from_s" in label:
         kept["regime_from_s"] = label["regime_from_s"]
     return kept
-
-
-def six_digits(strength_of):
-    """Numbers so that another machine's last bit changes no digest."""
-    return {key: strength.rounded(value, 6) if isinstance(value, float) else value for key, value in strength_of.items()}
 
 
 def opened(folder):

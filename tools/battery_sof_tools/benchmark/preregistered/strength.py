@@ -6,6 +6,7 @@ import tempfile
 
 import numpy as np
 
+from ...rates import rms
 from ...sof import RECORDING, Failure
 from ..generator import seed_of
 from . import difficulty
@@ -218,10 +219,6 @@ def masked(generator, case, first, second):
 
 def raw(generator, case, scales):
     return difficulty.raw_error(*Drawings(generator, case).drawn(*scales))
-
-
-def rms(values):
-    return float(np.sqrt(np.mean(values ** 2)))
 
 
 def bottom(tried, last):
