@@ -12,6 +12,7 @@ At zero strength only what the base circuit takes up whole is changed. One row a
 
 import argparse
 import collections
+import glob
 import math
 import os
 import random
@@ -93,14 +94,6 @@ def essentials(diagnosis):
     """What is kept of an answer: what every benchmark keeps, the ridge regression, and what the answer says could be reported."""
     return dict(answers.essentials(diagnosis), ridge_v=(diagnosis.get("baseline") or {}).get("rmse_v"), limit_v=diagnosis["relevance"]["limits"]["rmse_v"],
                 promised={one["id"]: one["strength"] for one in diagnosis["detection_limits"] if one["strength"] is not None})
-
-
-def in_folder(folder):
-    """Names of the recordings of a folder that are written as draw_scenario writes them. SystemExit where there are none."""
-    names = sorted(name[:-len(".csv")] for name in os.listdir(folder) if name.endswith(".csv")) if os.path.isdir(folder) else []
-    if not names:
-        raise SystemExit(f"{folder}: no folder of recordings, expected CSV files (time_s, current_a, voltage_v)")
-    return names
 
 
 class Bench:
@@ -201,7 +194,9 @@ def run(bench, seed, count, minutes, only=(), known=None, say=said_of):
     """
     ends = time.monotonic() + 60.0 * minutes
     require_same(os.path.join(bench.out, "seed.json"), seed, "cases of another seed")
-    names = in_folder(bench.data) if bench.plain else MEASURED
+    names = sorted(path[:-len(".csv")] for path in glob.glob("*.csv", root_dir=bench.data)) if bench.plain else MEASURED
+    if not names:
+        raise SystemExit(f"{bench.data}: no folder of recordings, expected CSV files (time_s, current_a, voltage_v)")
     cases = promised(seed, known, only, names) if known else rounds(seed, bench.forms, only, bench.without_answer)
 
     def work(case):

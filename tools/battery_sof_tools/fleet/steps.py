@@ -33,15 +33,10 @@ class Recording:
     def file(self, name):
         return os.path.join(self.results, name)
 
-    def columns(self):
-        if self.is_bag and os.path.exists(self.file("recording.csv")):
-            return []
-        return listing.column_options(self.entry)
-
-    def path(self):
-        """Of what is read: a bag's copy as CSV where there is one, which every step can read."""
+    def read(self):
+        """Path of what is read and what reports its columns: a bag's copy as CSV where there is one, which every step can read."""
         converted = self.file("recording.csv")
-        return converted if self.is_bag and os.path.exists(converted) else self.entry["path"]
+        return [converted] if self.is_bag and os.path.exists(converted) else [self.entry["path"], *listing.column_options(self.entry)]
 
     def priors(self):
         if not self.setting.get("priors"):
@@ -54,7 +49,7 @@ class Recording:
         return (["--effects", self.entry["effects"]] if "effects" in self.entry else []) + self.priors()
 
     def command(self, step):
-        read = [self.path(), *self.columns()]
+        read = self.read()
         window = listing.window_options(self.entry)
         model = self.file("model.yaml")
         return [self.setting["sof"], *{
