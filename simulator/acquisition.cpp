@@ -12,12 +12,6 @@ constexpr std::uint32_t kVoltageStream = 2, kCurrentStream = 3, kDropoutStream =
 constexpr double kInterpolationReach = 1.0;
 constexpr double kHighestRate = 1000.0;  // [Hz], of the simulation
 
-/// Drift and tone of the voltage channel [V].
-double voltageFault(const AcquisitionOptions& options, double time) {
-  return options.voltage_drift_v_per_h * time / kSecondsPerHour +
-         options.tone_v * std::sin(kTwoPi * options.tone_hz * time);
-}
-
 const AcquisitionOptions& valid(const AcquisitionOptions& options) {
   requireNone(faultsOf(options), "acquisition");
   return options;
@@ -112,8 +106,9 @@ std::vector<RecordedSample> Acquisition::recording(double duration) const {
   for (std::size_t n = 0; n < count; ++n) {
     const double time = static_cast<double>(n) / options_.sample_rate_hz;
     const double current = current_.samples()[n] + current_noise.next();
-    const double voltage =
-        voltage_.samples()[n] + voltageFault(options_, time) + voltage_noise.next();
+    const double fault = options_.voltage_drift_v_per_h * time / kSecondsPerHour +
+                         options_.tone_v * std::sin(kTwoPi * options_.tone_hz * time);
+    const double voltage = voltage_.samples()[n] + fault + voltage_noise.next();
     samples.push_back(
         {time,
          quantised(std::clamp(current, -options_.current_limit_a, options_.current_limit_a),

@@ -10,6 +10,20 @@ namespace {
 
 constexpr double kOhmicShare = 0.4;  // of the smaller total resistance
 
+constexpr double kGasConstant = 8.314462618;  // [J/(mol K)]
+constexpr double kReferenceCelsius = 25.0;
+constexpr double kZeroCelsius = 273.15;  // [K]
+constexpr double kTafelVoltage = 14.4;   // [V], 2.4 V a cell
+
+/// Share of the charging value in r_1 and its derivative to current.
+Linearised chargingShare(const BatteryParameters& p, const BatteryEffects& effects,
+                         double current) {
+  if (!effects.r1_asymmetry) return {0.5, 0.0};
+  if (!effects.r1_smooth) return {current < 0.0 ? 0.0 : 1.0, 0.0};
+  const double s = 1.0 / (1.0 + std::exp(-(current - p.r1_transition_at_a) / p.r1_transition_a));
+  return {s, s * (1.0 - s) / p.r1_transition_a};
+}
+
 /// r_1 is a one-to-one law only then; looked at where s of its definition changes.
 bool r1Rises(const BatteryParameters& p) {
   for (int tenth = -200; tenth <= 200; ++tenth) {
@@ -57,23 +71,6 @@ std::vector<std::string> faultsOf(const BatteryParameters& parameters) {
         "r1_knee_current_a");
   return faults;
 }
-namespace {
-
-constexpr double kGasConstant = 8.314462618;  // [J/(mol K)]
-constexpr double kReferenceCelsius = 25.0;
-constexpr double kZeroCelsius = 273.15;  // [K]
-constexpr double kTafelVoltage = 14.4;   // [V], 2.4 V a cell
-
-/// Share of the charging value in r_1 and its derivative to current.
-Linearised chargingShare(const BatteryParameters& p, const BatteryEffects& effects,
-                         double current) {
-  if (!effects.r1_asymmetry) return {0.5, 0.0};
-  if (!effects.r1_smooth) return {current < 0.0 ? 0.0 : 1.0, 0.0};
-  const double s = 1.0 / (1.0 + std::exp(-(current - p.r1_transition_at_a) / p.r1_transition_a));
-  return {s, s * (1.0 - s) / p.r1_transition_a};
-}
-
-}  // namespace
 
 Conditions atTemperature(const BatteryParameters& p, double temperature) {
   const double warmer = temperature - kReferenceCelsius;

@@ -14,15 +14,6 @@ constexpr double kHighestRate = 1e5;   // [rad/s]
 constexpr int kBranchesPerDecade = 2;  // quadrature error exp(-pi^2 / 1.15), 4.2
 constexpr int kDecades = 10;
 
-void requireValid(const Cpe& cpe) {
-  if (!(cpe.scale >= 0.0) || !std::isfinite(cpe.scale))
-    throw std::invalid_argument("CPE: scale is " + std::to_string(cpe.scale) +
-                                ", expected 0 or more");
-  if (!(cpe.exponent > 0.0 && cpe.exponent <= 1.0))
-    throw std::invalid_argument("CPE: exponent is " + std::to_string(cpe.exponent) +
-                                ", expected above 0 to 1");
-}
-
 }  // namespace
 
 std::complex<double> analyticAdmittance(const Cpe& cpe, double omega) {
@@ -30,7 +21,12 @@ std::complex<double> analyticAdmittance(const Cpe& cpe, double omega) {
 }
 
 CpeLadder::CpeLadder(const Cpe& cpe) {
-  requireValid(cpe);
+  if (!(cpe.scale >= 0.0) || !std::isfinite(cpe.scale))
+    throw std::invalid_argument("CPE: scale is " + std::to_string(cpe.scale) +
+                                ", expected 0 or more");
+  if (!(cpe.exponent > 0.0 && cpe.exponent <= 1.0))
+    throw std::invalid_argument("CPE: exponent is " + std::to_string(cpe.exponent) +
+                                ", expected above 0 to 1");
   const double p = cpe.exponent;
   if (cpe.scale == 0.0 || p == 1.0) {
     capacitance_ = cpe.scale;

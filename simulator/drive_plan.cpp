@@ -257,17 +257,10 @@ std::vector<std::string> faultsOf(const ProfileOptions& profile) {
 constexpr double kStep = FullBattery::kStep;  // [s]; phases count in it
 constexpr double kSameTime = 1e-9;            // [s], what rounding leaves of a difference
 
-namespace {
-
-/// How long a scenario's first profile is planned for [s].
-double plannedLength(const Scenario& scenario, double duration) {
-  return scenario.later ? scenario.later->from : std::max(duration, scenario.duration);
-}
-
-}  // namespace
-
 DriveFollower::DriveFollower(const Scenario& scenario, double duration)
-    : plan_(planDrive(scenario.profile, plannedLength(scenario, duration), scenario.seed)),
+    : plan_(planDrive(scenario.profile,
+                      scenario.later ? scenario.later->from : std::max(duration, scenario.duration),
+                      scenario.seed)),
       change_at_(std::numeric_limits<long>::max()),
       inserts_(scenario.inserts.begin(), scenario.inserts.end()),
       voltage_limit_(scenario.voltage_limit) {

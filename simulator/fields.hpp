@@ -40,6 +40,10 @@ inline std::vector<std::string> namesOf(DriftingParameter) {
   return {"r_ohmic", "r1", "cpe2_capacitance", "u0"};
 }
 
+/// Names of profiles in files, in the order of ProfileOptions.
+constexpr std::array<const char*, 4> kProfileKinds{"alternating", "long_charges", "city_drive",
+                                                   "phases"};
+
 /// @return one sentence for every number outside its bounds.
 std::vector<std::string> boundsFaults(const Fields& fields);
 template <typename Options>

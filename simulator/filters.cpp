@@ -20,17 +20,13 @@ const std::array<Complex, BesselFilter::kOrder / 2> kRoots{
      {-4.3682892172024701, 4.4144425004715657},
      {-5.2048407906367364, 2.616175152642795}}};
 
-void requireValid(double cutoff, double rate) {
-  if (cutoff > 0.0 && rate > 0.0 && cutoff < 0.5 * rate) return;
-  throw std::invalid_argument("Bessel filter: cut-off is " + std::to_string(cutoff) +
-                              " Hz, expected above 0 and below half of " + std::to_string(rate) +
-                              " Hz");
-}
-
 }  // namespace
 
 BesselFilter::BesselFilter(double cutoff, double rate) {
-  requireValid(cutoff, rate);
+  if (!(cutoff > 0.0 && rate > 0.0 && cutoff < 0.5 * rate))
+    throw std::invalid_argument("Bessel filter: cut-off is " + std::to_string(cutoff) +
+                                " Hz, expected above 0 and below half of " + std::to_string(rate) +
+                                " Hz");
   const double warped = 2.0 * rate * std::tan(kPi * cutoff / rate);
   for (std::size_t k = 0; k < kRoots.size(); ++k) {
     const Complex pole = kRoots[k] * warped / kHalfPower;

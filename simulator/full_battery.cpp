@@ -51,11 +51,6 @@ Cpe cpe3Of(const BatteryParameters& parameters, const Additions& additions) {
       p};
 }
 
-bool changesParameters(const Additions& a) {
-  return a.parameter_drift || a.contact_step || a.sulphate_history || a.capacitance_fall ||
-         a.hysteretic_r;
-}
-
 void addScaled(Losses& sum, const Losses& a, const Losses& b, double factor) {
   for (double Losses::*part :
        {&Losses::r_ohmic, &Losses::r1, &Losses::cpe1, &Losses::charge_transfer, &Losses::lead_ion,
@@ -297,13 +292,15 @@ Linearised FullBattery::openCircuit(double soc, const Conditions& at) const {
 Conditions FullBattery::at(const BatteryState& state) const {
   Conditions now =
       effects_.self_heating ? atTemperature(parameters_, state.temperature) : at_start_;
-  if (!changesParameters(additions_)) return now;
+  const Additions& a = additions_;
+  if (!(a.parameter_drift || a.contact_step || a.sulphate_history || a.capacitance_fall ||
+        a.hysteretic_r))
+    return now;
   const double time = static_cast<double>(state.steps) * kStep, hours = time / kSecondsPerHour;
   now.lead_ion_limit *= state.added.sulphate;
-  if (additions_.capacitance_fall)
-    now.cpe2_factor *= std::pow(1.0 - additions_.capacitance_fall_share, hours);
-  const double drift = additions_.parameter_drift ? 1.0 + additions_.drift_per_h * hours : 1.0;
-  switch (additions_.drifting) {
+  if (a.capacitance_fall) now.cpe2_factor *= std::pow(1.0 - a.capacitance_fall_share, hours);
+  const double drift = a.parameter_drift ? 1.0 + a.drift_per_h * hours : 1.0;
+  switch (a.drifting) {
     case DriftingParameter::kROhmic: now.r_ohmic *= drift; break;
     case DriftingParameter::kR1: now.r1_factor *= drift; break;
     case DriftingParameter::kCpe2Capacitance: now.cpe2_factor *= drift; break;

@@ -2,8 +2,8 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <fstream>
-#include <map>
 #include <set>
 #include <sstream>
 #include <type_traits>
@@ -137,17 +137,16 @@ ListedPhases readListedPhases(MapReader& reader, Faults& faults) {
 
 ProfileOptions readProfile(const YAML::Node& node, Faults& faults) {
   MapReader reader(node, "profile", faults);
-  const std::map<std::string, ProfileOptions> kinds{{"alternating", AlternatingOptions{}},
-                                                    {"long_charges", LongChargesOptions{}},
-                                                    {"city_drive", CityOptions{}},
-                                                    {"phases", ListedPhases{}}};
+  const ProfileOptions usual[] = {AlternatingOptions{}, LongChargesOptions{}, CityOptions{},
+                                  ListedPhases{}};
   const YAML::Node kind = reader.find("kind");
   const std::string name = kind.IsDefined() && kind.IsScalar() ? kind.Scalar() : "missing";
-  if (kinds.count(name) == 0) {
+  const auto* const found = std::find(kProfileKinds.begin(), kProfileKinds.end(), name);
+  if (found == kProfileKinds.end()) {
     reader.refuse("kind", name, "alternating, long_charges, city_drive or phases");
     return {};
   }
-  ProfileOptions profile = kinds.at(name);
+  ProfileOptions profile = usual[found - kProfileKinds.begin()];
   std::visit([&](auto& options) { reader.read(fieldsOf(options)); }, profile);
   if (name == "phases") profile = readListedPhases(reader, faults);
   reader.refuseUnknownKeys();

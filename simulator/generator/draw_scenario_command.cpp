@@ -71,21 +71,6 @@ void inject(Arguments arguments) {
                  Digits::kMany);
 }
 
-void drawFromCatalogue(const Arguments& arguments) {
-  const CatalogueDraft draft = drawCatalogue(arguments.order);
-  const Simulation simulation = simulate(recordedScenario(draft));
-  writeRecording(arguments.out, simulation.samples,
-                 draft.order.quiet ? Digits::kMany : Digits::kSensor);
-  writeText(arguments.label, labelOf(draft, simulation));
-}
-
-void drawLaw(const Arguments& arguments) {
-  const LawScenario one = drawLawScenario(arguments.order);
-  writeRecording(arguments.out, one.samples,
-                 one.voltage_step_v == 0.0 ? Digits::kMany : Digits::kSensor);
-  writeText(arguments.label, labelOf(one));
-}
-
 void run(const Arguments& arguments, std::ostream& out) {
   if (arguments.list) {
     for (const ScenarioKind& one : scenarioKinds())
@@ -98,8 +83,18 @@ void run(const Arguments& arguments, std::ostream& out) {
   if (!isRecordingName(arguments.out))
     throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
   meantBy(arguments.order.what);
-  if (isOfCatalogue(arguments.order.what)) return drawFromCatalogue(arguments);
-  drawLaw(arguments);
+  if (isOfCatalogue(arguments.order.what)) {
+    const CatalogueDraft draft = drawCatalogue(arguments.order);
+    const Simulation simulation = simulate(recordedScenario(draft));
+    writeRecording(arguments.out, simulation.samples,
+                   draft.order.quiet ? Digits::kMany : Digits::kSensor);
+    writeText(arguments.label, labelOf(draft, simulation));
+  } else {
+    const LawScenario one = drawLawScenario(arguments.order);
+    writeRecording(arguments.out, one.samples,
+                   one.voltage_step_v == 0.0 ? Digits::kMany : Digits::kSensor);
+    writeText(arguments.label, labelOf(one));
+  }
 }
 
 }  // namespace

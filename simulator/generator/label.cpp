@@ -37,9 +37,8 @@ Json jsonOf(const std::vector<Phase>& phases) {
 Json jsonOf(const ListedPhases& listed) { return {{"phases", jsonOf(listed.phases)}}; }
 
 Json profileOf(const ProfileOptions& profile) {
-  const std::array<const char*, 4> kinds{"alternating", "long_charges", "city_drive", "phases"};
   Json json = std::visit([](const auto& options) { return jsonOf(options); }, profile);
-  json["kind"] = kinds[profile.index()];
+  json["kind"] = kProfileKinds[profile.index()];
   return json;
 }
 
@@ -63,12 +62,6 @@ Json drivingTruthOf(const Scenario& s, const Simulation& simulation) {
     json["later"] = {{"from_s", s.later->from},
                      {"voltage_limit_v", s.later->voltage_limit},
                      {"profile", profileOf(s.later->profile)}};
-  return json;
-}
-
-Json strengthOf(const CatalogueDraft& draft) {
-  Json json = draft.strength;
-  json["scale"] = draft.scale;
   return json;
 }
 
@@ -145,7 +138,8 @@ std::string labelOf(const CatalogueDraft& draft, const Simulation& simulation) {
                       draft.scenario.acquisition.sample_rate_hz);
   label["quiet"] = draft.order.quiet;
   label["structure"] = draft.structure;
-  label["strength"] = strengthOf(draft);
+  label["strength"] = draft.strength;
+  label["strength"]["scale"] = draft.scale;
   label["expected"] = {
       {"verdicts", expected.verdicts}, {"effects", expected.effects}, {"ties", expected.ties}};
   label["truth"] = truthOf(draft, simulation);

@@ -109,14 +109,6 @@ Circumstances circumstancesOf(const Scenario& scenario, double rate,
   return c;
 }
 
-/// Clean samples of a course, every per_sample entries.
-std::vector<RecordedSample> sampled(const Course& course, std::size_t per_sample) {
-  std::vector<RecordedSample> samples;
-  for (std::size_t n = 0; n < course.current.size(); n += per_sample)
-    samples.push_back({static_cast<double>(n) * kStep, course.current[n], course.voltage[n]});
-  return samples;
-}
-
 /// How far samples lie from the base circuit under the current they show.
 ErrorSize sizeOf(const Scenario& scenario, const std::vector<RecordedSample>& samples,
                  std::size_t per_sample) {
@@ -141,7 +133,9 @@ std::vector<RecordedSample> cleanSamples(const LawScenario& one, const Law* law,
   Course course = controlledCourse(one.scenario, physics, strength,
                                    linearBetweenSamples(driven.current, per_sample));
   if (is_instrument) course = law->shown(course, strength);
-  std::vector<RecordedSample> samples = sampled(course, per_sample);
+  std::vector<RecordedSample> samples;
+  for (std::size_t n = 0; n < course.current.size(); n += per_sample)
+    samples.push_back({static_cast<double>(n) * kStep, course.current[n], course.voltage[n]});
   while (samples.back().time > one.scenario.duration - 0.5 * kStep) samples.pop_back();
   return samples;
 }
@@ -176,12 +170,6 @@ void addNoise(LawScenario& one) {
     sample.voltage = quantised(sample.voltage + voltage.next(), one.voltage_step_v);
     sample.current = quantised(sample.current + current.next(), one.current_step_a);
   }
-}
-
-void makeControl(LawScenario& one, Dice& dice) {
-  one.voltage_noise.white = dice.between({2e-3, 5e-3});
-  one.samples = cleanSamples(one, nullptr, 0.0);
-  addNoise(one);
 }
 
 /// Shows a course through one more recorder; whether it is as good as real ones are.
@@ -254,7 +242,9 @@ bool make(LawScenario& one, std::uint64_t seed) {
   drawLawDrive(one.scenario, one.order.drive, exercised, drive);
   if (one.order.what.kind == kOutOfCatalogue) return makeLaw(one, seed, law, recorder);
   if (one.order.what.kind == kRecorderControl) return makeRecorderControl(one, recorder);
-  makeControl(one, recorder);
+  one.voltage_noise.white = recorder.between({2e-3, 5e-3});
+  one.samples = cleanSamples(one, nullptr, 0.0);
+  addNoise(one);
   return true;
 }
 

@@ -65,19 +65,6 @@ std::vector<std::pair<std::string, StateInfo>> namedStates(const EffectInfo& eff
   return named;
 }
 
-}  // namespace
-
-DESCRIBED(ParameterInfo, MEMBERS("", name, symbol, unit, magnitude, lower, upper, source, held),
-          MEMBERS("", logarithmic, linear, prior_std, vanishes_at))
-
-DESCRIBED(StateInfo, MEMBERS("", name, unit, rest, initial_std, begins_as_u_c2))
-
-DESCRIBED(EffectInfo, MEMBERS("", id, code, title, parameters, states, look_alikes, needs),
-          MEMBERS("", is_nonlinear), visit("mechanism", mechanismId(mechanismOf(of.id))),
-          visit("equations", linesOf(of.equations)), visit("tells_apart", of.distinguished_by))
-
-namespace {
-
 nlohmann::json mechanismsJson() {
   nlohmann::json list = nlohmann::json::array();
   for (const Mechanism mechanism : kAllMechanisms)
@@ -132,6 +119,15 @@ std::string effectMarkdown(const EffectInfo& effect) {
 }
 
 }  // namespace
+
+DESCRIBED(ParameterInfo, MEMBERS("", name, symbol, unit, magnitude, lower, upper, source, held),
+          MEMBERS("", logarithmic, linear, prior_std, vanishes_at))
+
+DESCRIBED(StateInfo, MEMBERS("", name, unit, rest, initial_std, begins_as_u_c2))
+
+DESCRIBED(EffectInfo, MEMBERS("", id, code, title, parameters, states, look_alikes, needs),
+          MEMBERS("", is_nonlinear), visit("mechanism", mechanismId(mechanismOf(of.id))),
+          visit("equations", linesOf(of.equations)), visit("tells_apart", of.distinguished_by))
 
 std::vector<EffectInfo> effectsByTier() {
   std::vector<EffectInfo> effects = effectCatalogue();

@@ -6,7 +6,6 @@
 
 #include "battery_sof/intake.hpp"
 #include "descriptions.hpp"
-#include "recording/channel_statistics.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/events.hpp"
 #include "util/constants.hpp"
@@ -23,9 +22,17 @@ EventSummary summaryOf(const Recording& recording) {
   return summarise(recording.series, detectEvents(recording.series));
 }
 
-Bounds extremesOf(const std::vector<double>& values) {
+/// Lowest and highest.
+std::vector<double> extremesOf(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return {*low, *high};
+}
+
+/// The same of temperatures given in kelvin [degC].
+std::vector<double> celsiusOf(const std::vector<double>& kelvin) {
+  std::vector<double> extremes = extremesOf(kelvin);
+  for (double& end : extremes) end -= kZeroCelsius;
+  return extremes;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -56,12 +63,14 @@ std::string entry(const std::string& label, const std::string& text) {
   return wrapped(lead, text);
 }
 
+std::string rangeText(const std::vector<double>& extremes, const std::string& unit) {
+  return number(extremes[0]) + " " + unit + " to " + number(extremes[1]) + " " + unit;
+}
+
 std::string describeRange(const std::vector<double>& values, std::optional<double> step,
                           const std::string& unit) {
-  const Bounds extremes = extremesOf(values);
-  std::string text =
-      number(extremes.lower) + " " + unit + " to " + number(extremes.upper) + " " + unit;
-  return step ? text + ", in steps of " + threeDigits(*step) + " " + unit : text;
+  return rangeText(extremesOf(values), unit) +
+         (step ? ", in steps of " + threeDigits(*step) + " " + unit : "");
 }
 
 std::string overviewText(const Recording& recording, const CheckReport& report) {
@@ -77,9 +86,7 @@ std::string overviewText(const Recording& recording, const CheckReport& report) 
       entry("current", describeRange(series.current, report.current_lsb, "A")) +
       entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V"));
   if (series.temperature.empty()) return text;
-  const Bounds kelvin = extremesOf(series.temperature);
-  return text + entry("temperature", number(kelvin.lower - kZeroCelsius) + " degC to " +
-                                         number(kelvin.upper - kZeroCelsius) + " degC");
+  return text + entry("temperature", rangeText(celsiusOf(series.temperature), "degC"));
 }
 
 std::string eventsText(const EventSummary& summary) {
@@ -98,22 +105,22 @@ std::string eventsText(const EventSummary& summary) {
          " V\n";
 }
 
+/// What a line of a list begins with.
+std::string leadOf(const std::string& word) { return format("    %-9s", word.c_str()); }
+
 std::string sourceText(const ControlModes& source) {
   std::string text = "\n  source\n" + wrapped("    ", source.summary);
   for (const ControlModeTotals& totals : source.totals) {
-    std::string lead = "    " + toString(totals.mode);
-    lead.resize(13, ' ');
-    text += wrapped(
-        lead, std::to_string(totals.samples) + " samples in " + std::to_string(totals.stretches) +
-                  (totals.stretches == 1 ? " stretch: " : " stretches: ") + totals.reason);
+    text +=
+        wrapped(leadOf(toString(totals.mode)),
+                std::to_string(totals.samples) + " samples in " + std::to_string(totals.stretches) +
+                    (totals.stretches == 1 ? " stretch: " : " stretches: ") + totals.reason);
   }
   return text;
 }
 
 std::string findingText(const Finding& finding) {
-  std::string lead = "    " + toString(finding.severity);
-  lead.resize(13, ' ');
-  const std::string indent(lead.size(), ' ');
+  const std::string lead = leadOf(toString(finding.severity)), indent = leadOf("");
   std::vector<std::string> times;
   for (const double at : finding.at) times.push_back(number(at) + " s");
   return wrapped(lead, finding.id + ": " + finding.what) + wrapped(indent, finding.meaning) +
@@ -177,15 +184,9 @@ std::string checkReportText(const std::string& name, const Recording& recording,
 
 nlohmann::json checkReportJson(const std::string& name, const Recording& recording,
                                const CheckReport& report) {
-  const auto range = [](const std::vector<double>& values) {
-    const Bounds extremes = extremesOf(values);
-    return std::vector<double>{extremes.lower, extremes.upper};
-  };
   const Series& series = recording.series;
   std::optional<std::vector<double>> celsius;
-  if (!series.temperature.empty()) celsius = range(series.temperature);
-  if (celsius)
-    for (double& end : *celsius) end -= kZeroCelsius;
+  if (!series.temperature.empty()) celsius = celsiusOf(series.temperature);
   JsonFields visit;
   describe(visit, report);
   visit("schema", "battery_sof/check/1");
@@ -193,8 +194,8 @@ nlohmann::json checkReportJson(const std::string& name, const Recording& recordi
   visit("offered", recording.offered);
   visit("largest_step_back", recording.largest_step_back, "s");
   visit("rejected", recording.rejected);
-  visit("voltage_range", range(series.voltage), "v");
-  visit("current_range", range(series.current), "a");
+  visit("voltage_range", extremesOf(series.voltage), "v");
+  visit("current_range", extremesOf(series.current), "a");
   visit("temperature_range", celsius, "c");
   visit("events", summaryOf(recording));
   visit("source", detectControlMode(series));

@@ -44,7 +44,7 @@ void describeEstimate(File& file, Estimate& estimate, const ParameterInfo& info)
   file.number("value", estimate.value, rangeOf(info));
   file.number("std_error", estimate.std, {0.0, kMaxStd * (info.upper - info.lower)});
   file.text("unit", estimate.unit);
-  if (File::kReads ? file.has("held") : estimate.held) file.flag("held", estimate.held);
+  if (file.has("held", estimate.held)) file.flag("held", estimate.held);
   file.flag("at_bound", estimate.at_bound);
   file.flag("determined", estimate.determined);
 }
@@ -61,11 +61,10 @@ void describeParameters(File& file, Model& fit, const BatteryModel& composition)
           [&](auto& one) { describeEstimate(one, fit.estimates[j], composition.parameters()[j]); },
           MapStyle::kFlow);
     if constexpr (File::kReads) {
-      fit.parameters.r_discharge = fit.estimates[kRowRDischarge].value;
-      fit.parameters.r_charge = fit.estimates[kRowRCharge].value;
-      fit.parameters.c2 = fit.estimates[kRowC2].value;
-      fit.parameters.beta = fit.estimates[kRowBeta].value;
-      fit.parameters.u_dc = fit.estimates[kRowUDc].value;
+      Eigen::VectorXd values(composition.parameterCount());
+      for (Eigen::Index j = 0; j < values.size(); ++j)
+        values[j] = fit.estimates[static_cast<std::size_t>(j)].value;
+      fit.parameters = baseParameters(values);
     }
   });
   file.map("fixed", [&](auto& fixed) {
@@ -96,7 +95,7 @@ void describeState(File& file, Model& model, Std& std, const BatteryModel& compo
             },
             MapStyle::kFlow);
     });
-  if (File::kReads ? file.has("memory") : state.memory.begun) {
+  if (file.has("memory", state.memory.begun)) {
     std::vector<double> numbers = state.memory.numbers();
     file.numbers("memory", numbers, InputMemory::kNumbers);
     if constexpr (File::kReads) state.memory = InputMemory::fromNumbers(numbers);
@@ -269,17 +268,12 @@ void describeEvents(File& file, History& history) {
   file.rows("stops", history.stops, {kTimes, kCurrents, kVoltages, kVoltages},
             [](auto& s, auto&& take) { take(s.time, s.current, s.measured, s.modelled); });
   if constexpr (File::kReads) {
+    for (PastEvent& charge : history.charges) charge.kind = PastEvent::Kind::kCharge;
+    for (PastEvent& stop : history.stops) stop.kind = PastEvent::Kind::kStop;
+    for (PastEvent& stop : history.stops) stop.duration = PastEvent::kStopAge;
     EventHistory newest;
-    const auto keep = [&](const std::vector<PastEvent>& past, PastEvent::Kind kind) {
-      for (PastEvent event : past) {
-        event.kind = kind;
-        if (kind == PastEvent::Kind::kStop) event.duration = PastEvent::kStopAge;
-        newest.add(event);
-      }
-    };
-    keep(history.cranks, PastEvent::Kind::kCrank);
-    keep(history.charges, PastEvent::Kind::kCharge);
-    keep(history.stops, PastEvent::Kind::kStop);
+    for (const auto* past : {&history.cranks, &history.charges, &history.stops})
+      for (const PastEvent& event : *past) newest.add(event);
     history = newest;
   }
 }
@@ -307,14 +301,14 @@ void describeRidge(File& file, Ridge& fit, Eigen::Index columns) {
 
 template <typename File, typename Regression>
 void describeRegression(File& file, Regression& regression) {
-  if (File::kReads ? file.has("current") : !regression.current.empty()) {
+  if (file.has("current", !regression.current.empty())) {
     file.map("current", [&](auto& one) {
       describeRidge(one, regression.current, InputMemory::kCurrentColumns);
     });
     file.row("current_range_a", regression.min_current, regression.max_current);
     file.require(regression.min_current <= regression.max_current, "current_range_a", "must rise");
   }
-  if (File::kReads ? file.has("voltage") : !regression.voltage.empty())
+  if (file.has("voltage", !regression.voltage.empty()))
     file.map("voltage", [&](auto& one) {
       describeRidge(one, regression.voltage, InputMemory::kVoltageColumns);
     });
@@ -454,7 +448,7 @@ void describeOrigin(File& file, Model& model) {
     recording.text("hash", model.provenance.recording_hash);
   });
   auto& blocks = model.fit.series_blocks;
-  if (File::kReads ? !file.has("series_blocks") : blocks == 1.0) return;
+  if (!file.has("series_blocks", blocks != 1.0)) return;
   file.number("series_blocks", blocks);
   file.require(areSeriesBlocks(blocks), "series_blocks",
                format("is %g, expected ", blocks) + kAllowedSeriesBlocks);
@@ -480,11 +474,9 @@ void describeModel(File& file, Model& model) {
   if (file.has("event_history"))
     file.map("event_history",
              [&](auto& part) { describeEvents(part, model.intervals.event_history); });
-  if (File::kReads
-          ? file.has("residual_regression")
-          : !fit.residual_regression.current.empty() || !fit.residual_regression.voltage.empty())
-    file.map("residual_regression",
-             [&](auto& part) { describeRegression(part, fit.residual_regression); });
+  auto& regression = fit.residual_regression;
+  if (file.has("residual_regression", !regression.current.empty() || !regression.voltage.empty()))
+    file.map("residual_regression", [&](auto& part) { describeRegression(part, regression); });
   if constexpr (!File::kReads)
     if (fit.discrepancy)
       file.map("discrepancy", [&](auto& part) { describeDiscrepancy(part, *fit.discrepancy); });

@@ -36,30 +36,6 @@ constexpr double kCrankMargin = 0.5;  // [s], before and after a crank that is s
 constexpr std::size_t kStretchesShown = 4000;
 constexpr double kHatching = 5.0;  // of a drawing's width of 1000
 
-}  // namespace
-
-std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces,
-                                        std::size_t buckets, const std::vector<IndexRange>& whole) {
-  std::vector<std::size_t> picked;
-  if (series.size() <= 2 * buckets) {
-    picked.resize(series.size());
-    std::iota(picked.begin(), picked.end(), std::size_t{0});
-    return picked;
-  }
-  for (const IndexRange& range : bucketRanges(series, buckets)) {
-    picked.push_back(range.first);
-    for (const Trace& trace : traces) pickExtremes(range, trace, picked);
-  }
-  picked.push_back(series.size() - 1);
-  for (const IndexRange& range : whole)
-    for (std::size_t n = range.first; n < range.last; ++n) picked.push_back(n);
-  std::sort(picked.begin(), picked.end());
-  picked.erase(std::unique(picked.begin(), picked.end()), picked.end());
-  return picked;
-}
-
-namespace {
-
 /// A line of a plot; its name is its colour's and that of its data too.
 struct Line {
   std::string name;
@@ -357,6 +333,26 @@ std::string sourceHtml(const Diagnosis& d) {
 }
 
 }  // namespace
+
+std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces,
+                                        std::size_t buckets, const std::vector<IndexRange>& whole) {
+  std::vector<std::size_t> picked;
+  if (series.size() <= 2 * buckets) {
+    picked.resize(series.size());
+    std::iota(picked.begin(), picked.end(), std::size_t{0});
+    return picked;
+  }
+  for (const IndexRange& range : bucketRanges(series, buckets)) {
+    picked.push_back(range.first);
+    for (const Trace& trace : traces) pickExtremes(range, trace, picked);
+  }
+  picked.push_back(series.size() - 1);
+  for (const IndexRange& range : whole)
+    for (std::size_t n = range.first; n < range.last; ++n) picked.push_back(n);
+  std::sort(picked.begin(), picked.end());
+  picked.erase(std::unique(picked.begin(), picked.end()), picked.end());
+  return picked;
+}
 
 std::string plotsSection(const Recording& recording, const Diagnosis& diagnosis, bool zoomable) {
   if (recording.series.size() < 2) return "";

@@ -18,6 +18,75 @@ const char* remarkOn(const ParameterEstimate& estimate) {
   return estimate.determined ? "" : "not determined by this window";
 }
 
+std::vector<EventComparison> chargesOver(double duration, std::vector<EventComparison> charges) {
+  const auto is_other = [&](const EventComparison& charge) { return charge.duration != duration; };
+  charges.erase(std::remove_if(charges.begin(), charges.end(), is_other), charges.end());
+  return charges;
+}
+
+std::optional<double> medianChargeError(const std::vector<EventComparison>& charges,
+                                        double duration) {
+  std::vector<double> errors;
+  for (const EventComparison& charge : chargesOver(duration, charges))
+    errors.push_back(std::abs(charge.measured - charge.expected.value));
+  return errors.empty() ? std::nullopt : std::optional(quantile(errors, 0.5));
+}
+
+std::string percentOf(const std::optional<double>& share) {
+  return share ? format("%.1f %%", *share) : "-";
+}
+std::string amperesOf(const std::optional<double>& current) {
+  return current ? format("%.2f A", *current) : "-";
+}
+std::string millivoltsOf(const std::optional<double>& voltage) {
+  return voltage ? format("%.0f mV", 1e3 * *voltage) : "-";
+}
+
+/// One line of the comparison with what needs no physics.
+void appendBothWays(std::string& text, const char* name, const BothWaysScores& scores) {
+  const auto& charges = scores.mixed.charges;
+  text += format("%-9s %9s %9s %9s %10s %10s %10s\n", name,
+                 percentOf(scores.mixed.share_percent).c_str(),
+                 percentOf(scores.mixed.current_share_percent).c_str(),
+                 percentOf(scores.mixed.voltage_share_percent).c_str(),
+                 amperesOf(medianChargeError(charges, 10.0)).c_str(),
+                 amperesOf(medianChargeError(charges, 60.0)).c_str(),
+                 millivoltsOf(scores.crank_mean_abs_error).c_str());
+}
+
+template <typename Answer>
+std::string lastLine(const Answer& answer) {
+  return toString(answer.code) + ": " + answer.message + "\n";
+}
+
+std::string seconds(double duration) {
+  return std::isinf(duration) ? "no end" : format("%.1f s", duration);
+}
+
+template <typename Answer>
+std::string cell(const Answer& answer, const std::optional<Interval>& interval, int digits) {
+  if (!interval) return format("%25s", "-");
+  const std::string text =
+      format("%.*f [%.*f, %.*f]%s", digits, interval->value, digits, interval->lower, digits,
+             interval->upper, answer.valid ? "" : "*");
+  return format("%25s", text.c_str());
+}
+
+template <typename Answer>
+std::string table(const std::string& corner, const std::vector<double>& rows,
+                  const std::vector<double>& columns, const std::vector<Answer>& answers,
+                  std::optional<Interval> Answer::*value, int digits) {
+  std::string text = format("%-18s", corner.c_str());
+  for (const double column : columns) text += format("%25g", column);
+  text += '\n';
+  for (std::size_t k = 0; k < answers.size(); ++k) {
+    if (k % columns.size() == 0) text += format("%-18g", rows[k / columns.size()]);
+    text += cell(answers[k], answers[k].*value, digits);
+    if ((k + 1) % columns.size() == 0) text += '\n';
+  }
+  return text;
+}
+
 }  // namespace
 
 nlohmann::json resultJson(const FittedModel& model) {
@@ -47,14 +116,9 @@ std::string resultText(const FittedModel& model) {
   if (model.fit.series_blocks != 1.0)
     text += "blocks       " + seriesBlocksSentence(model.fit.series_blocks) + "\n";
   text += format("%-26s %12s %12s\n", "parameter", "value", "std. error");
-  for (const auto& e : model.fit.estimates) {
-    if (e.std)
-      text += format("%-26s %12.6g %12.2g %-4s %s\n", e.name.c_str(), e.value, *e.std,
-                     e.unit.c_str(), remarkOn(e));
-    else
-      text += format("%-26s %12.6g %12s %-4s %s\n", e.name.c_str(), e.value, "-", e.unit.c_str(),
-                     remarkOn(e));
-  }
+  for (const auto& e : model.fit.estimates)
+    text += format("%-26s %12.6g %12s %-4s %s\n", e.name.c_str(), e.value,
+                   e.std ? format("%.2g", *e.std).c_str() : "-", e.unit.c_str(), remarkOn(e));
   text += format("fit          Q_dyn %.1f %%, RMS error %.1f mV, residual correlated over %.2f s\n",
                  model.fit.scores.q_dyn_percent, 1e3 * model.fit.scores.rmse,
                  model.fit.scores.residual_correlation_time);
@@ -83,24 +147,6 @@ void describe(Visit& visit, const EventComparison& event) {
   visit("upper", event.expected.upper, unit);
 }
 
-namespace {
-
-std::vector<EventComparison> chargesOver(double duration, std::vector<EventComparison> charges) {
-  const auto is_other = [&](const EventComparison& charge) { return charge.duration != duration; };
-  charges.erase(std::remove_if(charges.begin(), charges.end(), is_other), charges.end());
-  return charges;
-}
-
-std::optional<double> medianChargeError(const std::vector<EventComparison>& charges,
-                                        double duration) {
-  std::vector<double> errors;
-  for (const EventComparison& charge : chargesOver(duration, charges))
-    errors.push_back(std::abs(charge.measured - charge.expected.value));
-  return errors.empty() ? std::nullopt : std::optional(quantile(errors, 0.5));
-}
-
-}  // namespace
-
 DESCRIBED(BothWaysScores, MEMBERS("", cranks), visit("crank_mae", of.crank_mean_abs_error, "v"),
           visit("share_percent", of.mixed.share_percent),
           visit("current_share_percent", of.mixed.current_share_percent),
@@ -108,32 +154,6 @@ DESCRIBED(BothWaysScores, MEMBERS("", cranks), visit("crank_mae", of.crank_mean_
           visit("current_rmse", of.mixed.current_rmse, "a"),
           visit("charges", chargesOver(10.0, of.mixed.charges)),
           visit("charges_60s", chargesOver(60.0, of.mixed.charges)))
-
-namespace {
-
-std::string percentOf(const std::optional<double>& share) {
-  return share ? format("%.1f %%", *share) : "-";
-}
-std::string amperesOf(const std::optional<double>& current) {
-  return current ? format("%.2f A", *current) : "-";
-}
-std::string millivoltsOf(const std::optional<double>& voltage) {
-  return voltage ? format("%.0f mV", 1e3 * *voltage) : "-";
-}
-
-/// One line of the comparison with what needs no physics.
-void appendBothWays(std::string& text, const char* name, const BothWaysScores& scores) {
-  const auto& charges = scores.mixed.charges;
-  text += format("%-9s %9s %9s %9s %10s %10s %10s\n", name,
-                 percentOf(scores.mixed.share_percent).c_str(),
-                 percentOf(scores.mixed.current_share_percent).c_str(),
-                 percentOf(scores.mixed.voltage_share_percent).c_str(),
-                 amperesOf(medianChargeError(charges, 10.0)).c_str(),
-                 amperesOf(medianChargeError(charges, 60.0)).c_str(),
-                 millivoltsOf(scores.crank_mean_abs_error).c_str());
-}
-
-}  // namespace
 
 DESCRIBED(PredictionScores, MEMBERS("", window, q_dyn_percent, coverage_90, cranks),
           MEMBERS("v", rmse, max_abs), visit("crank_mae", of.crank_mean_abs_error, "v"),
@@ -193,43 +213,6 @@ std::string resultText(const PredictionReport& report) {
                    c.expected.value, c.expected.lower, c.expected.upper);
   return text;
 }
-
-namespace {
-
-template <typename Answer>
-std::string lastLine(const Answer& answer) {
-  return toString(answer.code) + ": " + answer.message + "\n";
-}
-
-std::string seconds(double duration) {
-  return std::isinf(duration) ? "no end" : format("%.1f s", duration);
-}
-
-template <typename Answer>
-std::string cell(const Answer& answer, const std::optional<Interval>& interval, int digits) {
-  if (!interval) return format("%25s", "-");
-  const std::string text =
-      format("%.*f [%.*f, %.*f]%s", digits, interval->value, digits, interval->lower, digits,
-             interval->upper, answer.valid ? "" : "*");
-  return format("%25s", text.c_str());
-}
-
-template <typename Answer>
-std::string table(const std::string& corner, const std::vector<double>& rows,
-                  const std::vector<double>& columns, const std::vector<Answer>& answers,
-                  std::optional<Interval> Answer::*value, int digits) {
-  std::string text = format("%-18s", corner.c_str());
-  for (const double column : columns) text += format("%25g", column);
-  text += '\n';
-  for (std::size_t k = 0; k < answers.size(); ++k) {
-    if (k % columns.size() == 0) text += format("%-18g", rows[k / columns.size()]);
-    text += cell(answers[k], answers[k].*value, digits);
-    if ((k + 1) % columns.size() == 0) text += '\n';
-  }
-  return text;
-}
-
-}  // namespace
 
 nlohmann::json resultJson(const CrankingAnswer& answer) { return jsonOf(answer); }
 nlohmann::json resultJson(const StopTimeAnswer& answer) { return jsonOf(answer); }

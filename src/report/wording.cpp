@@ -80,35 +80,27 @@ const ParameterInfo* parameterInfo(const std::string& id, const std::string& par
 }
 
 std::vector<MetricRow> metricRows(const Comparison& fit) {
-  const auto row = [&](const char* title, const char* unit, bool more_is_better, double scale,
-                       auto&& value) -> MetricRow {
-    return {title,
-            unit,
-            more_is_better,
-            scale,
-            value(fit.base_train),
-            value(fit.extended_train),
-            value(fit.base_holdout),
-            value(fit.extended_holdout)};
+  std::vector<MetricRow> rows;
+  const auto add = [&](const char* title, const char* unit, double scale,
+                       auto ErrorMetrics::*value) {
+    const MetricRow row{title,
+                        unit,
+                        scale,
+                        fit.base_train.*value,
+                        fit.extended_train.*value,
+                        fit.base_holdout.*value,
+                        fit.extended_holdout.*value};
+    if (row.base_train || row.extended_train || row.base_holdout || row.extended_holdout)
+      rows.push_back(row);
   };
-  using Value = std::optional<double>;
-  std::vector<MetricRow> rows = {
-      row("Q_dyn", "%", true, 1.0, [](const ErrorMetrics& m) { return Value(m.q_dyn_percent); }),
-      row("RMS error", "mV", false, 1e3, [](const ErrorMetrics& m) { return Value(m.rmse); }),
-      row("largest error", "mV", false, 1e3,
-          [](const ErrorMetrics& m) { return Value(m.max_abs); }),
-      row("cranks' minima", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.crank_mae; }),
-      row("bias in charges", "mV", false, 1e3, [](const ErrorMetrics& m) { return m.charge_bias; }),
-      row("charge current", "A", false, 1.0,
-          [](const ErrorMetrics& m) { return m.charge_current_error; }),
-      row("explained variation", "%", true, 1.0,
-          [](const ErrorMetrics& m) { return m.share_percent; }),
-      row("explained, of the current", "%", true, 1.0,
-          [](const ErrorMetrics& m) { return m.current_share_percent; })};
-  const auto is_empty = [](const MetricRow& r) {
-    return !r.base_train && !r.extended_train && !r.base_holdout && !r.extended_holdout;
-  };
-  rows.erase(std::remove_if(rows.begin(), rows.end(), is_empty), rows.end());
+  add("Q_dyn", "%", 1.0, &ErrorMetrics::q_dyn_percent);
+  add("RMS error", "mV", 1e3, &ErrorMetrics::rmse);
+  add("largest error", "mV", 1e3, &ErrorMetrics::max_abs);
+  add("cranks' minima", "mV", 1e3, &ErrorMetrics::crank_mae);
+  add("bias in charges", "mV", 1e3, &ErrorMetrics::charge_bias);
+  add("charge current", "A", 1.0, &ErrorMetrics::charge_current_error);
+  add("explained variation", "%", 1.0, &ErrorMetrics::share_percent);
+  add("explained, of the current", "%", 1.0, &ErrorMetrics::current_share_percent);
   return rows;
 }
 

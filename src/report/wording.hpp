@@ -57,7 +57,6 @@ const ParameterInfo* parameterInfo(const std::string& id, const std::string& par
 /// A number of ErrorMetrics with its words, for tables.
 struct MetricRow {
   std::string title, unit;
-  bool more_is_better;
   double scale;  ///< from the field's unit to `unit`
   std::optional<double> base_train, extended_train, base_holdout, extended_holdout;
 };

@@ -21,14 +21,12 @@ namespace battery_sof {
 // Numbers go through text in the classic locale: yaml-cpp's own conversions obey
 // std::locale::global().
 
-/// @return a number in the digits that read back exactly, a whole number as it is.
+/// @return a number in the digits that read back exactly.
 inline YAML::Node scalar(double value) {
   if (!std::isfinite(value))
     return YAML::Node(std::isnan(value) ? ".nan" : value > 0.0 ? ".inf" : "-.inf");
   return YAML::Node(format("%.17g", value));
 }
-inline YAML::Node scalar(int value) { return YAML::Node(std::to_string(value)); }
-inline YAML::Node scalar(std::size_t value) { return YAML::Node(std::to_string(value)); }
 
 /// A number to be read from a document; .inf and .nan are numbers that are not finite.
 struct Decimal {
@@ -102,7 +100,7 @@ inline std::string textOfFile(const std::filesystem::path& path, std::size_t mos
 // A file's fields are described once, for both directions: describe(file, part) calls the same
 // functions of a FieldWriter, which makes them keys in that order, and of a FieldReader, which
 // holds each against what it can be and puts it into the part. What is optional is a key only where
-// it is there.
+// it is there: has(key, whether the part to be written has it).
 
 /// What a map looks like.
 enum class MapStyle { kBlock, kFlow };
@@ -119,7 +117,7 @@ class FieldWriter {
   }
   template <typename Count>
   void count(const char* key, Count value, std::size_t = 0) {
-    node_[key] = scalar(value);
+    node_[key] = std::to_string(value);
   }
   void flag(const char* key, bool value) { node_[key] = value; }
   void text(const char* key, const std::string& value) { node_[key] = printable(value); }
@@ -172,7 +170,7 @@ class FieldWriter {
   }
   /// Of the reader alone: what a part must fulfil.
   void require(bool, const char*, const std::string&) const {}
-  bool has(const std::string&) const { return true; }
+  bool has(const std::string&, bool is_there = true) const { return is_there; }
 
  private:
   template <typename Describe>
@@ -310,7 +308,7 @@ class FieldReader {
   void require(bool holds, const std::string& key, const std::string& what) const {
     if (!holds) fail(key, what);
   }
-  bool has(const std::string& key) const { return node_.IsMap() && node_[key]; }
+  bool has(const std::string& key, bool = true) const { return node_.IsMap() && node_[key]; }
   const YAML::Node& node() const { return node_; }
 
   [[noreturn]] void fail(const std::string& key, const std::string& what) const {

@@ -98,13 +98,6 @@ def assemble(folder):
         shutil.copyfile(os.path.join(ROOT, path), goal)
 
 
-def add_headers(folder):
-    """The public headers as pages in folder/headers; what doxygen says of them, empty when nothing is wrong."""
-    settings = HEADERS.format(root=ROOT, folder=folder)
-    done = subprocess.run(["doxygen", "-"], input=settings, capture_output=True, text=True, check=False)
-    return done.stderr if done.returncode else ""
-
-
 def has_tools():
     """Whether there are doxygen and an mkdocs that knows hooks and INHERIT."""
     if not shutil.which("mkdocs") or not shutil.which("doxygen"):
@@ -121,16 +114,17 @@ def main():
     work = site + ".work"
     shutil.rmtree(work, ignore_errors=True)
     os.makedirs(work)
-    assemble(os.path.join(work, "pages"))
-    wrong = add_headers(os.path.join(work, "pages"))
-    if wrong:
-        print(wrong, file=sys.stderr)
+    pages, hooks, settings = (os.path.join(work, name) for name in ("pages", "hooks.py", "mkdocs.yml"))
+    assemble(pages)
+    # The public headers become pages in pages/headers.
+    headers = subprocess.run(["doxygen", "-"], input=HEADERS.format(root=ROOT, folder=pages), capture_output=True, text=True, check=False)
+    if headers.returncode:
+        print(headers.stderr, file=sys.stderr)
         return 1
-    write_text(os.path.join(work, "hooks.py"), HOOKS)
-    write_text(os.path.join(work, "mkdocs.yml"), SETTINGS.format(
-        settings=os.path.join(ROOT, "mkdocs.yml"), pages=os.path.join(work, "pages"), site=site, hooks=os.path.join(work, "hooks.py")))
+    write_text(hooks, HOOKS)
+    write_text(settings, SETTINGS.format(settings=os.path.join(ROOT, "mkdocs.yml"), pages=pages, site=site, hooks=hooks))
     # Quiet, it would not say which link leads nowhere.
-    done = subprocess.run(["mkdocs", "build", "--strict", "-f", os.path.join(work, "mkdocs.yml")], capture_output=True, text=True, check=False)
+    done = subprocess.run(["mkdocs", "build", "--strict", "-f", settings], capture_output=True, text=True, check=False)
     shutil.rmtree(work)
     if done.returncode == 0:
         print(f"the site's first page is {os.path.join(site, 'index.html')}")

@@ -45,12 +45,14 @@ def read_json(path):
 
 
 def write_json(path, value):
-    """Written beside, then renamed."""
+    """As write_text()."""
     write_text(path, json.dumps(value))
 
 
 def write_text(path, text):
-    """Written beside, then renamed."""
+    """Written beside, then renamed; nothing without a path."""
+    if not path:
+        return
     beside = f"{path}.{os.getpid()}.part"
     with open(beside, "w") as file:
         file.write(text)

@@ -22,7 +22,7 @@ PICTURES = {"diagnosis_page.png": ("#drive .dygraph-rangesel-fgcanvas", True), "
 
 
 def browser(profile):
-    """SystemExit where there is none."""
+    """One whose pages are WIDTH wide; ends with its block. SystemExit where there is none."""
     try:
         from selenium import webdriver
         from selenium.webdriver.chrome.service import Service
@@ -32,11 +32,9 @@ def browser(profile):
     options.binary_location = "/usr/bin/chromium"
     for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--hide-scrollbars", "--no-first-run", "--user-data-dir=" + profile):
         options.add_argument(argument)
-    return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-
-
-def measured(driver):
+    driver = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": WIDTH, "height": 900, "deviceScaleFactor": 1, "mobile": False})
+    return driver
 
 
 def shoot(driver, top, bottom, path):
@@ -53,9 +51,7 @@ def live(bag, picture):
         port = free_port()
         processes.start("roslaunch", "battery_sof", "replay.launch", f"bag:={os.path.abspath(bag)}", f"rate:={LIVE_RATE}")
         processes.start("roslaunch", "--wait", "battery_sof", "live.launch", f"port:={port}")
-        driver = browser(os.path.join(folder, "profile"))
-        try:
-            measured(driver)
+        with browser(os.path.join(folder, "profile")) as driver:
             wait_until(lambda: is_listening(port), 60, "the live page")
             driver.get(f"http://127.0.0.1:{port}/")
             wait_until(lambda: driver.execute_script("return document.querySelectorAll('#charges tr').length") > LIVE_CHARGES, 120, "charges on the live page")
@@ -66,8 +62,6 @@ def live(bag, picture):
                 shoot(driver, 0, bottom, path)
                 frames.append(Image.open(path).convert("P", palette=Image.ADAPTIVE, colors=48))
                 time.sleep(1.0)
-        finally:
-            driver.quit()
     frames[0].save(picture, save_all=True, append_images=frames[1:], duration=1000, loop=0, optimize=True)
     return 0
 
@@ -79,17 +73,12 @@ def main():
         print(__doc__, file=sys.stderr)
         return 2
     page, folder = sys.argv[1:]
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        driver = browser(profile)
-        try:
-            measured(driver)
-            driver.get("file://" + os.path.abspath(page))
-            for name, (selector, whole) in PICTURES.items():
-                boxes = driver.execute_script("return [...document.querySelectorAll(arguments[0])].map((one) => one.getBoundingClientRect()).map((box) => [box.top + scrollY, box.bottom + scrollY])", selector)
-                if not boxes:
-                    raise SystemExit(f"page_pictures: {page} has no {selector}")
-                top, bottom = 0 if whole else boxes[0][0], max(box[1] for box in boxes)
-                shoot(driver, top, bottom, os.path.join(folder, name))
-        finally:
-            driver.quit()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile, browser(profile) as driver:
+        driver.get("file://" + os.path.abspath(page))
+        for name, (selector, whole) in PICTURES.items():
+            boxes = driver.execute_script("return [...document.querySelectorAll(arguments[0])].map((one) => one.getBoundingClientRect()).map((box) => [box.top + scrollY, box.bottom + scrollY])", selector)
+            if not boxes:
+                raise SystemExit(f"page_pictures: {page} has no {selector}")
+            top, bottom = 0 if whole else boxes[0][0], max(box[1] for box in boxes)
+            shoot(driver, top, bottom, os.path.join(folder, name))
     return 0

@@ -190,6 +190,5 @@ def main():
     head = ("setting", "windows", "Q_dyn, hour: worst, median, best [%]", "below 60 %",
             "below 85 %", "crank error: median, worst [V]", "above 0.03 V")
     print("\n".join(table(head, factor_rows(rows))))
-    if args.json:
-        write_json(args.json, found)
+    write_json(args.json, found)
     return 0

@@ -106,6 +106,5 @@ def main(given=None):
     results["all"] = figures([row for some in rows.values() for row in some])
     print("\n".join(table(HEAD, [cells(name, one) for name, one in results.items()])))
     print("\n" + "\n".join(table(("car", "best on the other: walk, noise [mV]", "model alone [mV]", "with those", "half", "in use", "double"), leave_one_out(rows))))
-    if a.json:
-        write_json(a.json, results)
+    write_json(a.json, results)
     return 0

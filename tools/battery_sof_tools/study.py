@@ -114,8 +114,7 @@ def main():
     found = dict(coverage(session),
                  all_q=correlation(held, "q_whole"), all_crank=-correlation(held, "crank_mae"),
                  in_q=within(held, "q_whole"), in_crank=-within(held, "crank_mae"))
-    if args.json:
-        write_json(args.json, found)
+    write_json(args.json, found)
     print("\n".join(table(HEAD, coverage_rows(found))))
     print("\nRank correlation of window quality on {} held-out windows, over all and within a "
           "recording: Q_dyn {:.2f} and {:.2f}, crank error {:.2f} and {:.2f}.".format(

@@ -80,14 +80,13 @@ def measured_pairs(data, parked, folder):
         yield pair, paths, parked
 
 
-def halves(name, data):
-    time, current, voltage = recordings.measured(data, name)
-    middle = len(time) // 2
-    return [[column[part] for column in (time, current, voltage)] for part in (slice(0, middle), slice(middle, None))]
-
-
 def trips_of(pair, data):
-    first, second = halves(pair, data) if isinstance(pair, str) else [recordings.measured(data, one) for one in pair]
+    """The end of the first and the beginning of the second."""
+    if isinstance(pair, str):
+        whole = recordings.measured(data, pair)
+        first, second = ([column[part] for column in whole] for part in (slice(0, len(whole[0]) // 2), slice(len(whole[0]) // 2, None)))
+    else:
+        first, second = (recordings.measured(data, one) for one in pair)
     keep = lambda columns, mask: [column[mask] for column in columns]
     return (keep(first, first[0] > first[0][-1] - LONGEST_S), keep(second, second[0] < second[0][0] + LONGEST_S))
 
@@ -151,11 +150,6 @@ def figures(plays, low, high):
     return out
 
 
-def first_valid(rows):
-    """[s] of the first valid answer about a crank."""
-    return min((row["time_s"] for row in of_kind(rows, "valid") if row["measured"]), default=None)
-
-
 EVENTS = "{count}: {error:.2f}, {inside_percent:.0f} %, {width:.1f}"
 HEAD = ("minutes", "valid crank, stop, charge [%]", "cranks: mean error, inside, width [V]", "charges: mean error, inside, width [A]")
 
@@ -166,8 +160,8 @@ def cells(age, one):
 
 
 def stated(second):
-    """Sentence on the first valid answers of second trips."""
-    firsts = [first_valid(rows) for rows in second]
+    """Sentence on the first valid answers about cranks of second trips."""
+    firsts = [min((row["time_s"] for row in of_kind(rows, "valid") if row["measured"]), default=None) for rows in second]
     some = [one for one in firsts if one is not None]
     return f"first valid crank answer: median {np.median(some):.0f} s, latest {max(some):.0f} s; none in {len(firsts) - len(some)} of {len(firsts)}" if some else "no valid crank answer"
 
@@ -208,8 +202,7 @@ def main(given=None):
     if not a.simulated:
         print("parameters, from the last fit of a trip to the last of the next: pairs, RMS of the change, the same beyond the fits' own errors\n")
         print("\n".join(table(("parameter", "start-stop car", "small_car", f"parking of {a.parked:.0f} s allows"), changes(pairs, a.parked))))
-    if a.json:
-        write_json(a.json, results)
+    write_json(a.json, results)
     return 0
 
 

@@ -10,10 +10,9 @@ Answers are kept in FOLDER/answers.jsonl: a run that was cut off goes on where i
 import argparse
 import functools
 import os
-import tempfile
 
 from ..files import lines_of
-from ..sof import RECORDING, catalogue, program
+from ..sof import catalogue, program
 from ..tables import table
 from .answers import asked
 from .generator import Generator
@@ -45,10 +44,8 @@ def cases_of(listed, wanted, first_seed, only):
 
 
 def answer_of(generator, sof, case):
-    with tempfile.TemporaryDirectory() as folder:
-        recording = os.path.join(folder, RECORDING)
-        expected = generator.draw(case, recording)["expected"]
-        return dict(case, level=case["family"], expected=expected, answer=asked(sof, recording))
+    with generator.drawn(case) as (label, recording):
+        return dict(case, level=case["family"], expected=label["expected"], answer=asked(sof, recording))
 
 
 def report(rows, known):

@@ -4,11 +4,13 @@ The benchmarks' words for a kind of case are part of their seeds and of plans th
 """
 
 import collections
+import contextlib
 import hashlib
 import os
+import tempfile
 
 from ..files import read_json
-from ..sof import program, run
+from ..sof import RECORDING, program, run
 
 PROGRAM = "draw_scenario"
 KIND_OF = {"null": "base_control", "structural_null": "structural_control", "porous_null": "porous_control",
@@ -57,23 +59,24 @@ class Generator:
                 ids[words.get(kind, kind)].append(name)
         return dict(ids)
 
-    def draw(self, case, recording, quiet=False):
-        """Draws a case of catalogue(); its label. Scale 1 is the generator's own."""
-        label = recording + ".label"
+    @contextlib.contextmanager
+    def drawn(self, case, quiet=False):
+        """A case of catalogue(): its label, and its recording for as long as the block lasts. Scale 1 is the generator's own."""
         word = case["family"] if "family" in case else case["mechanism"]  # plans that were preregistered say family
         kind = KIND_OF.get(word, word)
-        command = [self.program(), "--kind", kind, "--out", recording, "--label", label] + options(case, ("seed",))
+        command = [self.program(), "--kind", kind] + options(case, ("seed",))
         if case["id"] != "-":
             command += ["--id", case["id"]]
         if any(scale != 1.0 for scale in case.get("scale", ())):
             command += ["--scale", ",".join(f"{scale:.6g}" for scale in case["scale"])]
         if case.get("duration_s"):
             command += ["--duration", f"{case['duration_s']:g}"]
-        run(command + (["--quiet"] if quiet else []))
-        told = read_json(label)
-        os.remove(label)
-        del told["kind"]
-        return {**told, "family": word, "schema": "battery_sof/case/1"}  # as the preregistered labels have it
+        with tempfile.TemporaryDirectory(prefix="case_") as folder:
+            recording, label = (os.path.join(folder, name) for name in (RECORDING, "label.json"))
+            run(command + ["--out", recording, "--label", label] + ["--quiet"] * quiet)
+            told = read_json(label)
+            del told["kind"]
+            yield {**told, "family": word, "schema": "battery_sof/case/1"}, recording  # as the preregistered labels have it
 
     def laws(self):
         """{mechanism: [form, ...]} of laws that no catalogue has."""

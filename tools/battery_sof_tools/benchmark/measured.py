@@ -60,18 +60,32 @@ def summary(found):
             f"a line fit on {len(line)} ({', '.join(line)}).")
 
 
+def parser(about):
+    """Of a command that diagnoses the measured recordings."""
+    made = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.add_argument("build", nargs="?", default="build")
+    made.add_argument("--data", required=True, help="folder of the recordings")
+    made.add_argument("--sof", help="a copy of the command, its libraries above it, in place of the build's")
+    made.add_argument("--json", help="file to write the figures to")
+    made.add_argument("--only", default="", help="recordings, comma-separated, as the table names them")
+    return made
+
+
+def chosen(arguments):
+    """The command, and {name: recording} of those that are wanted. SystemExit for a name of none."""
+    every = whole_recordings()
+    names = arguments.only.split(",") if arguments.only else every
+    unknown = sorted(set(names) - set(every))
+    if unknown:
+        raise SystemExit(f"--only: no recording {', '.join(unknown)}; there are {', '.join(every)}")
+    return sof.program(arguments.build, "sof", arguments.sof), {name: every[name] for name in names}
+
+
 def main():
-    parser = argparse.ArgumentParser(description="Diagnoses the measured recordings, one thread, one after the other.")
-    parser.add_argument("build", nargs="?", default="build")
-    parser.add_argument("--data", required=True, help="folder of the recordings")
-    parser.add_argument("--sof", help="a copy of the command, its libraries above it, in place of the build's")
-    parser.add_argument("--json", help="file to write the figures to")
-    parser.add_argument("--only", default="", help="recordings, comma-separated, as the table names them")
-    arguments = parser.parse_args()
-    program = sof.program(arguments.build, "sof", arguments.sof)
+    arguments = parser("Diagnoses the measured recordings, one thread, one after the other.").parse_args()
+    program, wanted = chosen(arguments)
     rows, found = [], {}
-    only = arguments.only.split(",") if arguments.only else None
-    for name, measured in followed([one for one in whole_recordings().items() if not only or one[0] in only], "recording"):
+    for name, measured in followed(wanted.items(), "recording"):
         begun = processor_time()
         try:
             answer = sof.diagnose(program, os.path.join(arguments.data, measured.path), *recordings.column_options(measured.columns, measured.discharge_positive))
@@ -82,8 +96,7 @@ def main():
         rows.append(row(name, answer, seconds))
         found[name] = dict(figures(answer), told=told_of(answer), seconds=seconds)
     print("\n".join(table(HEAD, rows)))
-    if arguments.json:
-        write_json(arguments.json, found)
+    write_json(arguments.json, found)
     if found:
         print("\n" + summary(found))
     return 0

@@ -187,24 +187,12 @@ def held_by_set(shares, truths):
     return (order == truths[:, None]).argmax(axis=1) < size, size
 
 
-def calibrated(shares, truths):
-    """The largest exponent of probabilities at which the set of SET holds the truth in as many cases."""
-    return max(one for one in np.arange(0.5, 2.01, 0.05) if held_by_set(sharpened(shares, one), truths)[0].mean() >= SET)
-
-
 def judged(title, shares, truths):
     """A row of the table of judgements."""
     holds, size = held_by_set(shares, truths)
     sure, right = shares.max(axis=1), shares.argmax(axis=1) == truths
     stated = [f"{100 * (sure >= least).mean():.0f} %, {100 * right[sure >= least].mean() if (sure >= least).any() else 0:.0f} % right" for least in (0.7, 0.9)]
     return (title, str(len(truths)), f"{100 * right.mean():.0f} %", *stated, f"{100 * holds.mean():.0f} %", f"{size.mean():.1f}")
-
-
-def table_text(weights, mechanisms):
-    """The table as C++ initialisers."""
-    lines = ["// Made by scripts/train_mechanisms: weights of alone, its share, lost, its share, effect, its share; bias."]
-    rows = ["{" + ", ".join(f"{value:.3f}" for value in row) + f"}},  // {name}" for row, name in zip(weights, mechanisms)]
-    return "\n".join(lines + ["{{"] + rows + ["}}", ""])
 
 
 def train(a):
@@ -215,14 +203,18 @@ def train(a):
     alone = left_out(inputs, truths, laws, {law: k for k, law in enumerate(names)})
     halves = left_out(inputs, truths, laws, {law: k % 2 for k, law in enumerate(names)})
     is_law = np.char.startswith(laws, LAW)
-    exponent = calibrated(alone[is_law], truths[is_law])
+    # The largest at which the set of SET holds the truth in as many cases.
+    exponent = max(one for one in np.arange(0.5, 2.01, 0.05) if held_by_set(sharpened(alone[is_law], one), truths[is_law])[0].mean() >= SET)
     rows = []
     for title, some in (("laws", is_law), ("effects of the catalogue", ~is_law)):
         for how, shares in (("one law left out", alone), ("half of the laws left out", halves)):
             rows.append(judged(f"{title}, {how}", sharpened(shares, exponent)[some], truths[some]))
     print("\n".join(table(JUDGED, rows)))
     if a.table:
-        write_text(a.table, table_text(exponent * fitted(inputs, truths, weights_of(laws)), known.mechanisms))
+        weights = exponent * fitted(inputs, truths, weights_of(laws))
+        rows = ["{" + ", ".join(f"{value:.3f}" for value in row) + f"}},  // {name}" for row, name in zip(weights, known.mechanisms)]
+        about = "// Made by scripts/train_mechanisms: weights of alone, its share, lost, its share, effect, its share; bias."
+        write_text(a.table, "\n".join([about, "{{", *rows, "}}", ""]))
 
 
 def arguments(given):

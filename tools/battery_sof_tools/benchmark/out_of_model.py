@@ -198,7 +198,6 @@ def main(given=None):
     cases, failed = opened(a.out, catalogue(program(a.build, "sof", a.sof)))
     text = as_markdown(cases, failed)
     sys.stdout.write(text)
-    for file, content in ((a.markdown, text), (a.json, as_json(cases, failed))):
-        if file:
-            write_text(file, content)
+    write_text(a.markdown, text)
+    write_text(a.json, as_json(cases, failed))
     return 0

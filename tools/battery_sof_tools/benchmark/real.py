@@ -12,6 +12,7 @@ At zero strength only what the base circuit takes up whole is changed. One row a
 
 import argparse
 import collections
+import glob
 import math
 import os
 import random
@@ -95,14 +96,6 @@ def essentials(diagnosis):
                 promised={one["id"]: one["strength"] for one in diagnosis["detection_limits"] if one["strength"] is not None})
 
 
-def in_folder(folder):
-    """Names of the recordings of a folder that are written as draw_scenario writes them. SystemExit where there are none."""
-    names = sorted(name[:-len(".csv")] for name in os.listdir(folder) if name.endswith(".csv")) if os.path.isdir(folder) else []
-    if not names:
-        raise SystemExit(f"{folder}: no folder of recordings, expected CSV files (time_s, current_a, voltage_v)")
-    return names
-
-
 class Bench:
     """Programs, the folder of recordings, and where results are kept.
 
@@ -147,31 +140,31 @@ class Bench:
 
     def case(self, case):
         """A row: the case, what was put in, and the answer; or why there is none."""
-        limit, beside = self.before(case["recording"])["limit_v"], self.recording(case["recording"])
-        if case["kind"] == ZERO:
-            voltage, drawn = laws.neutral(beside.t, beside.i, beside.u, limit, case["seed"])
-            return dict(case, drawn=drawn, answer=self.told(beside.t, beside.i, voltage))
-        if "effect" in case:
-            return self.promised(case)
-        if case["kind"] == INSTRUMENT and beside.t[-1] > LONGEST_INSTRUMENT_S:
-            return dict(case, not_drawn=[f"a law of an instrument takes at most {LONGEST_INSTRUMENT_S:g} s"])
-        drawn, current, voltage, why = self.law(case, laws.PROMISED * limit)
+        before, beside = self.before(case["recording"]), self.recording(case["recording"])
+        drawn, current, voltage, why = self.changed(case, before, beside)
         if drawn is None:
             return dict(case, not_drawn=why)
         return dict(case, drawn=drawn, answer=self.told(beside.t, current, voltage))
 
-    def promised(self, case):
-        """A row with an effect at the least strength that the answer to the unchanged recording calls enough."""
-        strength, beside = self.before(case["recording"])["promised"].get(case["effect"]), self.recording(case["recording"])
-        if strength is None:
-            return dict(case, not_drawn=[f"{case['effect']} would be reported at no strength, or is reported"])
-        instant = concealment.instant_of_throughput(beside.t, beside.i, INSTANT_SHARE)
-        current, voltage = concealment.changed(case["effect"], beside.t, beside.i, beside.u, strength, case["tau_s"], instant)
-        return dict(case, drawn={"form": case["effect"], "strength": strength}, answer=self.told(beside.t, current, voltage))
+    def changed(self, case, before, beside):
+        """What is put in, current and voltage with it, and why nothing was where that is None."""
+        if case["kind"] == ZERO:
+            voltage, drawn = laws.neutral(beside.t, beside.i, beside.u, before["limit_v"], case["seed"])
+            return drawn, beside.i, voltage, []
+        if "effect" in case:  # at the least strength that the answer to the unchanged recording calls enough
+            strength = before["promised"].get(case["effect"])
+            if strength is None:
+                return None, None, None, [f"{case['effect']} would be reported at no strength, or is reported"]
+            instant = concealment.instant_of_throughput(beside.t, beside.i, INSTANT_SHARE)
+            shown = concealment.changed(case["effect"], beside.t, beside.i, beside.u, strength, case["tau_s"], instant)
+            return {"form": case["effect"], "strength": strength}, *shown, []
+        if case["kind"] == INSTRUMENT and beside.t[-1] > LONGEST_INSTRUMENT_S:
+            return None, None, None, [f"a law of an instrument takes at most {LONGEST_INSTRUMENT_S:g} s"]
+        return self.law(case, beside, laws.PROMISED * before["limit_v"])
 
-    def law(self, case, wanted):
+    def law(self, case, beside, wanted):
         """The first form of the mechanism that shows as it should."""
-        beside, why = self.recording(case["recording"]), []
+        why = []
         with tempfile.TemporaryDirectory(prefix="real_") as folder:
             path = os.path.join(folder, "measured.csv")
             recordings.write(path, beside.t, beside.i, beside.u)
@@ -201,7 +194,9 @@ def run(bench, seed, count, minutes, only=(), known=None, say=said_of):
     """
     ends = time.monotonic() + 60.0 * minutes
     require_same(os.path.join(bench.out, "seed.json"), seed, "cases of another seed")
-    names = in_folder(bench.data) if bench.plain else MEASURED
+    names = sorted(path[:-len(".csv")] for path in glob.glob("*.csv", root_dir=bench.data)) if bench.plain else MEASURED
+    if not names:
+        raise SystemExit(f"{bench.data}: no folder of recordings, expected CSV files (time_s, current_a, voltage_v)")
     cases = promised(seed, known, only, names) if known else rounds(seed, bench.forms, only, bench.without_answer)
 
     def work(case):
@@ -342,6 +337,5 @@ def main(given=None):
             catalogue(program(a.build, "sof")) if a.promised else None)
     text = as_markdown(lines_of(os.path.join(a.out, ANSWERS)), unchanged_in(a.out))
     sys.stdout.write(text)
-    if a.markdown:
-        write_text(a.markdown, text)
+    write_text(a.markdown, text)
     return 0

@@ -4,7 +4,6 @@ A neutral change adds what the base circuit has already: a level of the voltage,
 20 minutes and longer; recordings of one vehicle are compared with one another.
 """
 
-import argparse
 import itertools
 import os
 import tempfile
@@ -12,7 +11,7 @@ import tempfile
 from .. import recordings, sof
 from ..files import finished, write_json
 from ..tables import table
-from .measured import whole_recordings
+from . import measured
 
 CHANGES = {"+ 0.1 V": (0.1, 0.0), "+ 2 mOhm": (0.0, 0.002)}  # [V], [Ohm]
 HALVES = ("first half", "second half")
@@ -22,9 +21,8 @@ VEHICLES = (("startstop_car/drive_1", "startstop_car/drive_2"),)
 PATIENCE_S = 600.0
 
 
-def shown(data, name):
+def shown(data, one):
     """{what was done: time, current, voltage} of a recording."""
-    one = whole_recordings()[name]
     t, i, u = recordings.read(os.path.join(data, one.path), one.columns, one.discharge_positive)
     cases = {AS_IT_IS: (t, i, u)}
     cases.update({change: (t, i, u + level + resistance * i) for change, (level, resistance) in CHANGES.items()})
@@ -34,11 +32,11 @@ def shown(data, name):
     return cases
 
 
-def asked(program, data, name, case):
+def asked(program, data, name, one, case):
     """(recording, case, {mechanism: probability} of the set of 0.9, verdict); no mechanism where nothing is missing or there is no answer."""
     with tempfile.TemporaryDirectory(prefix="same_") as folder:
         path = os.path.join(folder, "shown.csv")
-        recordings.write(path, *shown(data, name)[case])
+        recordings.write(path, *shown(data, one)[case])
         try:
             answer = sof.diagnose(program, path, patience_s=PATIENCE_S)
         except sof.Failure as failure:
@@ -81,25 +79,14 @@ def report(found):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("build", nargs="?", default="build")
-    parser.add_argument("--data", required=True, help="folder of the recordings")
-    parser.add_argument("--sof", help="a copy of the command, its libraries above it, in place of the build's")
-    parser.add_argument("--json", help="file to write the counts to")
-    parser.add_argument("--only", default="", help="recordings, comma-separated, as the table names them")
+    parser = measured.parser(__doc__)
     parser.add_argument("--jobs", type=int, default=1)
     arguments = parser.parse_args()
-    program = arguments.sof or sof.program(arguments.build, "sof")
-    only = [one for one in arguments.only.split(",") if one]
-    unknown = set(only) - set(whole_recordings())
-    if unknown:
-        raise SystemExit(f"--only: no recording {', '.join(sorted(unknown))}; there are {', '.join(whole_recordings())}")
-    names = only or list(whole_recordings())
-    todo = [(program, arguments.data, name, case) for name in names for case in shown(arguments.data, name)]
-    found = {name: {} for name in names}
+    program, wanted = measured.chosen(arguments)
+    todo = [(program, arguments.data, name, one, case) for name, one in wanted.items() for case in shown(arguments.data, one)]
+    found = {name: {} for name in wanted}
     for name, case, said, verdict in finished(arguments.jobs, asked, todo, "diagnosis"):
         found[name][case] = (said, verdict)
     print("\n".join(report(found)))
-    if arguments.json:
-        write_json(arguments.json, figures(found))
+    write_json(arguments.json, figures(found))
     return 0

@@ -66,15 +66,11 @@ def files_of(folder, key, with_pages):
     where = plan.results(folder, key)
     for name in sorted(os.listdir(where)) if os.path.isdir(where) else ():
         path = os.path.join(where, name)
-        if stored.FILE_NAME.fullmatch(name) and (with_pages or not name.endswith(".html")) and is_plain(path):
+        is_plain = os.path.isfile(path) and not os.path.islink(path) and os.path.getsize(path) <= MOST_BYTES  # of the folder itself
+        if stored.FILE_NAME.fullmatch(name) and (with_pages or not name.endswith(".html")) and is_plain:
             with open(path, "rb") as file:
                 content = file.read()
             yield key, name, len(content), zlib.compress(content, 6)
-
-
-def is_plain(path):
-    """A file of the folder itself, no link to another one."""
-    return os.path.isfile(path) and not os.path.islink(path) and os.path.getsize(path) <= MOST_BYTES
 
 
 def answers(base, step):

@@ -40,21 +40,14 @@ def lay_groups(folder, todo, cores):
     return len(made)
 
 
-def slurm_options(jobs, options):
-    submit = " ".join(["sbatch", "--parsable", "--cpus-per-task=1", "--output=slurm/%j.log", *options])
-    return ["--cluster", submit, "--cluster-status", os.path.join(HERE, "slurm_status.py"), "--cluster-cancel", "scancel", "--jobs", str(jobs),
-            "--max-status-checks-per-second", "5", "--latency-wait", "60"]
-
-
 def command(folder, jobs, slurm=False, sbatch=(), profile=None):
-    engine = ["--profile", profile] if profile else slurm_options(jobs, sbatch) if slurm else ["--cores", str(jobs)]
+    engine = ["--profile", profile] if profile else ["--cores", str(jobs)]
+    if slurm and not profile:
+        submit = " ".join(["sbatch", "--parsable", "--cpus-per-task=1", "--output=slurm/%j.log", *sbatch])
+        engine = ["--cluster", submit, "--cluster-status", os.path.join(HERE, "slurm_status.py"), "--cluster-cancel", "scancel", "--jobs", str(jobs),
+                  "--max-status-checks-per-second", "5", "--latency-wait", "60"]
     return [SNAKEMAKE, "--snakefile", os.path.join(HERE, "Snakefile"), "--directory", folder, "--keep-going", "--nolock", "--rerun-incomplete", "--rerun-triggers", "mtime",
             "--restart-times", str(RETRIES), "--quiet", "rules", "--config", "python=" + sys.executable, *engine]
-
-
-def environment():
-    """With this package first, as jobs are processes of their own."""
-    return dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, (TOOLS, os.environ.get("PYTHONPATH")))), PYTHONDONTWRITEBYTECODE="1")
 
 
 def run(folder, entries, steps, jobs, **how):
@@ -67,6 +60,8 @@ def run(folder, entries, steps, jobs, **how):
         count = lay_groups(folder, todo, jobs)
         os.makedirs(os.path.join(folder, "slurm"), exist_ok=True)
         print(f"{len(todo)} recordings in {count} jobs", file=sys.stderr, flush=True)
+        # With this package first, as jobs are processes of their own.
+        environment = dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, (TOOLS, os.environ.get("PYTHONPATH")))), PYTHONDONTWRITEBYTECODE="1")
         with open(os.path.join(folder, "engine.log"), "a") as log:
-            subprocess.run([*WITH_US, *command(os.path.abspath(folder), jobs, **how)], stdout=log, stderr=log, env=environment(), check=False)
+            subprocess.run([*WITH_US, *command(os.path.abspath(folder), jobs, **how)], stdout=log, stderr=log, env=environment, check=False)
     return [one for one in todo if plan.missing(folder, one["key"], steps)]

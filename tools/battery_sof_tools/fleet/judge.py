@@ -37,10 +37,6 @@ def left_on_training(base):
     return found
 
 
-def residuals(left):
-    return f"{1e3 * statistics.median(left):.1f}; {1e3 * max(left):.1f}; {sum(one > PLAUSIBLE for one in left)}" if left else ""
-
-
 def judged(base, nulls=None):
     """Lines of two tables. nulls: gains of recordings that lack nothing, or None."""
     kinds, lacking, left = collections.defaultdict(list), set(), collections.defaultdict(list)
@@ -52,8 +48,9 @@ def judged(base, nulls=None):
             left[label["kind"]] += [rms[row["recording"]]] if row["recording"] in rms else []
         if label["kind"] == LAW:
             lacking.add(row["battery"])
+    residuals = {kind: f"{1e3 * statistics.median(some):.1f}; {1e3 * max(some):.1f}; {sum(one > PLAUSIBLE for one in some)}" for kind, some in left.items() if some}
     rows = [(kind, len(those), rate(sum(verdict != SILENT for verdict, _, _ in those), len(those)), rate(sum(family is not None for _, family, _ in those), len(those)),
-             rate(sum(family == true for _, family, true in those), len(those)) if kind == LAW else "", residuals(left[kind])) for kind, those in sorted(kinds.items())]
+             rate(sum(family == true for _, family, true in those), len(those)) if kind == LAW else "", residuals.get(kind)) for kind, those in sorted(kinds.items())]
     every = discoveries.batteries(base, nulls)
     found = [one for one in every if one.found]
     false = sum(one.name not in lacking for one in found)

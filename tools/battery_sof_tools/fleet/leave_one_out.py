@@ -18,23 +18,18 @@ from . import database, plan, priors, scoring, steps
 FAR = 3.0  # times the median error
 
 
-def without_it(folder, battery, path):
-    """Writes the prior of the others. @return whether there is one."""
-    try:
-        return bool(priors.write(folder, path, [battery])["priors"])
-    except SystemExit:
-        return False
-
-
 def scored(folder, battery, entries, setting):
-    """(battery, {start and recording: window}) of a battery's recordings under the prior of the others."""
+    """(battery, {start and recording: window}) of a battery's recordings under the prior of the others, where there is one."""
     found = {}
     with tempfile.TemporaryDirectory(prefix="sof_fleet_") as temporary:
         path = os.path.join(temporary, "priors.yaml")
-        if without_it(folder, battery, path):
-            for entry in entries:
-                answer = scoring.answer(steps.Recording(folder, entry, dict(setting, priors=path)), setting["patience_s"])[1] or {"windows": []}
-                found.update({(entry["key"], round(one["start_s"], 3)): (one["model"]["share_percent"], one["window_quality"], one["model"]["crank_mae_v"]) for one in answer["windows"]})
+        try:
+            priors.write(folder, path, [battery])
+        except SystemExit:
+            return battery, found
+        for entry in entries:
+            answer = scoring.answer(steps.Recording(folder, entry, dict(setting, priors=path)), setting["patience_s"])[1] or {"windows": []}
+            found.update({(entry["key"], round(one["start_s"], 3)): (one["model"]["share_percent"], one["window_quality"], one["model"]["crank_mae_v"]) for one in answer["windows"]})
     return battery, found
 
 

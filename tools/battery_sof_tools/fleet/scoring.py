@@ -25,10 +25,10 @@ def answer(recording, patience_s):
         return None, None, f"{len(t)} samples, {2 * LEAST} are needed"
     window = max(recording.setting["window_s"], 2 * LEAST * float(np.median(np.diff(t))))
     found, stretches = [], stretches_of(t, window)
-    columns = listing.column_options(recording.entry) if not recording.is_bag else []
+    path, *columns = recording.read()
     for ends in stretches:
         try:
-            scores = score_next_window.score(recording.setting["sof"], recording.path(), columns, t, ends, recording.options(), end)
+            scores = score_next_window.score(recording.setting["sof"], path, columns, t, ends, recording.options(), end)
         except subprocess.TimeoutExpired:
             return None, None, f"no answer within {patience_s:g} s"
         if scores:
@@ -41,7 +41,7 @@ def answer(recording, patience_s):
 def times(recording):
     entry = recording.entry
     names = recordings.COLUMNS if recording.is_bag else tuple(entry.get(key, name) for key, name in zip(listing.COLUMNS, recordings.COLUMNS))
-    t = np.sort(recordings.read(recording.path(), names)[0])
+    t = np.sort(recordings.read(recording.read()[0], names)[0])
     t = t[np.isfinite(t)]
     return t[(t >= float(entry.get("from_s", -np.inf))) & (t <= float(entry.get("to_s", np.inf)))] if is_number(entry) else t
 

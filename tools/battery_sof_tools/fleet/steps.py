@@ -33,15 +33,10 @@ class Recording:
     def file(self, name):
         return os.path.join(self.results, name)
 
-    def columns(self):
-        if self.is_bag and os.path.exists(self.file("recording.csv")):
-            return []
-        return listing.column_options(self.entry)
-
-    def path(self):
-        """Of what is read: a bag's copy as CSV where there is one, which every step can read."""
+    def read(self):
+        """Path of what is read and what reports its columns: a bag's copy as CSV where there is one, which every step can read."""
         converted = self.file("recording.csv")
-        return converted if self.is_bag and os.path.exists(converted) else self.entry["path"]
+        return [converted] if self.is_bag and os.path.exists(converted) else [self.entry["path"], *listing.column_options(self.entry)]
 
     def priors(self):
         if not self.setting.get("priors"):
@@ -54,7 +49,7 @@ class Recording:
         return (["--effects", self.entry["effects"]] if "effects" in self.entry else []) + self.priors()
 
     def command(self, step):
-        read = [self.path(), *self.columns()]
+        read = self.read()
         window = listing.window_options(self.entry)
         model = self.file("model.yaml")
         return [self.setting["sof"], *{
@@ -95,20 +90,6 @@ def called(command, patience_s):
     return told
 
 
-def converted(recording, patience_s):
-    """sof convert reports nothing in JSON."""
-    if not recording.is_bag:
-        return None, None, "not needed: the recording is CSV"
-    told = called(recording.command("convert"), patience_s)
-    return told.returncode, None, told.stderr.strip()[-300:] or None
-
-
-def scored(recording, patience_s):
-    from . import scoring  # numpy and scipy take their time
-    code, answer, reason = scoring.answer(recording, patience_s)
-    return code, stored.require(answer, (stored.ANSWERS["score"], None)), reason
-
-
 def answered(recording, step, patience_s):
     """(exit code, answer, reason) of a step."""
     reason = recording.entry["unreadable"] or plan.unreadable(recording.entry["path"])
@@ -116,10 +97,15 @@ def answered(recording, step, patience_s):
         return None, None, reason
     if step in NEEDED and not os.path.exists(recording.file("model.yaml")):
         return None, None, f"not taken: {NEEDED[step]} gave no model"
-    if step == "convert":
-        return converted(recording, patience_s)
+    if step == "convert" and not recording.is_bag:
+        return None, None, "not needed: the recording is CSV"
+    if step == "convert":  # reports nothing in JSON
+        told = called(recording.command("convert"), patience_s)
+        return told.returncode, None, told.stderr.strip()[-300:] or None
     if step == "score":
-        return scored(recording, patience_s)
+        from . import scoring  # numpy and scipy take their time
+        code, answer, reason = scoring.answer(recording, patience_s)
+        return code, stored.require(answer, (stored.ANSWERS["score"], None)), reason
     return asked(recording.command(step), step, patience_s)
 
 

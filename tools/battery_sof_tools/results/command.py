@@ -61,10 +61,6 @@ def measured(name, places, docs=None):
         return figures, {file: digest(os.path.join(folder, "docs", file)) for file in one.files if file.endswith(".png")}
 
 
-def write_results(results):
-    write_text(pages.RESULTS, json.dumps(results, indent=1, sort_keys=True) + "\n")
-
-
 def head():
     return subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
 
@@ -75,7 +71,7 @@ def collect(args):
         figures, files = measured(name, args.places, DOCS)
         results = read_json(pages.RESULTS)
         results[name] = {"commands": list(MEASUREMENTS[name].commands), "commit": args.commit or head(), "figures": figures, "files": files}
-        write_results(results)
+        write_text(pages.RESULTS, json.dumps(results, indent=1, sort_keys=True) + "\n")
     pages.write()
 
 
@@ -91,8 +87,7 @@ def hold(args):
     for name in [one for one in args.chosen if one in {figure.id.split(".")[0] for figure in gate.FIGURES}]:
         print(f"{name}: about {MEASUREMENTS[name].minutes:g} min", file=sys.stderr, flush=True)
         now[name] = {"figures": measured(name, args.places)[0]}
-        if args.json:
-            write_text(args.json, json.dumps(now, indent=1))
+        write_text(args.json, json.dumps(now, indent=1))
     rows, worse = gate.held(before, now)
     print("\n".join(table(gate.HEAD, rows)))
     return 1 if worse else 0

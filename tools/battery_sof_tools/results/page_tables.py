@@ -6,7 +6,6 @@ from .. import rates, study
 from ..tables import table
 from ..trips import HEAD, cells
 
-WORDS = {1: "one crank", 2: "two cranks"}
 WINDOWS = {"drive_1": "drive_1", "drive_2": "drive_2", "other_car_1": "other_car_1", "small_car": "small_car/trip"}
 QUARTERS = {"ev_12v": "ev_12v/load", "ageing_bench": "ageing_bench/cycles", "solar_vrla": "solar_vrla/ten_days", "agm_bench": "agm_bench/full_cycle"}
 DIAGNOSED = {"drive_1": "startstop_car/drive_1", "drive_2": "startstop_car/drive_2", "other_car_1": "startstop_car/other_car_1", "small_car": "small_car/trip", "ev_12v": "ev_12v/load",
@@ -14,29 +13,23 @@ DIAGNOSED = {"drive_1": "startstop_car/drive_1", "drive_2": "startstop_car/drive
              "second_match": "frc_robot/second_match"}
 
 
-def cranks_of(windows, who):
-    """Mean error, or how few they are."""
-    count = (windows["cranks"] or {}).get("count", 0)
-    return WORDS.get(count, "-") if count < 3 else f"{windows[who]['cranks_mv']:.0f} mV"
-
-
 # ---------------------------------------------------------------------------------------------- the next window
 
 def predictions(results, name):
-    """Windows of this package and of the paper's circuit; (windows, whose) of all three."""
+    """Windows of this package and of the paper's circuit; scores of both and of the baseline; their mean errors of cranks where there are three or more."""
     ours, paper = results["next_window"][name], results["next_window_paper"][name]
-    return ours, paper, ((ours, "model"), (paper, "model"), (ours, "baseline"))
+    each = ours["model"], paper["model"], ours["baseline"]
+    has_cranks = (ours["cranks"] or {}).get("count", 0) >= 3
+    return ours, paper, each, [f"{one['cranks_mv']:.0f} mV" if has_cranks else None for one in each]
 
 
 def next_window(results):
     """Explained variation, median error of charges of 60 s, mean error of cranks."""
     rows = []
     for name, label in WINDOWS.items():
-        ours, paper, each = predictions(results, name)
-        has_cranks = ours["cranks"]["count"] >= 3
+        ours, paper, each, cranks = predictions(results, name)
         rows.append((f"{label}, {ours['windows']} ({paper['windows']})",
-                     *(f"{one[who]['share_percent']:.0f} %, {one[who]['charges_60s_a']:.1f} A, "
-                       f"{cranks_of(one, who) if has_cranks else '-'}" for one, who in each)))
+                     *(f"{one['share_percent']:.0f} %, {one['charges_60s_a']:.1f} A, {error or '-'}" for one, error in zip(each, cranks))))
     return table(("recording, windows (paper's)", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
@@ -46,11 +39,9 @@ def next_window_short(results):
               "same model, another car", "a small start-stop car")
     rows = []
     for name, label in zip(WINDOWS, labels):
-        ours, _, each = predictions(results, name)
-        has_cranks = (ours["cranks"] or {}).get("count", 0) >= 3
-        share, *others = [f"{one[who]['share_percent']:.0f} %" for one, who in each]
-        cranks = [f", {cranks_of(one, who)}" if has_cranks else "" for one, who in each]
-        rows.append((label, *map("".join, zip((f"**{share}**", *others), cranks))))
+        _, _, each, cranks = predictions(results, name)
+        share, *others = [f"{one['share_percent']:.0f} %" for one in each]
+        rows.append((label, *(", ".join(filter(None, cell)) for cell in zip((f"**{share}**", *others), cranks))))
     return table(("recording", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 

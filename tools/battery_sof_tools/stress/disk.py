@@ -83,11 +83,8 @@ class WatchedNode:
         perform("identify")
         time.sleep(2.5)
         after = os.stat(self.state).st_mtime_ns if os.path.exists(self.state) else None
-        return after is not None and after != before, self.state_message()
-
-    def state_message(self):
-        said = [status.message for status in self.said.message.status if "identification" in status.name] if self.said.message else []
-        return said[0] if said else ""
+        said = self.said.message.status if self.said.message else ()
+        return after is not None and after != before, next((status.message for status in said if "identification" in status.name), "")
 
 
 def node_on_disks(programs, folder, disk, recording):

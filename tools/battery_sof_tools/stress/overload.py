@@ -10,7 +10,6 @@ from .load import Load, under_load, waited
 from .ros import Processes, node_of_this_process
 
 LEARNT = 400.0  # [s] of the drive before the load begins
-KEYS = ("query work p99 [ms]", "query work longest [ms]", "sample delay p99 [ms]")
 
 
 def wake(end, told):
@@ -51,7 +50,7 @@ def report(result):
             ("answers of code 0 outside 6 to 16 V", seen.outside),
             *((f"{kind} beside", count) for kind, count, _ in seen.runs),
             ("a client in Python waits, median; 99 % [ms]", "{:.1f}; {:.1f}".format(*waited(seen))),
-            *((key, f"{seen.values[key]:.2f}") for key in KEYS),
+            *((key, f"{seen.values[key]:.2f}") for key in ("query work p99 [ms]", "query work longest [ms]", "sample delay p99 [ms]")),
             ("sample delay longest [ms]", f"{seen.longest:.2f}"),
             ("a program that only wakes every millisecond, latest [ms]", f"{late:.2f}")]
     return table(("what", "figure"), rows)

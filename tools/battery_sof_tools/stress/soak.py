@@ -24,12 +24,6 @@ def slope(rows):
     return float(np.polyfit(*zip(*late), 1)[0]) if len(late) >= 3 else float("nan")
 
 
-def lines_of(rows):
-    step = max(1, len(rows) // 12)
-    shown = rows[::step] + ([rows[-1]] if (len(rows) - 1) % step else [])
-    return table(HEAD, [(f"{hours:.1f}", taken, f"{rss:.1f}", files, threads) for hours, taken, rss, files, threads in shown])
-
-
 def measured(programs, folder, hours, speed, rate):
     """Rows of (hours, samples, MB, files, threads). @param rate [Hz] of the drive, speed times as fast as it was driven."""
     from battery_sof.msg import SofStatus
@@ -53,6 +47,9 @@ def measured(programs, folder, hours, speed, rate):
 
 
 def report(rows):
+    step = max(1, len(rows) // 12)
+    shown = rows[::step] + ([rows[-1]] if (len(rows) - 1) % step else [])
+    lines = table(HEAD, [(f"{hours:.1f}", taken, f"{rss:.1f}", files, threads) for hours, taken, rss, files, threads in shown])
     files, threads = ([row[k] for row in rows if row[0] >= 1.0] or [0] for k in (3, 4))
-    return lines_of(rows) + ["", f"Memory grows by {slope(rows):.2f} MB an hour of driving after the first; open files {min(files)} to {max(files)}, "
-                             f"threads {min(threads)} to {max(threads)}."]
+    return lines + ["", f"Memory grows by {slope(rows):.2f} MB an hour of driving after the first; open files {min(files)} to {max(files)}, "
+                    f"threads {min(threads)} to {max(threads)}."]

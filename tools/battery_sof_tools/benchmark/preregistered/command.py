@@ -28,10 +28,8 @@ def do_score(a):
     report = score.score(*seal.cases_of(a.seal, a.out, catalogue(program(a.build, "sof"))))
     text = score.as_text(report)
     sys.stdout.write(text)
-    if a.text:
-        write_text(a.text, text)
-    if a.json:
-        write_text(a.json, score.as_json(report) + "\n")
+    write_text(a.text, text)
+    write_text(a.json, score.as_json(report) + "\n")
     return report
 
 

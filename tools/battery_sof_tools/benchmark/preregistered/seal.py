@@ -5,15 +5,15 @@ written down and hashed before a scorer opens the labels; only then the models a
 """
 
 import collections
+import contextlib
 import functools
 import json
 import math
 import os
 import sys
-import tempfile
 
 from ...files import digest, lines_of, read_json, read_text, require_same, write_text
-from ...sof import RECORDING, Failure, call, product_digest, program
+from ...sof import Failure, call, product_digest, program
 from .. import answers
 from ..generator import Generator
 from ..runner import ANSWERS, complete
@@ -56,21 +56,17 @@ def labelled(generator, case):
     """The label of a case: strength found, then what the generator says of it as it will be shown."""
     try:
         case = strength.with_strength(generator, case)
-        with tempfile.TemporaryDirectory(prefix="proof_") as folder:
-            label = generator.draw(case, os.path.join(folder, RECORDING))
+        with generator.drawn(case) as (label, _):
+            pass
     except Failure as failure:
         return dict({key: case[key] for key in KEPT if key in case}, failed=str(failure))
     kept = {key: case[key] for key in KEPT if key in case}
-    kept.update(structure=label["structure"], strength=six_digits(label["strength"]), expected=label["expected"],
-                soc_at_end=strength.rounded(label["truth"]["soc_at_end"], 6))
+    # Six digits, so that another machine's last bit changes no digest.
+    strengths = {key: strength.rounded(value, 6) if isinstance(value, float) else value for key, value in label["strength"].items()}
+    kept.update(structure=label["structure"], strength=strengths, expected=label["expected"], soc_at_end=strength.rounded(label["truth"]["soc_at_end"], 6))
     if "regime_from_s" in label:
         kept["regime_from_s"] = label["regime_from_s"]
     return kept
-
-
-def six_digits(strength_of):
-    """Numbers so that another machine's last bit changes no digest."""
-    return {key: strength.rounded(value, 6) if isinstance(value, float) else value for key, value in strength_of.items()}
 
 
 def opened(folder):
@@ -108,8 +104,7 @@ def windows(label):
 
 
 def answered(generator, sof, label):
-    with tempfile.TemporaryDirectory(prefix="proof_") as folder:
-        recording = drawn_again(generator, label, folder)
+    with drawn_again(generator, label) as recording:
         return {"answers": {name: answers.asked(sof, recording, *options, patience_s=PATIENCE_S) for name, options in windows(label).items()}}
 
 
@@ -119,25 +114,24 @@ def truths_to_tell(label):
 
 
 def told(generator, sof, label):
-    with tempfile.TemporaryDirectory(prefix="proof_") as folder:
-        recording = drawn_again(generator, label, folder)
+    with drawn_again(generator, label) as recording:
         return {"answer": answers.asked(sof, recording, "--given", ",".join(truths_to_tell(label)), patience_s=PATIENCE_S)}
 
 
-def drawn_again(generator, label, folder):
+@contextlib.contextmanager
+def drawn_again(generator, label):
     """The recording behind a label; refused if the generator now draws another case."""
-    recording = os.path.join(folder, RECORDING)
-    now = generator.draw(label, recording)
-    for key, value in label["strength"].items():
-        other = now["strength"].get(key)
-        same = math.isclose(value, other, rel_tol=SAME) if isinstance(value, float) and isinstance(other, (int, float)) else value == other
-        if not same:
-            raise Failure(f"the generator draws {key} = {other}, sealed was {value}")
-    if not math.isclose(label["soc_at_end"], now["truth"]["soc_at_end"], rel_tol=SAME):
-        raise Failure("the generator draws another drive than was sealed")
-    if now["expected"] != label["expected"]:
-        raise Failure("the generator expects something else of this case than was sealed")
-    return recording
+    with generator.drawn(label) as (now, recording):
+        for key, value in label["strength"].items():
+            other = now["strength"].get(key)
+            same = math.isclose(value, other, rel_tol=SAME) if isinstance(value, float) and isinstance(other, (int, float)) else value == other
+            if not same:
+                raise Failure(f"the generator draws {key} = {other}, sealed was {value}")
+        if not math.isclose(label["soc_at_end"], now["truth"]["soc_at_end"], rel_tol=SAME):
+            raise Failure("the generator draws another drive than was sealed")
+        if now["expected"] != label["expected"]:
+            raise Failure("the generator expects something else of this case than was sealed")
+        yield recording
 
 
 def cases_of(sealed, results, catalogue):

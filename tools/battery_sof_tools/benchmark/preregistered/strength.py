@@ -1,12 +1,11 @@
 """How strong the addition of a case is made: searched on noise-free drawings, with the measure of difficulty.py."""
 
-import os
 import random
-import tempfile
 
 import numpy as np
 
-from ...sof import RECORDING, Failure
+from ...rates import rms
+from ...sof import Failure
 from ..generator import seed_of
 from . import difficulty
 from .levels import SHORT_S, WITH_COMPANION, Z_WANTED
@@ -33,9 +32,8 @@ class Drawings:
         self.generator, self.case = generator, case
 
     def drawn(self, *scale):
-        with tempfile.TemporaryDirectory(prefix="proof_") as folder:
-            path = os.path.join(folder, RECORDING)
-            return self.generator.draw(dict(self.case, scale=list(scale)), path, quiet=True), difficulty.measured(path)
+        with self.generator.drawn(dict(self.case, scale=list(scale)), quiet=True) as (label, recording):
+            return label, difficulty.measured(recording)
 
     def whole(self, *scale, to_s=None):
         label, recording = self.drawn(*scale)
@@ -218,10 +216,6 @@ def masked(generator, case, first, second):
 
 def raw(generator, case, scales):
     return difficulty.raw_error(*Drawings(generator, case).drawn(*scales))
-
-
-def rms(values):
-    return float(np.sqrt(np.mean(values ** 2)))
 
 
 def bottom(tried, last):
