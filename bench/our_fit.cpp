@@ -15,8 +15,8 @@ Fit searchOnly(const DriveWindow& window) {
                               {options.crank_weight, options.crank_weight_current}, window.max_gap,
                               options.masked);
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
-  const BaseFit fit = searchWindow(samples, equations, options);
-  return {fit.parameters, fit.u_c2_first, fit.cost, fit.iterations};
+  const CompositionFit fit = searchWindow(samples, equations, options);
+  return {baseParameters(fit.point.parameters), fit.point.state[0], fit.at.cost, fit.iterations};
 }
 
 void requireSameAsIdentify(const DriveWindow& window, const Fit& searched) {

@@ -22,8 +22,8 @@ using namespace battery_sof;
 double eventDeviation(const FittedModel& model, double load, double stop, double current,
                       double duration) {
   Simulation simulation = uncertainSimulationOf(model);
-  hold(simulation, load, stop);
-  hold(simulation, current, duration);
+  simulation.hold(load, stop);
+  simulation.hold(current, duration);
   return simulation.voltageDerivatives().norm();
 }
 

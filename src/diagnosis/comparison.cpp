@@ -78,7 +78,7 @@ void takeInterval(const std::vector<BlockSums>& blocks, RegimeComparison& compar
 
 std::optional<Simulation> simulationBefore(const FittedModel& model, double time) {
   if (model.state.time <= time) return simulationOf(model);
-  if (model.fit.first_state.empty() || model.fit.window.from > time) return std::nullopt;
+  if (model.fit.first_state.size() == 0 || model.fit.window.from > time) return std::nullopt;
   return simulationOf(atFirstState(model));
 }
 

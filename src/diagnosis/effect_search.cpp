@@ -43,7 +43,7 @@ struct LinearRest {
 ExplanationState withFreeRegressors(const ExplanationFits& fits, const ExplanationState& state,
                                     Mechanism mechanism) {
   ExplanationState next = fits.withRegressors(state, mechanism);
-  std::fill_n(next.fit.strength.begin(), kRegressorGroups, GroupPrior().most);
+  std::fill_n(next.fit.strength.begin(), kRegressorGroups, GroupPrior::kMost);
   return next;
 }
 

@@ -186,7 +186,7 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
     }
   problem.group.insert(problem.group.end(), kRandomWalk, kRegressorGroups);
   problem.groups = kRegressorGroups + 1;
-  problem.most.assign(kRegressorGroups + 1, GroupPrior().most);
+  problem.most.assign(kRegressorGroups + 1, GroupPrior::kMost);
   problem.most.back() = max_random_walk_;
   for (int k = 0; k < kRandomWalk; ++k)
     used.push_back(static_cast<Eigen::Index>(table_.regressors.size()) + k);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimation/composition_fit.hpp"
 #include "regression/levenberg_marquardt.hpp"
 
 namespace battery_sof {
@@ -131,8 +130,8 @@ PaperPoint evaluateAsInPaper(const PaperWindow& window, double u_dc_before,
 
 }  // namespace
 
-BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& equations,
-                     const IdentifyOptions& options) {
+CompositionFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& equations,
+                            const IdentifyOptions& options) {
   const auto& [r_discharge, r_charge, c2, beta] = options.initial;
   CompositionPoint point{Eigen::VectorXd(kBaseRows), Eigen::VectorXd::Zero(1)};
   point.parameters << r_discharge, r_charge, c2, beta, equations.offset();
@@ -144,13 +143,11 @@ BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& eq
     point = fitComposition(BaseProblem(coarse, point), {point}, search).point;
   }
   search.trusted_gain = kTrustedGain;
-  const CompositionFit found = fitComposition(BaseProblem(equations, point), {point}, search);
-  return {baseParameters(found.point.parameters), found.point.state[0], found.at.cost, found.status,
-          found.iterations};
+  return fitComposition(BaseProblem(equations, point), {point}, search);
 }
 
-BaseFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,
-                        const Sample& first) {
+CompositionFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,
+                               const Sample& first) {
   auto weighted = samples.copied();
   weighted.front().weight = 0.0;
   auto unweighted = weighted;
@@ -163,7 +160,7 @@ BaseFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& opt
   double u_dc = BaseParameters{}.u_dc;  // Table I: 12 V at the first iteration
   MinimizeOptions one_step;
   one_step.max_iterations = 1;
-  BaseFit fit;
+  CompositionFit fit;
   fit.status = FitStatus::kIterationLimit;
   for (fit.iterations = 0; fit.iterations < options.max_iterations; ++fit.iterations) {
     const auto evaluate = [&](const Eigen::VectorXd& trial, NormalEquations& at) {
@@ -184,13 +181,10 @@ BaseFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& opt
     }
   }
   const PaperPoint end = evaluateAsInPaper(window, u_dc, x);
-  fit.parameters.r_discharge = end.theta[0];
-  fit.parameters.r_charge = end.theta[1];
-  fit.parameters.c2 = end.point.c2;
-  fit.parameters.beta = end.point.beta;
-  fit.parameters.u_dc = end.u_dc;
-  fit.u_c2_first = end.point.u_c2_first;
-  fit.cost = end.equations.cost;
+  fit.point = {Eigen::VectorXd(kBaseRows), Eigen::VectorXd(1)};
+  fit.point.parameters << end.theta[0], end.theta[1], end.point.c2, end.point.beta, end.u_dc;
+  fit.point.state << end.point.u_c2_first;
+  fit.at.cost = end.equations.cost;
   return fit;
 }
 

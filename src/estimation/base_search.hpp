@@ -1,18 +1,10 @@
 #pragma once
 
 #include "estimation/base_normal_equations.hpp"
+#include "estimation/composition_fit.hpp"
 #include "estimation/identification.hpp"
 
 namespace battery_sof {
-
-/// Where a search for the base model's parameters ended.
-struct BaseFit {
-  BaseParameters parameters;
-  double u_c2_first = 0.0;  ///< [V], state at the first sample
-  double cost = 0.0;        ///< eq. 3 [V^2]
-  FitStatus status = FitStatus::kConverged;
-  int iterations = 0;
-};
 
 /**
  * @brief Default search: c2, beta (as logarithms) and the first state by Levenberg-Marquardt inside
@@ -26,8 +18,8 @@ struct BaseFit {
  *
  * @param equations of the samples.
  */
-BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& equations,
-                     const IdentifyOptions& options);
+CompositionFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& equations,
+                            const IdentifyOptions& options);
 
 /**
  * @brief The paper's search: four normalised tunables, eqs. 3, 4 and 5, exponential penalty beyond
@@ -38,8 +30,9 @@ BaseFit searchWindow(const WindowSamples& samples, const BaseNormalEquations& eq
  * The penalty adds the squared residual (exp(10 d) - 1) 1 V for a relative excess d beyond a bound.
  * The paper gives no constants: ten per cent beyond a bound costs as much as one sample wrong by
  * 1.7 V.
+ * @return of `at` the cost alone.
  */
-BaseFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,
-                        const Sample& first);
+CompositionFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,
+                               const Sample& first);
 
 }  // namespace battery_sof

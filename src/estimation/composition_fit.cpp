@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estimation/parallel.hpp"
 
@@ -258,19 +257,6 @@ Eigen::VectorXd spreadStart(const LeastSquaresProblem& problem, const Eigen::Vec
   return x;
 }
 
-Eigen::VectorXd leastOf(const LeastSquaresProblem& problem,
-                        const std::vector<Eigen::VectorXd>& points) {
-  std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    NormalEquations at;
-    if (!problem.evaluate(points[k], at) || at.cost >= least) continue;
-    least = at.cost;
-    best = k;
-  }
-  return points[best];
-}
-
 }  // namespace
 
 CompositionFit fitComposition(const LeastSquaresProblem& problem,
@@ -280,7 +266,6 @@ CompositionFit fitComposition(const LeastSquaresProblem& problem,
   for (const CompositionPoint& start : starts) from.push_back(problem.coordinatesOf(start));
   for (int k = 1; k <= search.more_starts; ++k)
     from.push_back(spreadStart(problem, from.front(), k));
-  if (!search.every_start && from.size() > 1) from = {leastOf(problem, from)};
   std::vector<std::optional<CompositionFit>> fits(from.size());
   parallelFor(from.size(), search.threads, [&](std::size_t k) {
     NormalEquations probe;

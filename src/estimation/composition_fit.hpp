@@ -116,7 +116,6 @@ struct CompositionSearch {
   int max_iterations = 60;
   int more_starts = 0;  ///< added to the given ones, spread over the bounds of what is not linear
   int threads = 1;      ///< 0: as many as the machine has; the result is the same
-  bool every_start = true;  ///< false: only from the start of least cost
   /// stop when a step promises less than this share of the cost, see MinimizeOptions
   double tolerance = 1e-8;
   /// a last step that promises less than this share of the cost is taken unseen: 0.15 standard

@@ -24,14 +24,6 @@ constexpr double kEnough = 1e-4;
 constexpr int kLastIterations = 10;
 constexpr double kMinWhite = 1e-5;  // [V]
 
-CompositionPoint basePoint(const BaseFit& base) {
-  CompositionPoint point{BatteryModel().typicalParameters(), BatteryModel().restState()};
-  const BaseParameters& p = base.parameters;
-  point.parameters << p.r_discharge, p.r_charge, p.c2, p.beta, p.u_dc;
-  point.state[0] = base.u_c2_first;
-  return point;
-}
-
 /// Where every strength is at its magnitude.
 CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint point) {
   point.parameters.tail(point.parameters.size() - kBaseRows) =
@@ -54,19 +46,15 @@ CompositionPoint withInstants(const BatteryModel& model, CompositionPoint point,
 
 struct Fitted {
   CompositionFit fit;
-  std::optional<NoiseModel> noise;
-  Eigen::Index samples = 0;  // of the inputs that were fitted
-  std::optional<ChannelErrors> channels = std::nullopt;
+  FitCost cost;
 };
 
-FitCost costOf(const IdentifyOptions& options, const std::optional<NoiseModel>& noise,
-               const std::optional<ChannelErrors>& channels = std::nullopt) {
-  return {noise,
-          options.crank_weight,
-          options.crank_weight_current,
-          true,
-          channels,
-          knownOf(options.priors, options.effects)};
+FitCost costOf(const IdentifyOptions& options) {
+  FitCost cost;
+  cost.crank_weight = options.crank_weight;
+  cost.crank_weight_current = options.crank_weight_current;
+  cost.known = knownOf(options.priors, options.effects);
+  return cost;
 }
 
 /// A window and its inputs; compressed is empty for short ones.
@@ -89,29 +77,27 @@ struct Window {
 };
 
 Fitted search(const BatteryModel& model, const InputSequence& inputs,
-              const IdentifyOptions& options, const BaseFit& base) {
-  FitCost cost = costOf(options, std::nullopt);
+              const IdentifyOptions& options, const CompositionPoint& base) {
   CompositionSearch search;
   search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
   search.more_starts = model.effects().empty() ? 0 : options.more_starts;
   search.threads = options.threads;
-  const CompositionPoint nested = embedded(BatteryModel(), basePoint(base), model);
+  const CompositionPoint nested = embedded(BatteryModel(), base, model);
   std::vector<CompositionPoint> starts = {nested};
   if (!model.effects().empty()) starts.push_back(withMagnitudes(model, nested));
   for (const double share : {0.125, 0.375, 0.625, 0.875})
     if (hasInstant(model))
       starts.push_back(withInstants(model, starts[1],
                                     share * (inputs.samples.back().step.time - inputs.first_time)));
-  const CompositionProblem weighted(model, inputs, cost, nested);
-  const auto samples = static_cast<Eigen::Index>(inputs.samples.size());
-  Fitted fitted{fitComposition(weighted, starts, search), std::nullopt, samples, std::nullopt};
+  Fitted fitted{{}, costOf(options)};
+  const CompositionProblem weighted(model, inputs, fitted.cost, nested);
+  fitted.fit = fitComposition(weighted, starts, search);
   search.more_starts = 0;
   for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
-    cost.noise = fitNoise(weighted.residual(fitted.fit.x), inputs.samples,
-                          std::max(kMinWhite, options.voltage_lsb_std));
-    const CompositionProblem whitened(model, inputs, cost, nested);
-    fitted = {fitComposition(whitened, {fitted.fit.point}, search), cost.noise, samples,
-              std::nullopt};
+    fitted.cost.noise = fitNoise(weighted.residual(fitted.fit.x), inputs.samples,
+                                 std::max(kMinWhite, options.voltage_lsb_std));
+    const CompositionProblem whitened(model, inputs, fitted.cost, nested);
+    fitted.fit = fitComposition(whitened, {fitted.fit.point}, search);
   }
   return fitted;
 }
@@ -119,17 +105,16 @@ Fitted search(const BatteryModel& model, const InputSequence& inputs,
 /// The search with errors in both variables: from the composition's magnitudes, as their weights
 /// depend on where they are taken twice.
 Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
-                      const IdentifyOptions& options, const BaseFit& base) {
-  const FitCost cost = costOf(options, std::nullopt, ChannelErrors());
+                      const IdentifyOptions& options, const CompositionPoint& base) {
+  Fitted fitted{{}, costOf(options)};
+  fitted.cost.channels.emplace();
   CompositionSearch search;
   search.eliminate = false;
   search.tolerance = kEnough;
   search.max_iterations = std::max(options.max_iterations, kFirstIterations);
-  CompositionPoint start = typicalStart(model, inputs);
-  if (model.effects().empty()) start = basePoint(base);
-  CompositionProblem problem(model, inputs, cost, start);
-  Fitted fitted{fitComposition(problem, {start}, search), std::nullopt,
-                static_cast<Eigen::Index>(inputs.samples.size()), cost.channels};
+  const CompositionPoint start = model.effects().empty() ? base : typicalStart(model, inputs);
+  CompositionProblem problem(model, inputs, fitted.cost, start);
+  fitted.fit = fitComposition(problem, {start}, search);
   search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
   problem.reweigh(fitted.fit.point);
   fitted.fit = fitComposition(problem, {fitted.fit.point}, search);
@@ -146,8 +131,7 @@ struct Pass {
 Pass passOver(const BatteryModel& model, const InputSequence& inputs,
               const CompositionProblem& problem, const CompositionFit& fit) {
   const Eigen::MatrixXd seeds = problem.seedsAt(fit.x);
-  Simulation simulation(
-      model, {fit.point.parameters, fit.point.state, inputs.first_time, inputs.first_time}, seeds);
+  Simulation simulation(model, fit.point.at(inputs.first_time), seeds);
   const auto count = static_cast<Eigen::Index>(inputs.samples.size());
   Pass pass{Eigen::MatrixXd(count, problem.size()), Eigen::VectorXd(count), Eigen::VectorXd(count),
             seeds};
@@ -169,12 +153,13 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
   return x[k] <= problem.lower()[k] + 1e-9 * span || x[k] >= problem.upper()[k] - 1e-9 * span;
 }
 
-/// Covariance of the coordinates; those at a bound are taken as known.
-Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted, Pass pass,
-                             double rho) {
+/// Covariance of the coordinates; those at a bound are taken as known. @param samples fitted.
+Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted,
+                             std::size_t samples, Pass pass, double rho) {
   const Eigen::VectorXd precision = problem.priorPrecision();
-  if (fitted.noise) {
-    const double freedom = std::max(1.0, static_cast<double>(fitted.samples - problem.size()));
+  if (fitted.cost.noise) {
+    const double freedom =
+        std::max(1.0, static_cast<double>(samples) - static_cast<double>(problem.size()));
     Eigen::MatrixXd information = fitted.fit.at.hessian;
     for (Eigen::Index k = 0; k < problem.size(); ++k)
       if (isAtBound(problem, fitted.fit.x, k)) {
@@ -196,27 +181,6 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
   return combined(parts);
 }
 
-std::vector<ParameterEstimate> estimatesOf(const BatteryModel& model,
-                                           const CompositionProblem& problem, const Fitted& fitted,
-                                           const Eigen::MatrixXd& covariance) {
-  std::vector<ParameterEstimate> estimates;
-  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
-    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
-    ParameterEstimate estimate{
-        info.name, info.unit, fitted.fit.point.parameters[j], std::nullopt, false, true, true};
-    for (Eigen::Index k = 0; k < problem.size(); ++k) {
-      if (problem.rowOf(k) != j) continue;
-      estimate.held = false;
-      estimate.at_bound = isAtBound(problem, fitted.fit.x, k);
-      estimate.std = standardError(covariance, j);
-      const double enough = j == kRowUDc ? 0.5 : 0.5 * std::abs(estimate.value);
-      estimate.determined = !estimate.at_bound && estimate.std && *estimate.std < enough;
-    }
-    estimates.push_back(estimate);
-  }
-  return estimates;
-}
-
 /// Scores of a residual that is a voltage's or, where the voltage is the input, a current's.
 FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequence& inputs,
                          const Eigen::VectorXd& residual, double crank_current) {
@@ -229,7 +193,7 @@ FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequ
     currents += 1.0;
     error = 0.0;
   }
-  const double rho = std::clamp(lagOneCorrelation(of_voltage), -0.9999, 0.9999);
+  const double rho = lagOneCorrelation(of_voltage);
   FitScores scores = scoresOf(series, range, of_voltage, rho, crank_current);
   if (currents == 0.0) return scores;
   scores.current_rmse = std::sqrt(squares_a / currents);
@@ -251,10 +215,9 @@ FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, Ind
 
 FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options,
                       const Fitted& fitted) {
-  const FitCost cost = costOf(options, fitted.noise, fitted.channels);
   const auto& [series, range, full, compressed] = on;
   const InputSequence& for_errors = on.judged();
-  const CompositionProblem problem(model, for_errors, cost, fitted.fit.point);
+  const CompositionProblem problem(model, for_errors, fitted.cost, fitted.fit.point);
   const Pass pass = passOver(model, for_errors, problem, fitted.fit);
   // A pass over the whole window has its residual already; otherwise weights play no part in one.
   const Eigen::VectorXd residual =
@@ -262,27 +225,34 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
           ? pass.residual
           : CompositionProblem(model, full, FitCost(), fitted.fit.point).residual(fitted.fit.x);
   const Eigen::VectorXd weighted = pass.weight.cwiseSqrt().cwiseProduct(pass.residual);
-  const double rho =
-      std::clamp(lagOneCorrelation(fitted.channels ? weighted : pass.residual), -0.9999, 0.9999);
+  const double rho = lagOneCorrelation(fitted.cost.channels ? weighted : pass.residual);
 
   FittedModel found = unfitted(series, range, model, fitted.fit.status, "");
   found.fit.parameters = baseParameters(fitted.fit.point.parameters);
   found.fit.iterations = fitted.fit.iterations;
-  const Eigen::MatrixXd covariance = covarianceOf(problem, fitted, pass, rho);
+  std::vector<ParameterEstimate>& estimates = found.fit.estimates;
+  for (std::size_t j = 0; j < estimates.size(); ++j) {
+    estimates[j].value = fitted.fit.point.parameters[static_cast<Eigen::Index>(j)];
+    estimates[j].determined = estimates[j].held;
+  }
+  for (Eigen::Index k = 0; k < problem.size(); ++k)
+    if (problem.rowOf(k) < model.parameterCount())
+      estimates[static_cast<std::size_t>(problem.rowOf(k))].at_bound =
+          isAtBound(problem, fitted.fit.x, k);
+  const Eigen::MatrixXd covariance =
+      covarianceOf(problem, fitted, on.searched().samples.size(), pass, rho);
   found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
-  found.fit.estimates = estimatesOf(model, problem, fitted, found.fit.covariance);
+  takeStandardErrors(found.fit);
   found.fit.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
-  if (fitted.channels)
+  if (fitted.cost.channels)
     found.fit.scores.q_dyn_percent =
         scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
   conclude(found.fit);
 
-  Simulation at_end(model, {fitted.fit.point.parameters, fitted.fit.point.state, full.first_time,
-                            full.first_time});
+  Simulation at_end(model, fitted.fit.point.at(full.first_time));
   for (const InputSample& sample : full.samples) at_end.follow(sample);
   takeState(found, at_end, series.current[range.last - 1]);
-  const Eigen::VectorXd& first = fitted.fit.point.state;
-  found.fit.first_state.assign(first.data(), first.data() + first.size());
+  found.fit.first_state = fitted.fit.point.state;
   return found;
 }
 
@@ -317,14 +287,9 @@ void addCranks(EventHistory& event_history, const Series& series, IndexRange ran
                const std::vector<double>& modelled) {
   const Series part = slice(series, range);
   for (const Event& event : detectCranks(part, {0, part.size()}, {}, gapThreshold(part))) {
-    const auto first = static_cast<std::ptrdiff_t>(event.range.first),
-               last = static_cast<std::ptrdiff_t>(event.range.last);
-    const auto lowest = std::min_element(part.voltage.begin() + first, part.voltage.begin() + last);
-    PastEvent crank;
-    crank.time = part.time[static_cast<std::size_t>(lowest - part.voltage.begin())];
-    crank.current = event.peak_current;
-    crank.measured = *lowest;
-    crank.modelled = *std::min_element(modelled.begin() + first, modelled.begin() + last);
+    PastEvent crank = measuredCrank(part, event.range);
+    crank.modelled = *std::min_element(modelled.begin() + event.range.first,
+                                       modelled.begin() + event.range.last);
     event_history.add(crank);
   }
 }
@@ -443,7 +408,7 @@ void followWindow(FittedModel& model, const Series& series, IndexRange range,
 // the whole
 
 FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range,
-                             const IdentifyOptions& options, const BaseFit& base) {
+                             const IdentifyOptions& options, const CompositionPoint& base) {
   const Series sound = repaired(series, options.source->repair);
   std::vector<char> masked = options.source->repair.dropped;
   for (std::size_t n = 0; n < options.masked.size(); ++n)
@@ -459,20 +424,18 @@ FittedModel identifyBothWays(const BatteryModel& model, const Series& series, In
 }  // namespace
 
 FittedModel identifyComposition(const Series& series, IndexRange range,
-                                const IdentifyOptions& options, const BaseFit& base) {
+                                const IdentifyOptions& options, const CompositionPoint& base) {
   const BatteryModel model(options.effects, options.discrepancy);
   if (options.source) return identifyBothWays(model, series, range, options, base);
   const Window window(series, range, options.masked);
   Fitted fitted = search(model, window.searched(), options, base);
-  if (&window.judged() != &window.searched() && !fitted.noise) {
+  if (&window.judged() != &window.searched() && !fitted.cost.noise) {
     // The compressed optimum is off by a share of a standard error; from there two passes at full
     // rate end it.
-    const CompositionProblem over_all(model, window.full, costOf(options, fitted.noise),
-                                      fitted.fit.point);
+    const CompositionProblem over_all(model, window.full, fitted.cost, fitted.fit.point);
     CompositionSearch last;
     last.max_iterations = kLastIterations;
     fitted.fit = fitComposition(over_all, {fitted.fit.point}, last);
-    fitted.samples = static_cast<Eigen::Index>(window.full.samples.size());
   }
   return completed(model, window, options, fitted);
 }
@@ -481,9 +444,9 @@ FittedModel completedModel(const Series& series, IndexRange range, const Identif
                            const CompositionPoint& optimum, const NoiseModel& noise) {
   const BatteryModel model(options.effects, options.discrepancy);
   const Window window(series, range, options.masked);
-  const CompositionProblem problem(model, window.searched(), costOf(options, noise), optimum);
-  Fitted fitted{
-      {}, noise, static_cast<Eigen::Index>(window.searched().samples.size()), std::nullopt};
+  Fitted fitted{{}, costOf(options)};
+  fitted.cost.noise = noise;
+  const CompositionProblem problem(model, window.searched(), fitted.cost, optimum);
   fitted.fit.point = optimum;
   fitted.fit.x = problem.coordinatesOf(optimum);
   if (!problem.evaluate(fitted.fit.x, fitted.fit.at))

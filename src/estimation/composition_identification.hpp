@@ -1,6 +1,5 @@
 #pragma once
 
-#include "estimation/base_search.hpp"
 #include "estimation/composition_fit.hpp"
 #include "estimation/identification.hpp"
 
@@ -16,7 +15,7 @@ namespace battery_sof {
  * @param base the base model's optimum under eq. 3.
  */
 FittedModel identifyComposition(const Series& series, IndexRange range,
-                                const IdentifyOptions& options, const BaseFit& base);
+                                const IdentifyOptions& options, const CompositionPoint& base);
 
 /**
  * @brief The model of an optimum that was found elsewhere under a noise model: scores, standard

@@ -75,8 +75,7 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSeq
 
 void CompositionProblem::reweigh(const CompositionPoint& point) {
   const ChannelErrors& errors = *cost_.channels;
-  Simulation simulation(model_,
-                        {point.parameters, point.state, inputs_.first_time, inputs_.first_time});
+  Simulation simulation(model_, point.at(inputs_.first_time));
   precision_.clear();
   for (const InputSample& sample : inputs_.samples) {
     const double over = std::clamp(sample.step.duration, kShortestReach, kLongestReach);
@@ -102,10 +101,8 @@ double CompositionProblem::weightOf(std::size_t k) const {
 }
 
 bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const {
-  const CompositionPoint point = pointAt(x);
   const Eigen::Index n = size();
-  Simulation simulation(
-      model_, {point.parameters, point.state, inputs_.first_time, inputs_.first_time}, seedsAt(x));
+  Simulation simulation(model_, pointAt(x).at(inputs_.first_time), seedsAt(x));
   using Row =
       Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxTangents + 1>;
   Whitening::Memory<Row> memory{Row::Zero(n + 1), Row::Zero(n + 1)};
@@ -158,13 +155,10 @@ Eigen::VectorXd CompositionProblem::priorPrecision() const {
 }
 
 Eigen::VectorXd CompositionProblem::residual(const Eigen::VectorXd& x) const {
-  const CompositionPoint point = pointAt(x);
-  Simulation simulation(model_,
-                        {point.parameters, point.state, inputs_.first_time, inputs_.first_time});
+  Simulation simulation(model_, pointAt(x).at(inputs_.first_time));
   Eigen::VectorXd e(static_cast<Eigen::Index>(inputs_.samples.size()));
-  for (std::size_t k = 0; k < inputs_.samples.size(); ++k) {
+  for (std::size_t k = 0; k < inputs_.samples.size(); ++k)
     e[static_cast<Eigen::Index>(k)] = simulation.follow(inputs_.samples[k]);
-  }
   return e;
 }
 

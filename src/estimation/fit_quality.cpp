@@ -48,12 +48,6 @@ double rootMeanSquareError(const std::vector<double>& measured,
   return std::sqrt(errorOf(measured, predicted).square().mean());
 }
 
-std::optional<double> standardError(const Eigen::MatrixXd& covariance, Eigen::Index row) {
-  const double variance = covariance(row, row);
-  return variance > 0.0 && std::isfinite(variance) ? std::optional(std::sqrt(variance))
-                                                   : std::nullopt;
-}
-
 FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel& composition,
                      FitStatus status, const std::string& message,
                      const std::optional<ExcitedRange>& excited) {
@@ -68,14 +62,13 @@ FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel&
   if (!range.empty()) {
     model.fit.window.from = series.time[range.first];
     model.fit.window.to = series.time[range.last - 1];
-    model.state = {model.fit.window.to, 0.0, series.current[range.last - 1]};
+    model.state = {model.fit.window.to, series.current[range.last - 1]};
     model.fit.excited = excited ? *excited : excitedRange(series, range);
   }
   for (const ParameterInfo& info : composition.parameters())
     model.fit.estimates.push_back(
         {info.name, info.unit, info.magnitude, std::nullopt, false, false, info.held});
-  const Eigen::VectorXd rest = composition.restState();
-  model.state.further.assign(rest.data() + 1, rest.data() + rest.size());
+  model.state.states = composition.restState();
   return model;
 }
 
@@ -132,7 +125,7 @@ double lagOneCorrelation(const Eigen::VectorXd& residual) {
   if (n < 3) return 0.0;
   const Eigen::VectorXd e = residual.array() - residual.mean();
   const double power = e.squaredNorm();
-  return power > 0.0 ? e.head(n - 1).dot(e.tail(n - 1)) / power : 0.0;
+  return power > 0.0 ? std::clamp(e.head(n - 1).dot(e.tail(n - 1)) / power, -0.9999, 0.9999) : 0.0;
 }
 
 Eigen::Index bartlettWidth(double rho, Eigen::Index samples) {

@@ -32,9 +32,6 @@ std::optional<double> qDyn(const Eigen::Map<const Eigen::ArrayXd>& measured, dou
 double rootMeanSquareError(const std::vector<double>& measured,
                            const std::vector<double>& predicted);
 
-/// @return square root of a diagonal entry; none when it is zero or not finite: nothing is known.
-std::optional<double> standardError(const Eigen::MatrixXd& covariance, Eigen::Index row);
-
 /// The model of a window that was not fitted, and why: magnitudes, nothing determined. @param
 /// excited excitedRange() where that is known.
 FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel& composition,
@@ -54,7 +51,8 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
 /// where none of the base circuit's dynamics is determined.
 void conclude(Fit& fit);
 
-/// @return lag-one autocorrelation of a residual [-1, 1]; 0 for fewer than three samples.
+/// @return lag-one autocorrelation of a residual, at most 0.9999 in magnitude; 0 for fewer than
+/// three samples.
 double lagOneCorrelation(const Eigen::VectorXd& residual);
 
 /**

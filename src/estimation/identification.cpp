@@ -11,6 +11,7 @@
 #include "recording/events.hpp"
 #include "recording/fit_mask.hpp"
 #include "recording/series_blocks.hpp"
+#include "state/posterior.hpp"
 #include "state/state_estimator.hpp"
 #include "util/text.hpp"
 
@@ -81,53 +82,19 @@ bool atBound(const ParameterInfo& info, double value) {
   return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6);
 }
 
-/// d(r_discharge, r_charge, c2, beta, u_dc, first state) / d(the pass's columns), a diagonal.
-Eigen::VectorXd physicalScale(const BaseParameters& p) {
-  Eigen::VectorXd scale(static_cast<int>(kCovarianceRows));
-  scale << 1.0, 1.0, 1.0, p.c2, p.beta, 1.0;
-  return scale;
-}
-
-/// A matrix over the columns with those of parameters held at a bound emptied: nothing is estimated
-/// there.
-void holdBounded(Eigen::MatrixXd& matrix, const BaseParameters& p) {
-  const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
-  static constexpr std::array<int, 4> kColumnOf = {kColumnDischarge, kColumnCharge, kColumnLogC2,
-                                                   kColumnLogBeta};
-  for (std::size_t j = 0; j < values.size(); ++j) {
-    if (!atBound(tableOne()[j], values[j])) continue;
-    matrix.row(kColumnOf[j]).setZero();
-    matrix.col(kColumnOf[j]).setZero();
-  }
-}
-
-/// From the order of BaseColumn to that of CovarianceRow.
-Eigen::MatrixXd inPhysicalOrder(const Eigen::MatrixXd& covariance, const BaseParameters& p) {
+/// Newey and West's covariance of (parameters, first state), of what a fit leaves; nothing is
+/// estimated of those that are held at a bound.
+Eigen::MatrixXd covarianceOf(const std::vector<ParameterEstimate>& estimates, BaseJacobian& left,
+                             double rho) {
   static constexpr std::array<int, kCovarianceRows> kColumnOfRow = {
       kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta, kColumnOne, kColumnInitial};
-  const Eigen::VectorXd scale = physicalScale(p);
-  Eigen::MatrixXd ordered(static_cast<int>(kCovarianceRows), static_cast<int>(kCovarianceRows));
-  for (int j = 0; j < kCovarianceRows; ++j)
-    for (int k = 0; k < kCovarianceRows; ++k)
-      ordered(j, k) = covariance(kColumnOfRow[j], kColumnOfRow[k]) * scale[kColumnOfRow[j]] *
-                      scale[kColumnOfRow[k]];
-  return ordered;
-}
-
-std::vector<ParameterEstimate> estimatesOf(const BaseParameters& p,
-                                           const Eigen::MatrixXd& covariance) {
-  const std::array<double, 4> values = {p.r_discharge, p.r_charge, p.c2, p.beta};
-  std::vector<ParameterEstimate> estimates;
-  for (int j = 0; j < 4; ++j) {
-    const auto& info = tableOne()[j];
-    const auto std = standardError(covariance, j);
-    const bool bound = atBound(info, values[j]);
-    estimates.push_back(
-        {info.name, info.unit, values[j], std, bound, !bound && std && *std < 0.5 * values[j]});
-  }
-  const auto std = standardError(covariance, kRowUDc);
-  estimates.push_back({"u_dc", "V", p.u_dc, std, false, std && *std < 0.5});
-  return estimates;
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(kCovarianceRows);
+  for (const int j : {kRowC2, kRowBeta}) scale[j] = estimates[static_cast<std::size_t>(j)].value;
+  for (std::size_t j = 0; j < estimates.size(); ++j)
+    if (estimates[j].at_bound) left.columns.col(kColumnOfRow[j]).setZero();
+  const Eigen::MatrixXd of_columns = combined(sandwichParts(
+      left.columns, left.residual, left.weight, bartlettWidth(rho, left.residual.size())));
+  return scale.asDiagonal() * of_columns(kColumnOfRow, kColumnOfRow) * scale.asDiagonal();
 }
 
 /// Replaces the state's row of a covariance by that of the state it became: V <- T V T'.
@@ -139,33 +106,30 @@ void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) 
   covariance = T * covariance * T.transpose();
 }
 
-/// Newey and West's, of what a fit leaves.
-Eigen::MatrixXd covarianceOf(const BaseParameters& p, const BaseJacobian& left, double rho) {
-  Sandwich parts = sandwichParts(left.columns, left.residual, left.weight,
-                                 bartlettWidth(rho, left.residual.size()));
-  holdBounded(parts.A, p);
-  holdBounded(parts.B, p);
-  return inPhysicalOrder(combined(parts), p);
-}
-
 /// Fills in everything that follows from where the search ended.
-FittedModel describeFit(const Window& window, const BaseFit& fit,
+FittedModel describeFit(const Window& window, const CompositionFit& fit,
                         const BaseNormalEquations& equations, double crank_current) {
   const auto& [series, range, interval, excited] = window;
-  const BaseParameters& p = fit.parameters;
-  const BaseJacobian left =
-      equations.jacobian({p.c2, p.beta, fit.u_c2_first}, {p.r_discharge, p.r_charge, p.u_dc});
-  const double rho = std::clamp(lagOneCorrelation(left.residual), -0.9999, 0.9999);
+  const BaseParameters p = baseParameters(fit.point.parameters);
+  BaseJacobian left =
+      equations.jacobian({p.c2, p.beta, fit.point.state[0]}, {p.r_discharge, p.r_charge, p.u_dc});
+  const double rho = lagOneCorrelation(left.residual);
 
-  FittedModel model = unfitted(series, range, BatteryModel(), fit.status, "", excited);
+  const BatteryModel base;
+  FittedModel model = unfitted(series, range, base, fit.status, "", excited);
   model.fit.parameters = p;
   model.fit.iterations = fit.iterations;
-  model.fit.covariance = covarianceOf(p, left, rho);
-  model.fit.estimates = estimatesOf(p, model.fit.covariance);
+  std::vector<ParameterEstimate>& estimates = model.fit.estimates;
+  for (std::size_t j = 0; j < estimates.size(); ++j) {
+    estimates[j].value = fit.point.parameters[static_cast<Eigen::Index>(j)];
+    estimates[j].at_bound = j != kRowUDc && atBound(base.parameters()[j], estimates[j].value);
+  }
+  model.fit.covariance = covarianceOf(estimates, left, rho);
+  takeStandardErrors(model.fit);
   model.fit.scores = scoresOf(series, range, left.residual, rho, crank_current);
   conclude(model.fit);
-  model.state = {series.time[range.last - 1], left.last.value, series.current[range.last - 1]};
-  model.fit.first_state = {fit.u_c2_first};
+  model.state.states[0] = left.last.value;
+  model.fit.first_state = fit.point.state;
   carryCovariance(model.fit.covariance, left.last);
   return model;
 }
@@ -207,13 +171,13 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
   const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current},
                               window.maxGap(), options.masked);
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
-  const BaseFit fit = options.start == FitStart::kPaper
-                          ? searchAsInPaper(samples, options, series[range.first])
-                          : searchWindow(samples, equations, options);
+  const CompositionFit fit = options.start == FitStart::kPaper
+                                 ? searchAsInPaper(samples, options, series[range.first])
+                                 : searchWindow(samples, equations, options);
   const bool is_base =
       options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
   FittedModel model = is_base ? describeFit(window, fit, equations, options.crank_weight_current)
-                              : identifyComposition(series, range, options, fit);
+                              : identifyComposition(series, range, options, fit.point);
   if (!model.fit.source)
     model.fit.baseline = fitBaselineDrivenByCurrent(series, range, cranksOf(window));
   model.fit.window_quality = windowQualityOf(model.fit, samples, window.duration());
@@ -236,18 +200,15 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
   return model;
 }
 
-std::optional<ChargerControl> chargerControl(const Series& series) {
-  if (medianInterval(series) < kSlowSampling) return std::nullopt;
-  ControlModes source = detectControlMode(series);
+std::optional<ChargerControl> chargerControl(const Series& series,
+                                             std::optional<std::size_t> last) {
+  const Series seen = slice(series, {0, last.value_or(series.size())});
+  if (medianInterval(seen) < kSlowSampling) return std::nullopt;
+  ChargerControl source{detectControlMode(seen), {}};
   if (!source.seen || source.share <= 0.0) return std::nullopt;
-  return ChargerControl{std::move(source), findVoltageRepair(series)};
-}
-
-std::optional<ChargerControl> chargerControl(const Series& series, std::size_t last) {
-  std::optional<ChargerControl> source = chargerControl(slice(series, {0, last}));
-  if (!source) return source;
-  source->voltage_controlled.resize(series.size(), 0);
-  source->repair.dropped.resize(series.size(), 0);
+  source.repair = findVoltageRepair(seen);
+  source.voltage_controlled.resize(series.size(), 0);
+  source.repair.dropped.resize(series.size(), 0);
   return source;
 }
 

@@ -96,12 +96,11 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  * A source is seen, and samples are a quarter of a second or more apart: then the current between
  * them is not known, and its error grows in a blocked electrode
  * (docs/decisions/0009-operating-mode.md). Faster current is as good as exact and is the only input.
+ *
+ * @param last samples from here on are not looked at and are marked as driven by the current.
  */
-std::optional<ChargerControl> chargerControl(const Series& series);
-
-/// The same from the samples before `last` alone; what comes after is not looked at and is marked
-/// as driven by the current.
-std::optional<ChargerControl> chargerControl(const Series& series, std::size_t last);
+std::optional<ChargerControl> chargerControl(const Series& series,
+                                             std::optional<std::size_t> last = std::nullopt);
 
 /**
  * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance

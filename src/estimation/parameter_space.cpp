@@ -3,7 +3,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "model/simulation.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "model/battery_model.hpp"
+#include "model/simulation.hpp"
 #include "state/posterior.hpp"
 
 namespace battery_sof {
@@ -36,6 +36,9 @@ struct CompositionPoint {
   Eigen::VectorXd parameters;  ///< in the order of BatteryModel::parameters()
   /// at the first sample, in the order of BatteryModel::states()
   Eigen::VectorXd state;
+
+  /// Where a simulation begins with it. @param time [s], of the first sample.
+  ModelPoint at(double time) const { return {parameters, state, time, time}; }
 };
 
 /**

@@ -87,11 +87,6 @@ std::vector<IndexRange> candidates(const Series& series, IndexRange searched, do
   return windows;
 }
 
-std::string describeChoice(const Series& series, IndexRange range, double window_quality) {
-  return format("window %g to %g s, %zu samples, window quality %g", series.time[range.first],
-                series.time[range.last - 1], range.size(), window_quality);
-}
-
 }  // namespace
 
 double defaultWindowLength(const Series& series) {
@@ -140,8 +135,11 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
     choice.range = windows[k];
     choice.excitation = window_quality[k];
   }
-  choice.message = choice.range ? describeChoice(series, *choice.range, choice.excitation)
-                                : "no window: the current never changes";
+  choice.message = "no window: the current never changes";
+  if (choice.range)
+    choice.message = format("window %g to %g s, %zu samples, window quality %g",
+                            series.time[choice.range->first], series.time[choice.range->last - 1],
+                            choice.range->size(), choice.excitation);
   return choice;
 }
 

@@ -46,6 +46,11 @@ void requireSound(const DiscrepancyModel& discrepancy) {
 
 std::size_t DiscrepancyModel::memorySize() const { return regressors.size() + kSharedStates + 1; }
 
+double DiscrepancyModel::used(Eigen::Index k, double value) const {
+  if (isUnbounded(regressors[static_cast<std::size_t>(k)].kind)) return value;
+  return std::clamp(value, lower[k], upper[k]);
+}
+
 bool isUnbounded(RegressorKind kind) {
   return kind == RegressorKind::kCharge || kind == RegressorKind::kSlowCharge;
 }

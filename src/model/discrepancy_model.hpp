@@ -49,6 +49,8 @@ struct DiscrepancyModel {
 
   /// Numbers of its memory: see Simulation::regressorMemory().
   std::size_t memorySize() const;
+  /// A regressor's value as it is used: inside its range, but for isUnbounded().
+  double used(Eigen::Index regressor, double value) const;
 };
 
 /// Whether a regressor is used beyond the range it was estimated on: charge counted goes on.

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <stdexcept>
 #include <vector>
 
+#include "bound_composition.hpp"
 #include "effects/effect_definition.hpp"
 #include "layer_flow.hpp"
 #include "layer_parts.hpp"
@@ -62,6 +65,26 @@ struct SourceStep {
   double slope = 0.0;    ///< of the balance of currents at u, the current held [A/V]
 };
 
+/// A double layer that takes and returns numbers in arithmetic S, whatever it counts in itself.
+template <typename S>
+class LayerOf {
+ public:
+  virtual ~LayerOf() = default;
+  virtual std::unique_ptr<LayerOf> clone() const = 0;
+  /// @param p all parameters.  @param pace updated.
+  /// @param u, log_activity, ladder states, updated; the last two may be nullptr.
+  virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
+                       LayerPace& pace, S& u, S* log_activity, S* ladder) = 0;
+  /// As DoubleLayer::atSource(), and imbalance(): a current that follows from a voltage depends on
+  /// every tangent, so it is stepped in S itself alone.
+  virtual SourceStep atSource(const S*, const Present<S>&, double, double, double, double) {
+    throw std::logic_error("a narrow layer has no step at a source");
+  }
+  virtual S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const {
+    throw std::logic_error("a narrow layer has no step at a source");
+  }
+};
+
 /**
  * @brief The double layer with what is bound to it, in arithmetic S: one step under a held current.
  *
@@ -71,26 +94,25 @@ struct SourceStep {
  * See Simulation for the method.
  */
 template <typename S>
-class DoubleLayer {
+class DoubleLayer final : public LayerOf<S> {
  public:
-  /// @param activity nullptr when the reaction has none.  @param has_ladder the capacitance is
-  /// fractional.
-  /// @param is_limited an effect sets Present::reactivity and inverse_supply.
-  DoubleLayer(std::vector<BoundEffect> side_currents, const BoundEffect* activity, bool has_ladder,
-              bool is_limited)
-      : side_(std::move(side_currents)),
-        has_activity_(activity != nullptr),
-        has_ladder_(has_ladder),
-        is_limited_(is_limited) {
-    if (activity) activity_ = *activity;
-    const std::size_t size = 2 + (has_ladder ? kLadderRungs : 0);
+  explicit DoubleLayer(const BoundComposition& bound)
+      : has_activity_(bound.activity_state >= 0),
+        has_ladder_(bound.ladder_state >= 0),
+        is_limited_(bound.limits_reaction) {
+    for (const BoundComposition::Member& member : bound.members) {
+      if (member.effect->hooks.side_current) side_.push_back(member);
+      if (member.effect->hooks.activity) activity_ = member;
+    }
+    const std::size_t size = 2 + (has_ladder_ ? kLadderRungs : 0);
     for (auto* buffer : {&before_, &whole_, &half_, &halves_}) buffer->assign(size, S(0.0));
   }
+  std::unique_ptr<LayerOf<S>> clone() const override {
+    return std::make_unique<DoubleLayer>(*this);
+  }
 
-  /// @param p all parameters.  @param pace updated.
-  /// @param u, log_activity, ladder states, updated; the last two may be nullptr.
   void advance(const S* p, const Present<S>& present, const S& current, double duration,
-               LayerPace& pace, S& u, S* log_activity, S* ladder) {
+               LayerPace& pace, S& u, S* log_activity, S* ladder) override {
     if (duration <= 0.0) return;
     if (isPlain(present)) {
       advancePlain(present, current, duration, u);
@@ -138,7 +160,7 @@ class DoubleLayer {
    * ladder.
    */
   SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance,
-                      double duration, double before) {
+                      double duration, double before) override {
     prepare(p, present);
     const double storage = valueOf(present.c2) / duration;
     const Slope none(0.0);
@@ -158,7 +180,7 @@ class DoubleLayer {
   /// Imbalance of currents at u in arithmetic S after such a step from `before` under `current`
   /// [A].
   S imbalance(const S* p, const Present<S>& present, const S& current, double duration,
-              const S& before, double u) const {
+              const S& before, double u) const override {
     const S storage = S(present.c2 / duration);
     const S none(0.0);
     const Stage<S> stage{storage,         S(storage * before), none,    present.i0,
@@ -224,23 +246,23 @@ class DoubleLayer {
       dispersion_ = valueOf(present.dispersion);
     }
     present_slope_ = converted<Slope>(present, [](const S& x) { return Slope(valueOf(x)); });
-    const auto take = [&](const BoundEffect& bound) {
+    const auto take = [&](const BoundComposition::Member& bound) {
       std::vector<Slope> own;
       for (std::size_t j = 0; j < bound.effect->info.parameters.size(); ++j)
-        own.push_back(Slope(valueOf(p[bound.first_parameter + static_cast<int>(j)])));
+        own.push_back(Slope(valueOf(p[bound.parameter + static_cast<int>(j)])));
       return own;
     };
     // Parameters do not change within a simulation: converted once.
     if (!is_prepared_) {
       is_prepared_ = true;
-      for (const BoundEffect& bound : side_) side_slopes_.push_back(take(bound));
+      for (const BoundComposition::Member& bound : side_) side_slopes_.push_back(take(bound));
       if (has_activity_) activity_slopes_ = take(activity_);
     }
   }
   bool sameDispersion(const S& dispersion) const { return dispersion_ == valueOf(dispersion); }
 
-  const S* parametersOf(const S* p, const BoundEffect& bound) const {
-    return p + bound.first_parameter;
+  const S* parametersOf(const S* p, const BoundComposition::Member& bound) const {
+    return p + bound.parameter;
   }
 
   /// Balance of currents at u; rises with u.
@@ -373,8 +395,8 @@ class DoubleLayer {
     return error;
   }
 
-  std::vector<BoundEffect> side_;
-  BoundEffect activity_{nullptr, 0};
+  std::vector<BoundComposition::Member> side_;
+  BoundComposition::Member activity_{nullptr, 0, 0};
   bool has_activity_, has_ladder_, is_limited_, is_prepared_ = false, is_symmetric_ = false;
   std::vector<S> before_, whole_, half_, halves_;  // u, p, ladder
   std::vector<Ladder<S>> ladder_;

@@ -124,13 +124,9 @@ InputSequence inputSequence(const Series& series, IndexRange range, const std::v
   MissedCrank missed;
   for (std::size_t n = range.first; n < range.last; ++n) {
     InputSample sample;
-    if (n == range.first) {
-      sample.step.time = series.time[n];
-      sample.step.held = sample.step.current = series.current[n];
-    } else {
-      sample.step = inputStep(series.time[n - 1], series.current[n - 1], series.time[n],
-                              series.current[n], max_gap);
-    }
+    const std::size_t before = n > range.first ? n - 1 : n;
+    sample.step = inputStep(series.time[before], series.current[before], series.time[n],
+                            series.current[n], max_gap);
     sample.step.trace = inputs.trace.get();
     sample.voltage = series.voltage[n];
     if (!masked.empty() && masked[n]) sample.count = 0.0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "bound_composition.hpp"
 #include "layer_parts.hpp"
 
 namespace battery_sof {
@@ -72,8 +73,9 @@ FlowEnd<S> matchedFlow(const MatchedCurrent<S>& at, const S& current, const S& k
  */
 template <typename S>
 struct LayerFlow {
-  const std::vector<BoundEffect>& side;  ///< their currents go past the reaction
-  const S* p;                            ///< all parameters
+  /// their currents go past the reaction
+  const std::vector<BoundComposition::Member>& side;
+  const S* p;  ///< all parameters
   const Present<S>& present;
   const S &charging_slope, &discharging_slope;  ///< alpha beta, (1 - alpha) beta [1/V]
   /// an effect sets Present::reactivity and inverse_supply
@@ -134,10 +136,10 @@ struct LayerFlow {
                                        : S(present.i0 * exp(bounded(S(-discharging_slope * u))));
     MatchedCurrent<S> at =
         is_limited ? limitedAt(charging, discharging, k) : reactionAt(charging, discharging, k);
-    for (const BoundEffect& bound : side) {
-      const S here = kernelOf(*bound.effect, u).sideCurrent(p + bound.first_parameter, u, present);
-      const S beyond = kernelOf(*bound.effect, u)
-                           .sideCurrent(p + bound.first_parameter, S(u + kSecant), present);
+    for (const BoundComposition::Member& bound : side) {
+      const S here = kernelOf(*bound.effect, u).sideCurrent(p + bound.parameter, u, present);
+      const S beyond =
+          kernelOf(*bound.effect, u).sideCurrent(p + bound.parameter, S(u + kSecant), present);
       const S half_slope = S((beyond - here) * (0.5 / kSecant) / k);
       at.value = S(at.value + here);
       at.rising = S(at.rising + half_slope);

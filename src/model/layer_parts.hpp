@@ -60,12 +60,6 @@ struct StepsTaken {
   }
 };
 
-/// An effect that takes part in the double layer's implicit step.
-struct BoundEffect {
-  const Effect* effect;
-  int first_parameter;
-};
-
 /// Where an exponent of the reaction stays [1], see Simulation.
 inline constexpr double kMaxExponent = 300.0;
 

@@ -32,25 +32,9 @@ Dual<N> mapped(const Dual<N>& x, double value, double slope) {
   return Dual<N>(value, slope * x.derivatives());
 }
 
-/// Time constant of a regressor's low pass [s]; 0 without one.
+/// Time constant of a regressor's low pass [s]; any number where it has none.
 inline double lowPassTime(const Regressor& regressor) {
-  switch (regressor.kind) {
-    case RegressorKind::kHighMemory: return regressor.charge;
-    case RegressorKind::kChargeMemory:
-    case RegressorKind::kDischargeMemory:
-    case RegressorKind::kMemory:
-    case RegressorKind::kLogChargeMemory:
-    case RegressorKind::kLogDischargeMemory:
-    case RegressorKind::kCompressedMemory:
-    case RegressorKind::kMemoryOfCompressed:
-    case RegressorKind::kMemoryOfCharging:
-    case RegressorKind::kFresh:
-    case RegressorKind::kFreshCharging:
-    case RegressorKind::kSlowCharge:
-    case RegressorKind::kEdge:
-    case RegressorKind::kWarmCurrent: return regressor.time;
-    default: return 0.0;
-  }
+  return regressor.kind == RegressorKind::kHighMemory ? regressor.charge : regressor.time;
 }
 
 /// What a low pass takes of a step in an interval, 1 - exp(-duration / time), one a regressor.
@@ -161,11 +145,14 @@ struct RegressorKernel {
     return S(regressor.scale / (lowPass(k, discharging) * regressor.time + regressor.scale));
   }
 
-  /// A regressor with a memory of its own, which moves; else of the moment.
+  /// What has a memory of its own moves.
   S valueOfRegressor(std::size_t k, const RegressorInputOf<S>& moment, const S& flowed) const {
     const Regressor& regressor = regressors[k];
+    const S* shared = state + regressors.size();
     const S &i = moment.current, &u = moment.overpotential;
     const S charging = positivePart(flowed), discharging = positivePart(S(-flowed));
+    const double t = std::clamp(moment.time / context.span, 0.0, 1.0);
+    const auto bent = [&] { return limited(S(u * regressor.scale), kMaxBend); };
     switch (regressor.kind) {
       case RegressorKind::kChargeMemory: return lowPass(k, charging);
       case RegressorKind::kDischargeMemory: return lowPass(k, discharging);
@@ -182,23 +169,13 @@ struct RegressorKernel {
         return S(-logReserve(reserve(k, charging, discharging, moment.duration)));
       case RegressorKind::kDischargeReserve:
         return logReserve(reserve(k, discharging, charging, moment.duration));
-      case RegressorKind::kSlowCharge: return lowPass(k, state[regressors.size() + kChargeState]);
+      case RegressorKind::kSlowCharge: return lowPass(k, shared[kChargeState]);
       case RegressorKind::kPath: return path(k, flowed, moment.duration);
       case RegressorKind::kEdge: return S(i - lowPass(k, i));
       case RegressorKind::kHighMemory: return lowPass(k, highPart(regressor, u));
       case RegressorKind::kHighSum:
         return state[k] = S(state[k] + highPart(regressor, u) * moment.duration);
       case RegressorKind::kWarmCurrent: return S(i * lowPass(k, S(flowed * flowed)));
-      default: return valueNow(regressor, moment);
-    }
-  }
-
-  S valueNow(const Regressor& regressor, const RegressorInputOf<S>& moment) const {
-    const S* shared = state + regressors.size();
-    const S &i = moment.current, &u = moment.overpotential;
-    const double t = std::clamp(moment.time / context.span, 0.0, 1.0);
-    const auto bent = [&] { return limited(S(u * regressor.scale), kMaxBend); };
-    switch (regressor.kind) {
       case RegressorKind::kSinceCharge:
         return valueOf(i) < -1.0 ? fading(shared[kDrawnState], regressor.scale) : S(0.0);
       case RegressorKind::kCompressed: return bentAt(i, regressor.scale);

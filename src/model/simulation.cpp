@@ -54,9 +54,6 @@ Simulation::Simulation(const BatteryModel& model, const ModelPoint& start,
   engine_ = engineFor(model, start, seeds);
 }
 
-Simulation::Simulation(const BatteryModel& model, const ModelPoint& start)
-    : Simulation(model, start, Eigen::MatrixXd()) {}
-
 Simulation::Simulation(const Simulation& other) : engine_(other.engine_->clone()) {}
 
 Simulation& Simulation::operator=(const Simulation& other) {
@@ -69,6 +66,14 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
 void Simulation::advance(const InputStep& step) { engine_->advance(step); }
+
+void Simulation::hold(double current, double duration) {
+  InputStep step;
+  step.duration = duration;
+  step.time = time() + duration;
+  step.held = step.current = current;
+  advance(step);
+}
 
 double Simulation::advanceAtVoltage(double voltage, double duration, double max_current) {
   if (!std::isfinite(voltage) || !std::isfinite(max_current) || !(duration > 0.0))

@@ -56,8 +56,7 @@ class Simulation {
    * beta not above zero, or more than kMaxTangents tangents.
    */
   Simulation(const BatteryModel& model, const ModelPoint& start,
-             const Eigen::Ref<const Eigen::MatrixXd>& seeds);
-  Simulation(const BatteryModel& model, const ModelPoint& start);
+             const Eigen::Ref<const Eigen::MatrixXd>& seeds = Eigen::MatrixXd());
   Simulation(const Simulation& other);
   Simulation& operator=(const Simulation& other);
   Simulation(Simulation&&) noexcept;
@@ -66,6 +65,8 @@ class Simulation {
 
   /// Moves to the end of an interval under the measured current. @param step duration >= 0.
   void advance(const InputStep& step);
+  /// The same of a current that does not change. @param duration >= 0.
+  void hold(double current, double duration);
 
   /**
    * @brief Moves over `duration` under the one held current that ends at a wanted terminal voltage.

@@ -145,11 +145,12 @@ class Stepper {
     return memory;
   }
 
-  /// From here on every tangent may reach the layer.
+  /// From here on every tangent may reach the layer: a current that follows from a voltage depends
+  /// on all of them.
   void widen() {
     if (is_wide_) return;
     is_wide_ = true;
-    layer_ = wideLayer<S>(effects_.bound());
+    layer_ = Cloned<LayerOf<S>>(std::make_unique<DoubleLayer<S>>(effects_.bound()));
   }
 
   /// One interval under a held current of the battery itself. @param slope [A/s], of the measured

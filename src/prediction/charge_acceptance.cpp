@@ -17,12 +17,12 @@ constexpr double kSteps = 100.0;  // longest step is t_sof2 / kSteps, at least k
 
 std::string faultsOf(const ChargeAcceptanceQuery& q) {
   std::string faults;
-  addFault(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost,
-           "above 0, up to 100");
-  addFault(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2,
-           "above 0, up to 3600");
-  addFault(faults, q.i_limit > 0.0 && q.i_limit <= kMaxCurrent, "i_limit [A]", q.i_limit,
-           "above 0, up to 5000");
+  addReason(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost,
+            "above 0, up to 100");
+  addReason(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2,
+            "above 0, up to 3600");
+  addReason(faults, q.i_limit > 0.0 && q.i_limit <= kMaxCurrent, "i_limit [A]", q.i_limit,
+            "above 0, up to 5000");
   return faults;
 }
 

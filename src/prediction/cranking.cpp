@@ -83,27 +83,27 @@ CrankingQuery asked(CrankingQuery request) {
 std::string faultsOf(const CrankingQuery& q) {
   std::string faults;
   if (q.load.empty()) {
-    addFault(faults, q.i_load <= 0.0 && q.i_load >= -kMaxCurrent, "i_load [A]", q.i_load,
-             "-5000 to 0 (negative: out of the battery)");
-    addFault(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestQuery, "t_stop [s]", q.t_stop,
-             "0 to 86400");
+    addReason(faults, q.i_load <= 0.0 && q.i_load >= -kMaxCurrent, "i_load [A]", q.i_load,
+              "-5000 to 0 (negative: out of the battery)");
+    addReason(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestQuery, "t_stop [s]", q.t_stop,
+              "0 to 86400");
   }
   if (q.crank.empty()) {
-    addFault(faults, q.i_cranking < 0.0 && q.i_cranking >= -kMaxCurrent, "i_cranking [A]",
-             q.i_cranking, "-5000 to below 0 (negative: out of the battery)");
-    addFault(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]",
-             q.t_cranking, "above 0, up to 60");
+    addReason(faults, q.i_cranking < 0.0 && q.i_cranking >= -kMaxCurrent, "i_cranking [A]",
+              q.i_cranking, "-5000 to below 0 (negative: out of the battery)");
+    addReason(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]",
+              q.t_cranking, "above 0, up to 60");
   }
-  addFault(faults, faultOf(q.load.time, q.load.current, "load", kMaxPoints));
-  addFault(faults, faultOf(q.crank.time, q.crank.current, "crank", kMaxPoints));
-  addFault(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(),
-           "up to 60");
+  addReason(faults, faultOf(q.load.time, q.load.current, "load", kMaxPoints));
+  addReason(faults, faultOf(q.crank.time, q.crank.current, "crank", kMaxPoints));
+  addReason(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(),
+            "up to 60");
   if (faults.empty() && !q.crank.empty())
-    addFault(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q),
-             "below 0");
+    addReason(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q),
+              "below 0");
   if (q.u_required)
-    addFault(faults, *q.u_required > 0.0 && *q.u_required <= 100.0, "u_required [V]", *q.u_required,
-             "above 0, up to 100");
+    addReason(faults, *q.u_required > 0.0 && *q.u_required <= 100.0, "u_required [V]",
+              *q.u_required, "above 0, up to 100");
   return faults;
 }
 
@@ -134,7 +134,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
   double since = 0.0;
   for (const double share : kLooks) {
     if (model.fit.effects.empty() && share > 0.0 && share < 1.0) continue;
-    hold(simulation, query.i_cranking, share * query.t_cranking - since);
+    simulation.hold(query.i_cranking, share * query.t_cranking - since);
     since = share * query.t_cranking;
     look(simulation, since);
   }
@@ -147,7 +147,7 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
       model, faultsOf(query), capacity, [&](CrankingAnswer& answer) -> std::optional<QueryRange> {
         Simulation simulation = uncertainSimulationOf(model);
         if (query.load.empty())
-          hold(simulation, query.i_load, query.t_stop);
+          simulation.hold(query.i_load, query.t_stop);
         else
           run(simulation, query.load, [](const Simulation&, double) {});
         const double t_stop = query.load.empty() ? query.t_stop : query.load.duration();
@@ -177,14 +177,8 @@ constexpr double kRise = 1e-4;       // [V] a block, below it a rise is rounding
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
 CrankingQuery crankOf(const StopTimeQuery& query) {
-  CrankingQuery crank;
-  crank.i_load = query.i_load;
-  crank.i_cranking = query.i_cranking;
-  crank.t_cranking = query.t_cranking;
-  crank.u_required = query.u_required;
-  crank.crank = query.crank;
-  crank.temperature = query.temperature;
-  return crank;
+  return {query.i_load,     0.0, query.i_cranking, query.t_cranking,
+          query.u_required, {},  query.crank,      query.temperature};
 }
 
 double of(const Interval& u, int bound) {
@@ -249,7 +243,7 @@ class StopScan {
 
   void look(double t) {
     const Simulation before = here_;
-    hold(here_, crank_.i_load, t - at_);
+    here_.hold(crank_.i_load, t - at_);
     const Interval u = crankAfter(here_, t);
     has_numbers_ = has_numbers_ && areNumbers(u);
     if (!at_once_) at_once_ = u;
@@ -283,7 +277,7 @@ class StopScan {
       const double slope = (spare + lack) / (high - low);
       t = low + spare / slope;
       Simulation there = *found.standing;
-      hold(there, crank_.i_load, t - found.holds_at);
+      there.hold(crank_.i_load, t - found.holds_at);
       const double now = spareOf(crankAfter(there, t), bound);
       if (std::abs(now) <= 0.25 * enough * slope) return t;
       if (now >= 0.0) {
@@ -315,7 +309,7 @@ class StopScan {
 /// By how much a discrepancy model is held at its range's end in a crank after a stop [V].
 double beyondIdentifiedAfter(const FittedModel& model, const CrankingQuery& crank, double t_stop) {
   Simulation simulation = simulationOf(model);
-  hold(simulation, crank.i_load, t_stop);
+  simulation.hold(crank.i_load, t_stop);
   double beyond = simulation.beyondIdentified();
   lowestOfCrank(std::move(simulation), model, crank, t_stop, {}, &beyond);
   return beyond;
@@ -369,25 +363,6 @@ std::string toString(StopTimeOutcome outcome) {
   return "never";
 }
 
-namespace {
-
-/// @param value [s], of the stop.  @param supported [Ah], supportedCharge().
-QueryRange rangeOf(const FittedModel& model, const StopTimeQuery& query, const CrankingQuery& crank,
-                   double value, double supported) {
-  QueryRange range;
-  range.min_current = query.i_cranking;
-  if (!query.crank.empty())
-    range.min_current = *std::min_element(query.crank.current.begin(), query.crank.current.end());
-  range.charge_moved =
-      std::min(-query.i_load * std::min(value, kLongestQuery) / kSecondsPerHour, supported);
-  range.temperature = query.temperature;
-  if (model.fit.discrepancy)
-    range.beyond_identified = beyondIdentifiedAfter(model, crank, std::min(value, kLongestQuery));
-  return range;
-}
-
-}  // namespace
-
 StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query,
                                double capacity) {
   const CrankingQuery crank = crankOf(query);
@@ -412,7 +387,11 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
         answer.monotone = scan.monotone();
         answer.message = messageOf(answer, query, scan);
 
-        QueryRange range = rangeOf(model, query, crank, value, supported);
+        QueryRange range = rangeOf(crank);
+        const double t_stop = std::min(value, kLongestQuery);
+        range.charge_moved = std::min(-query.i_load * t_stop / kSecondsPerHour, supported);
+        if (model.fit.discrepancy)
+          range.beyond_identified = beyondIdentifiedAfter(model, crank, t_stop);
         range.answered_voltage = scan.atOnce();
         // Ends closer than the search resolves are the same.
         range.says_nothing = widthSaysNothing(

@@ -150,7 +150,7 @@ EventComparison ofSeries(EventComparison event, double series_blocks) {
 
 double medianOf(std::vector<double> values) {
   if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  const auto middle = values.begin() + values.size() / 2;
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
@@ -208,7 +208,7 @@ ChargeEvidence chargeEvidence(const EventHistory& event_history, double voltage,
   ChargeEvidence evidence;
   std::vector<double> errors, currents;
   for (const PastEvent& charge : alike(event_history, voltage, duration, kSupportVoltage)) {
-    errors.push_back(std::abs(charge.measured - charge.modelled));
+    errors.push_back(std::abs(missedBy(charge)));
     currents.push_back(std::abs(charge.measured));
   }
   evidence.charges = static_cast<int>(errors.size());

@@ -50,12 +50,7 @@ std::optional<EventComparison> CrankWatch::compare() const {
   query.crank.current.insert(query.crank.current.begin(), model_->state.current);
   const CrankingAnswer answer = predictCranking(*model_, query);
   if (!answer.u_min) return std::nullopt;
-  const auto lowest = std::min_element(crank_.voltage.begin(), crank_.voltage.end());
-  EventComparison comparison;
-  comparison.time = crank_.time[static_cast<std::size_t>(lowest - crank_.voltage.begin())];
-  comparison.current = *std::min_element(crank_.current.begin(), crank_.current.end());
-  comparison.measured = *lowest;
-  comparison.expected = *answer.u_min;
+  EventComparison comparison{measuredCrank(crank_, {0, crank_.size()}), *answer.u_min};
   FittedModel unexperienced = *model_;
   unexperienced.intervals.event_history = {};
   comparison.modelled = predictCranking(unexperienced, query).u_min->value;

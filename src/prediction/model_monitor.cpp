@@ -1,5 +1,6 @@
 #include "prediction/model_monitor.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "estimation/fit_quality.hpp"
@@ -138,8 +139,6 @@ constexpr int kMinEvents = 3;
 constexpr double kNegligibleVoltage = 0.0125;  // [V]
 constexpr double kNegligibleCurrent = 1.25;    // [A]
 
-double meanOf(double sum, int count) { return count > 0 ? sum / count : 0.0; }
-
 double errorOf(const EventComparison& event) {
   return std::abs(event.measured - event.expected.value);
 }
@@ -177,8 +176,8 @@ void ModelSelector::add(const Sample& sample, const ModelMonitor& base,
   Block& block = blocks_.back();
   block.to = sample.time;
   if (interval <= kBlock) block.duration += interval;
-  if (base.isCompared() && extended.isCompared())
-    block.squares.add(std::pow(base.error(), 2), std::pow(extended.error(), 2));
+  if (base.tracker().hasSettled() && extended.tracker().hasSettled())
+    block.squares.add(std::pow(base.tracker().error(), 2), std::pow(extended.tracker().error(), 2));
   if (!base_events.cranks.empty() && !extended_events.cranks.empty())
     block.cranks.add(errorOf(base_events.cranks[0]), errorOf(extended_events.cranks[0]));
   if (!base_events.charges.empty() && !extended_events.charges.empty())
@@ -198,17 +197,9 @@ ModelSelector::Block ModelSelector::total() const {
 
 ModelSelectorScore ModelSelector::score() const {
   const Block sum = total();
-  ModelSelectorScore score;
-  score.duration = sum.duration;
-  score.base_rmse = std::sqrt(meanOf(sum.squares.base, sum.squares.count));
-  score.extended_rmse = std::sqrt(meanOf(sum.squares.extended, sum.squares.count));
-  score.cranks = sum.cranks.count;
-  score.base_crank_error = meanOf(sum.cranks.base, sum.cranks.count);
-  score.extended_crank_error = meanOf(sum.cranks.extended, sum.cranks.count);
-  score.charges = sum.charges.count;
-  score.base_charge_error = meanOf(sum.charges.base, sum.charges.count);
-  score.extended_charge_error = meanOf(sum.charges.extended, sum.charges.count);
-  return score;
+  const double count = std::max(1, sum.squares.count);
+  return {sum.duration, std::sqrt(sum.squares.base / count),
+          std::sqrt(sum.squares.extended / count)};
 }
 
 bool ModelSelector::isExtendedBetter() const {

@@ -52,8 +52,6 @@ class ModelMonitor {
   /// parameters and state, until a window's fit is installed.
   void learnFrom(const FittedModel& model, double max_gap);
   bool learns() const { return tracker_ && tracker_->learns(); }
-  /// See StateTracker::surprise().
-  double surprise() const { return tracker_ ? tracker_->surprise() : 0.0; }
   bool holdsModel() const { return tracker_.has_value(); }
 
   /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what
@@ -73,15 +71,7 @@ class ModelMonitor {
   // These need a model.
   const FittedModel& accepted() const { return *model_; }  ///< as it was installed
   FittedModel now() const { return tracker_->modelNow(); }
-  const FollowedSample& last() const { return tracker_->last(); }
-  /// needs none
-  bool isVoltageControlled() const { return tracker_ && tracker_->isVoltageControlled(); }
-  /// error() says something; needs none
-  bool isCompared() const { return tracker_ && tracker_->hasSettled(); }
-  /// [V], see StateTracker::error()
-  double error() const { return tracker_->error(); }
-  double lastTime() const { return tracker_->lastTime(); }     ///< [s], of last()
-  double stateTime() const { return tracker_->state().time; }  ///< [s]
+  const StateTracker& tracker() const { return *tracker_; }  ///< where it stands
   /// [s], end of the model's window on the present clock.
   double fittedUntil() const { return fitted_until_; }
 
@@ -109,16 +99,10 @@ class ModelMonitor {
   std::deque<double> charge_voltages_;  // [V], means of the last charges that passed
 };
 
-/// Errors of the base model and of an extended one over the same samples and events.
+/// Errors of the base model and of an extended one over the same samples.
 struct ModelSelectorScore {
   double duration = 0.0;                        ///< [s] of samples compared
   double base_rmse = 0.0, extended_rmse = 0.0;  ///< [V], open loop
-  int cranks = 0;
-  double base_crank_error = 0.0,
-         extended_crank_error = 0.0;  ///< [V], mean magnitude, of the minima
-  int charges = 0;
-  double base_charge_error = 0.0,
-         extended_charge_error = 0.0;  ///< [A], mean magnitude, of the mean currents
 };
 
 /**

@@ -48,9 +48,8 @@ std::vector<std::string> sorted(std::vector<std::string> effects) {
 }
 
 bool hasBothSigns(const Series& series, IndexRange range) {
-  const auto [lowest, highest] =
-      std::minmax_element(series.current.begin() + static_cast<std::ptrdiff_t>(range.first),
-                          series.current.begin() + static_cast<std::ptrdiff_t>(range.last));
+  const auto [lowest, highest] = std::minmax_element(series.current.begin() + range.first,
+                                                     series.current.begin() + range.last);
   return *lowest < 0.0 && *highest > 0.0;
 }
 
@@ -157,16 +156,16 @@ void OnlineSession::follow(const Sample& sample, double max_gap) {
 SessionEvents OnlineSession::followBoth(const Sample& sample, double max_gap) {
   auto& [base, extended, selector] = contenders_;
   const bool extended_answers = doesExtendedAnswer();
-  const bool is_new =
-      sample.time > base.stateTime() && (!extended || sample.time > extended->stateTime());
+  const bool is_new = sample.time > base.tracker().state().time &&
+                      (!extended || sample.time > extended->tracker().state().time);
   const SessionEvents of_base = base.follow(sample, max_gap);
-  if (!std::isfinite(base.error())) {
+  if (!std::isfinite(base.tracker().error())) {
     loseModel("the model was lost: its state was not finite");
     return {};
   }
   if (!extended) return of_base;
   const SessionEvents of_extended = extended->follow(sample, max_gap);
-  if (!std::isfinite(extended->error())) {
+  if (!std::isfinite(extended->tracker().error())) {
     extended.reset();
     selector = {};
     extension_->outcome = "lost: its state was not finite";

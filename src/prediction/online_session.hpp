@@ -242,7 +242,6 @@ class OnlineSession {
  private:
   /// push() of one block.
   SessionEvents take(const RawSample& sample);
-  SessionStatus statusOfBlock() const;
   /// A model as it leaves the session; inside all is of one block.
   FittedModel ofRow(FittedModel model) const;
 

@@ -12,16 +12,6 @@ namespace {
 constexpr double kSwapped = 3.5;
 constexpr double kBeforeFirst = 1e-3;  // [s]
 
-SessionStatus ofSeries(SessionStatus of_one, double series_blocks) {
-  if (of_one.expected && of_one.expected->voltage) *of_one.expected->voltage *= series_blocks;
-  if (of_one.selector)
-    for (double* voltage :
-         {&of_one.selector->base_rmse, &of_one.selector->extended_rmse,
-          &of_one.selector->base_crank_error, &of_one.selector->extended_crank_error})
-      *voltage *= series_blocks;
-  return of_one;
-}
-
 std::string inUseSentence(double age) {
   return format("the saved model is in use, %.0f s old", age);
 }
@@ -81,11 +71,12 @@ void OnlineSession::beginFromPopulation(const Sample& sample) {
 
 void OnlineSession::watchForSwap(const Sample& sample) {
   if (basis_ != AnswerBasis::kPreviousTrip || !contenders_.base.learns()) return;
-  if (contenders_.base.surprise() < kSwapped) return;
+  const double surprise = contenders_.base.tracker().surprise();
+  if (surprise < kSwapped) return;
   loseModel(
       format("the saved model was given up: the first rest and cranks are %.1f standard deviations "
              "from what it expected, as of another battery",
-             contenders_.base.surprise()));
+             surprise));
   beginFromPopulation(sample);
 }
 
@@ -180,18 +171,14 @@ FittedModel OnlineSession::ofRow(FittedModel model) const {
 }
 
 std::optional<ExpectedSample> OnlineSession::expectedSample() const {
-  if (!inUse().isCompared()) return std::nullopt;
-  const FollowedSample& last = inUse().last();
-  if (last.voltage_controlled)
-    return ExpectedSample{inUse().lastTime(), std::nullopt, last.current};
-  return ExpectedSample{inUse().lastTime(), last.voltage, std::nullopt};
+  if (!inUse().holdsModel() || !inUse().tracker().hasSettled()) return std::nullopt;
+  const FollowedSample& last = inUse().tracker().last();
+  const double time = inUse().tracker().lastTime();
+  if (last.voltage_controlled) return ExpectedSample{time, std::nullopt, last.current};
+  return ExpectedSample{time, last.voltage * options_.series_blocks, std::nullopt};
 }
 
 SessionStatus OnlineSession::status() const {
-  return ofSeries(statusOfBlock(), options_.series_blocks);
-}
-
-SessionStatus OnlineSession::statusOfBlock() const {
   SessionStatus status;
   status.reason = last_outcome_;
   if (inUse().learns()) {
@@ -209,14 +196,18 @@ SessionStatus OnlineSession::statusOfBlock() const {
   if (inUse().holdsModel()) {
     status.window_quality = inUse().accepted().fit.window_quality;
     status.effects = inUse().accepted().fit.effects;
+    status.voltage_controlled = inUse().tracker().isVoltageControlled();
   }
   status.backtest = inUse().backtest();
   status.extension = extensionSentence();
   status.charger_present = source_.seen();
   status.charger_share = source_.share();
-  status.voltage_controlled = inUse().isVoltageControlled();
   status.expected = expectedSample();
-  if (contenders_.extended) status.selector = contenders_.selector.score();
+  if (contenders_.extended) {
+    status.selector = contenders_.selector.score();
+    for (double* voltage : {&status.selector->base_rmse, &status.selector->extended_rmse})
+      *voltage *= options_.series_blocks;
+  }
   const auto reason = whyNoModel();
   if (restored_ && !reason) {
     status.state = SessionState::kReady;

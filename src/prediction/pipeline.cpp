@@ -54,41 +54,30 @@ bool knowsOpenCircuitSlope(const Fit& fit, double capacity) {
   return of_block >= kMinSlope && of_block <= kMaxSlope;
 }
 
-class Reasons {
- public:
-  void add(bool given, const std::string& reason) {
-    if (!given) return;
-    text_ += (text_.empty() ? "" : "; ") + reason;
-  }
-  const std::string& text() const { return text_; }
-
- private:
-  std::string text_;
-};
-
 /// Blocks in series, those that were said and those that the voltage reports of.
 double blocksOf(const Fit& fit) { return fit.series_blocks * seriesBlocksAt(fit.parameters.u_dc); }
 
 /// The voltage above which no battery of as many blocks is [V].
 double maxVoltage(const Fit& fit) { return kMaxOfBlock * blocksOf(fit); }
 
-void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
+void addCharging(std::string& reasons, const Fit& fit, const QueryRange& range) {
   const ExcitedRange& seen = fit.excited;
   const ChargeEvidence& evidence = range.evidence;
   if (evidence.is_supported || !range.charges) return;
-  reasons.add(fit.window.samples == 0, "no window was fitted yet, and charges need one");
+  if (fit.window.samples == 0) addReason(reasons, "no window was fitted yet, and charges need one");
   if (fit.source) {
     const double enough = std::max(kUsefulWidth, kUsefulShare * seen.max_current);
     const double width = range.answered_current->upper - range.answered_current->lower;
-    reasons.add(
-        width > enough,
-        format("its 90 %% interval is %.1f A wide, at most %.1f A are of use", width, enough));
+    if (width > enough)
+      addReason(reasons, format("its 90 %% interval is %.1f A wide, at most %.1f A are of use",
+                                width, enough));
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
-  reasons.add(!contains(fit.effects, "charge_acceptance"),
-              "the model lacks a limit of charge acceptance (effect charge_acceptance)");
-  reasons.add(seen.longest_charge < kShortCharge,
+  if (!contains(fit.effects, "charge_acceptance"))
+    addReason(reasons, "the model lacks a limit of charge acceptance (effect charge_acceptance)");
+  if (seen.longest_charge < kShortCharge)
+    addReason(reasons,
               format("the window's longest charge lasted %.1f s, at least %.0f s are needed",
                      seen.longest_charge, kShortCharge));
 }
@@ -99,12 +88,13 @@ std::optional<double> askedFor(std::optional<double> given) {
   return given && (*given == 0.0 || std::isnan(*given)) ? std::nullopt : given;
 }
 
-void addFault(std::string& faults, const std::string& fault) {
-  if (!fault.empty()) faults += (faults.empty() ? "" : "; ") + fault;
+void addReason(std::string& reasons, const std::string& reason) {
+  if (!reason.empty()) reasons += (reasons.empty() ? "" : "; ") + reason;
 }
 
-void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected) {
-  if (!ok) addFault(faults, format("%s is %g, expected %s", name, value, expected));
+void addReason(std::string& reasons, bool ok, const char* name, double value,
+               const char* expected) {
+  if (!ok) addReason(reasons, format("%s is %g, expected %s", name, value, expected));
 }
 
 std::string faultOf(const std::vector<double>& time, const std::vector<double>& current,
@@ -164,45 +154,44 @@ std::string excessiveCharge(const Fit& fit, const QueryRange& range, double capa
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
   const Fit& fit = model.fit;
   const ExcitedRange& seen = fit.excited;
-  const std::string excessive = excessiveCharge(fit, range, capacity);
-  Reasons reasons;
-  if (range.min_current)
-    reasons.add(*range.min_current < kCurrentReach * std::min(seen.min_current, 0.0),
-                format("it draws %.0f A but the window's largest discharge was %.0f A",
-                       *range.min_current, seen.min_current));
-  if (range.max_current && !range.evidence.is_supported)
-    reasons.add(*range.max_current > kCurrentReach * std::max(seen.max_current, 0.0),
-                format("it charges with %.0f A but the window's largest charge was %.0f A",
-                       *range.max_current, seen.max_current));
-  if (range.max_voltage)
-    reasons.add(
-        *range.max_voltage > fit.series_blocks * seen.max_voltage + blocksOf(fit) * kVoltageReach,
-        format("it goes to %.2f V but the window's highest voltage was %.2f V", *range.max_voltage,
-               fit.series_blocks * seen.max_voltage));
-  reasons.add(!excessive.empty(), excessive);
+  std::string reasons;
+  if (range.min_current && *range.min_current < kCurrentReach * std::min(seen.min_current, 0.0))
+    addReason(reasons, format("it draws %.0f A but the window's largest discharge was %.0f A",
+                              *range.min_current, seen.min_current));
+  if (range.max_current && !range.evidence.is_supported &&
+      *range.max_current > kCurrentReach * std::max(seen.max_current, 0.0))
+    addReason(reasons, format("it charges with %.0f A but the window's largest charge was %.0f A",
+                              *range.max_current, seen.max_current));
+  if (range.max_voltage &&
+      *range.max_voltage > fit.series_blocks * seen.max_voltage + blocksOf(fit) * kVoltageReach)
+    addReason(reasons, format("it goes to %.2f V but the window's highest voltage was %.2f V",
+                              *range.max_voltage, fit.series_blocks * seen.max_voltage));
+  addReason(reasons, excessiveCharge(fit, range, capacity));
   if (const auto u = range.answered_voltage) {
     const bool is_possible = u->value >= 0.0 && u->value <= maxVoltage(fit);
-    const std::string says_nothing = voltageSaysNothing(fit, *u);
-    reasons.add(!is_possible, format("it comes to %.2f V, expected 0 to %.0f V of such a battery",
-                                     u->value, maxVoltage(fit)));
-    reasons.add(is_possible && !says_nothing.empty(), says_nothing);
+    addReason(reasons, is_possible
+                           ? voltageSaysNothing(fit, *u)
+                           : format("it comes to %.2f V, expected 0 to %.0f V of such a battery",
+                                    u->value, maxVoltage(fit)));
   }
-  reasons.add(!range.says_nothing.empty(), range.says_nothing);
-  reasons.add(range.beyond_identified > kDiscrepancyReach,
+  addReason(reasons, range.says_nothing);
+  if (range.beyond_identified > kDiscrepancyReach)
+    addReason(reasons,
               format("the discrepancy is held at its range's end, %.0f mV from where it would be",
                      1e3 * fit.series_blocks * range.beyond_identified));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
-  if (temperature && seen.temperature)
-    reasons.add(std::abs(*temperature - *seen.temperature) > kTemperatureReach,
-                format("the battery is at %.0f degC, in the window it was at %.0f degC",
-                       *temperature - kZeroCelsius, *seen.temperature - kZeroCelsius));
+  if (temperature && seen.temperature &&
+      std::abs(*temperature - *seen.temperature) > kTemperatureReach)
+    addReason(reasons, format("the battery is at %.0f degC, in the window it was at %.0f degC",
+                              *temperature - kZeroCelsius, *seen.temperature - kZeroCelsius));
   addCharging(reasons, fit, range);
-  if (range.charges && range.evidence.is_supported) return reasons.text();
+  if (range.charges && range.evidence.is_supported) return reasons;
   // With fresh_sulphate one resistance serves both signs.
   const bool of_charging = range.charges && !contains(fit.effects, "fresh_sulphate");
   const char* needed = of_charging ? "r_charge" : "r_discharge";
-  reasons.add(!isDetermined(fit, needed), format("the window did not determine %s", needed));
-  return reasons.text();
+  if (!isDetermined(fit, needed))
+    addReason(reasons, format("the window did not determine %s", needed));
+  return reasons;
 }
 
 std::string voltageSaysNothing(const Fit& fit, const Interval& u) {
@@ -225,14 +214,6 @@ std::string widthSaysNothing(const Interval& answer, double width, const char* u
 
 bool areNumbers(const Interval& answer) {
   return std::isfinite(answer.value) && std::isfinite(answer.lower) && std::isfinite(answer.upper);
-}
-
-void hold(Simulation& simulation, double current, double duration) {
-  InputStep step;
-  step.duration = duration;
-  step.time = simulation.time() + duration;
-  step.held = step.current = current;
-  simulation.advance(step);
 }
 
 Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,

@@ -29,9 +29,9 @@ std::optional<double> askedFor(std::optional<double> given);
 std::string faultOf(const std::vector<double>& time, const std::vector<double>& current,
                     const char* name, std::size_t most);
 
-/// Appends a fault to those there are; an empty one, and one of a value that is ok, is none.
-void addFault(std::string& faults, const std::string& fault);
-void addFault(std::string& faults, bool ok, const char* name, double value, const char* expected);
+/// Appends a reason to those there are; an empty one, and one of a value that is ok, is none.
+void addReason(std::string& reasons, const std::string& reason);
+void addReason(std::string& reasons, bool ok, const char* name, double value, const char* expected);
 
 /// The longest stop or profile that a query may take [s]: a day.
 inline constexpr double kLongestQuery = 86400.0;
@@ -120,9 +120,6 @@ std::string voltageSaysNothing(const Fit& fit, const Interval& voltage);
 /// what has that width.
 std::string widthSaysNothing(const Interval& answer, double width, const char* unit,
                              const std::string& whose);
-
-/// Moves on under a held current. @param duration >= 0.
-void hold(Simulation& simulation, double current, double duration);
 
 /// Whether a value and the ends of its interval are finite.
 bool areNumbers(const Interval& answer);

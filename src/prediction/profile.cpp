@@ -72,8 +72,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
     current_before = current[n];
   }
   std::string reasons = extrapolation(model.fit, current);
-  const std::string empty = emptiness(model.fit, answer.predicted);
-  if (!empty.empty()) reasons += (reasons.empty() ? "" : "; ") + empty;
+  addReason(reasons, emptiness(model.fit, answer.predicted));
   answer.message = format("%zu voltages", time.size());
   judge(answer, reasons);
   return answer;

@@ -36,11 +36,9 @@ double missingAt(const FittedModel& model, const Series& series, std::size_t n) 
 /// first second; the effects' states at rest.
 FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
   FittedModel start = model;
-  const Eigen::VectorXd rest = compositionOf(model.fit).restState();
   start.state = {series.time.front(),
-                 0.0,
                  series.current.front(),
-                 std::vector<double>(rest.data() + 1, rest.data() + rest.size()),
+                 compositionOf(model.fit).restState(),
                  std::nullopt,
                  {},
                  {},
@@ -132,22 +130,14 @@ FollowedPrediction predictSeries(const FittedModel& model, const Series& series,
 namespace {
 
 double lowest(const std::vector<double>& values, IndexRange range) {
-  return *std::min_element(values.begin() + static_cast<std::ptrdiff_t>(range.first),
-                           values.begin() + static_cast<std::ptrdiff_t>(range.last));
+  return *std::min_element(values.begin() + range.first, values.begin() + range.last);
 }
 
 EventComparison scoreCrank(const Series& part, const PredictedVoltage& predicted,
-                           const Event& crank) {
-  const auto begin = part.voltage.begin();
-  const auto lowest_at = std::min_element(begin + static_cast<std::ptrdiff_t>(crank.range.first),
-                                          begin + static_cast<std::ptrdiff_t>(crank.range.last));
-  EventComparison score;
-  score.time = part.time[static_cast<std::size_t>(lowest_at - begin)];
-  score.current = crank.peak_current;
-  score.measured = *lowest_at;
-  score.expected = {lowest(predicted.voltage, crank.range), lowest(predicted.lower, crank.range),
-                    lowest(predicted.upper, crank.range)};
-  return score;
+                           IndexRange crank) {
+  return {measuredCrank(part, crank),
+          {lowest(predicted.voltage, crank), lowest(predicted.lower, crank),
+           lowest(predicted.upper, crank)}};
 }
 
 std::optional<double> meanAbsError(const std::vector<EventComparison>& cranks) {
@@ -161,7 +151,7 @@ std::optional<double> meanAbsError(const std::vector<EventComparison>& cranks) {
 }  // namespace
 
 PredictionScores scorePrediction(const Series& series, IndexRange range,
-                                 const PredictedVoltage& predicted, const EventLimits& limits) {
+                                 const PredictedVoltage& predicted) {
   const Series part = slice(series, range);
   if (part.empty() || predicted.voltage.size() != part.size())
     throw std::invalid_argument("scorePrediction: " + std::to_string(predicted.voltage.size()) +
@@ -177,9 +167,9 @@ PredictionScores scorePrediction(const Series& series, IndexRange range,
     if (u >= predicted.lower[n] && u <= predicted.upper[n]) ++inside;
   }
   scores.coverage_90 = static_cast<double>(inside) / static_cast<double>(part.size());
-  for (const Event& event : detectEvents(part, limits))
+  for (const Event& event : detectEvents(part))
     if (event.kind == EventKind::kCrank)
-      scores.cranks.push_back(scoreCrank(part, predicted, event));
+      scores.cranks.push_back(scoreCrank(part, predicted, event.range));
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
   return scores;
 }
@@ -320,7 +310,7 @@ namespace {
 std::vector<char> overSeries(const Series& series, IndexRange range,
                              const std::vector<char>& flags) {
   std::vector<char> mask(series.size(), 0);
-  std::copy(flags.begin(), flags.end(), mask.begin() + static_cast<std::ptrdiff_t>(range.first));
+  std::copy(flags.begin(), flags.end(), mask.begin() + range.first);
   return mask;
 }
 
@@ -364,21 +354,20 @@ BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& se
 
 namespace {
 
-void scale(std::vector<EventComparison>& events, std::optional<double>& error,
-           double series_blocks) {
-  for (EventComparison& event : events) event = ofSeries(event, series_blocks);
-  if (error) *error *= series_blocks;
+void scale(CrankScores& scores, double series_blocks) {
+  for (EventComparison& crank : scores.cranks) crank = ofSeries(crank, series_blocks);
+  if (scores.crank_mean_abs_error) *scores.crank_mean_abs_error *= series_blocks;
 }
 
 void scale(PredictionScores& scores, double series_blocks) {
   scores.rmse *= series_blocks;
   scores.max_abs *= series_blocks;
-  scale(scores.cranks, scores.crank_mean_abs_error, series_blocks);
+  scale(static_cast<CrankScores&>(scores), series_blocks);
 }
 
 void scale(BothWaysScores& scores, double series_blocks) {
   for (EventComparison& charge : scores.mixed.charges) charge = ofSeries(charge, series_blocks);
-  scale(scores.cranks, scores.crank_mean_abs_error, series_blocks);
+  scale(static_cast<CrankScores&>(scores), series_blocks);
 }
 
 }  // namespace
@@ -437,8 +426,7 @@ RangePrediction predictRange(FittedModel model, const Series& series, IndexRange
   report = scored(model.fit, series, range, from_current, result.course);
   if (both_ways) {
     report.both_ways = scoreBothWays(model, series, range, result.course);
-    report.from_current.cranks = report.both_ways->cranks;
-    report.from_current.crank_mean_abs_error = report.both_ways->crank_mean_abs_error;
+    static_cast<CrankScores&>(report.from_current) = *report.both_ways;
   }
   return result;
 }

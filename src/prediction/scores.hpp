@@ -33,20 +33,24 @@ FittedModel drivenByCurrent(FittedModel model);
  */
 FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range);
 
+/// How cranks were predicted.
+struct CrankScores {
+  std::vector<EventComparison> cranks;
+  std::optional<double> crank_mean_abs_error;  ///< [V]; none without cranks
+};
+
 /// How a prediction compares with what was measured.
-struct PredictionScores {
+struct PredictionScores : CrankScores {
   FitWindow window;
   std::optional<double> q_dyn_percent;
   double rmse = 0.0;         ///< [V]
   double max_abs = 0.0;      ///< [V]
   double coverage_90 = 0.0;  ///< share of samples inside their 90 % interval [0, 1]
-  std::vector<EventComparison> cranks;
-  std::optional<double> crank_mean_abs_error;  ///< [V]; none without cranks
 };
 
 /// @param range, predicted as given to and returned by predictSeries().
 PredictionScores scorePrediction(const Series& series, IndexRange range,
-                                 const PredictedVoltage& predicted, const EventLimits& limits = {});
+                                 const PredictedVoltage& predicted);
 
 /// How a prediction in the mixed direction compares with what was measured.
 struct MixedScores {
@@ -78,10 +82,8 @@ MixedScores scoreMixed(const Series& series, IndexRange range,
                        const MixedPrediction& predicted);
 
 /// How a predictor did in the direction that was controlled, sample by sample and event by event.
-struct BothWaysScores {
+struct BothWaysScores : CrankScores {
   MixedScores mixed;
-  std::vector<EventComparison> cranks;
-  std::optional<double> crank_mean_abs_error;  ///< [V]; none without cranks
 };
 
 /**

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
+#include "recording/channel_statistics.hpp"
 #include "regression/discrepancy_fit.hpp"
 
 namespace battery_sof {
@@ -17,10 +19,7 @@ double medianDuration(const InputSequence& inputs) {
   std::vector<double> durations;
   for (std::size_t n = 1; n < inputs.samples.size(); ++n)
     durations.push_back(inputs.samples[n].step.duration);
-  if (durations.empty()) return 1.0;
-  const auto middle = durations.begin() + static_cast<std::ptrdiff_t>(durations.size() / 2);
-  std::nth_element(durations.begin(), middle, durations.end());
-  return std::max(*middle, 1e-6);
+  return durations.empty() ? 1.0 : std::max(quantile(std::move(durations), 0.5), 1e-6);
 }
 
 std::size_t samplesPerRow(const InputSequence& inputs) {
@@ -143,8 +142,7 @@ RegressorContext contextOf(const InputSequence& inputs, const Linearization& res
   context.span = std::max(
       1.0, inputs.samples[std::max<std::size_t>(training, 1) - 1].step.time - inputs.first_time);
   context.beta = beta;
-  std::vector<double> u(response.overpotential.begin(),
-                        response.overpotential.begin() + static_cast<std::ptrdiff_t>(training));
+  std::vector<double> u(response.overpotential.begin(), response.overpotential.begin() + training);
   const double count = static_cast<double>(u.size());
   const double mean = std::accumulate(u.begin(), u.end(), 0.0) / count;
   double square = 0.0;
@@ -176,13 +174,6 @@ Eigen::MatrixXd rawRegressors(const InputSequence& inputs, const Linearization& 
     values.row(row) = sum / static_cast<double>(end - begin);
   }
   return values;
-}
-
-template <typename T>
-std::vector<T> kept(const std::vector<T>& all, const std::vector<Eigen::Index>& which) {
-  std::vector<T> some;
-  for (const Eigen::Index k : which) some.push_back(all[static_cast<std::size_t>(k)]);
-  return some;
 }
 
 }  // namespace
@@ -238,10 +229,11 @@ DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& resp
   Eigen::VectorXd centre = training.colwise().mean();
   Eigen::VectorXd scale = (training.rowwise() - centre.transpose()).colwise().norm() /
                           std::sqrt(static_cast<double>(response.training));
-  for (Eigen::Index k = 0; k < values.cols(); ++k)
-    if (scale[k] > kFlat * (1.0 + std::max(std::abs(low[k]), std::abs(high[k]))))
-      moving.push_back(k);
-  table.regressors = kept(memory.regressors(), moving);
+  for (Eigen::Index k = 0; k < values.cols(); ++k) {
+    if (!(scale[k] > kFlat * (1.0 + std::max(std::abs(low[k]), std::abs(high[k]))))) continue;
+    moving.push_back(k);
+    table.regressors.push_back(memory.regressors()[static_cast<std::size_t>(k)]);
+  }
   table.lower = low(moving);
   table.upper = high(moving);
   table.centre = centre(moving);

@@ -1,10 +1,28 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
-#include "regression/discrepancy_fit.hpp"
+#include "model/discrepancy_model.hpp"
 
 namespace battery_sof {
+
+/// What a discrepancy adds while a held current flows.
+struct DiscrepancyAnswer {
+  /// [s], since a rest
+  double time = 0.0;
+  double charging = 0.0;     ///< [V]
+  double discharging = 0.0;  ///< [V]
+  /// [V], by the discrepancy's covariance; none without it
+  std::optional<double> charging_std = std::nullopt, discharging_std = std::nullopt;
+};
+
+/// @brief A discrepancy as an engineer reads it: what it adds under a held current from rest on,
+/// less what it adds at rest.
+/// @param current [A], > 0; charged and discharged with.  @param longest [s]; never more than a
+/// third of what was estimated from, nor half a day.
+std::vector<DiscrepancyAnswer> answersOf(const DiscrepancyModel& discrepancy, double current,
+                                         double longest = 1e9);
 
 /// What a discrepancy model adds under a held current from rest on, less what it adds at rest.
 struct DiscrepancyAtCurrent {

@@ -19,6 +19,7 @@ struct Rows {
   const Eigen::MatrixXd& directions;
   const Eigen::MatrixXd& table;
   std::vector<Eigen::Index> used;     // regressors of the table
+  std::vector<Mechanism> mechanism;   // of these
   std::vector<Eigen::Index> counted;  // rows that are estimated from
   Eigen::VectorXd targets;            // of these
   LinearProblem problem;
@@ -47,8 +48,7 @@ void takeSums(Rows& rows) {
   problem.targets.setZero(all);
   for (std::size_t begin = 0; begin < rows.counted.size(); begin += kBlock) {
     const std::size_t end = std::min(rows.counted.size(), begin + kBlock);
-    const std::vector<Eigen::Index> some(rows.counted.begin() + static_cast<std::ptrdiff_t>(begin),
-                                         rows.counted.begin() + static_cast<std::ptrdiff_t>(end));
+    const std::vector<Eigen::Index> some(rows.counted.begin() + begin, rows.counted.begin() + end);
     Eigen::MatrixXd block(some.size(), all);
     block << rows.directions(some, Eigen::all), rows.table(some, rows.used);
     problem.products.selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
@@ -60,9 +60,14 @@ void takeSums(Rows& rows) {
 
 Rows rowsOf(const Linearization& response, const DesignMatrix& table,
             const RegressorFilter& wanted) {
-  Rows rows{response.sensitivity, table.values, {}, {}, {}, {}};
-  for (Eigen::Index k = 0; k < table.values.cols(); ++k)
-    if (!wanted || wanted(table.regressors[static_cast<std::size_t>(k)])) rows.used.push_back(k);
+  Rows rows{response.sensitivity, table.values, {}, {}, {}, {}, {}};
+  for (Eigen::Index k = 0; k < table.values.cols(); ++k) {
+    const Regressor& regressor = table.regressors[static_cast<std::size_t>(k)];
+    if (wanted && !wanted(regressor)) continue;
+    rows.used.push_back(k);
+    rows.mechanism.push_back(regressor.mechanism);
+    rows.problem.group.push_back(static_cast<int>(groupOf(regressor.kind)));
+  }
   for (Eigen::Index row = 0; row < response.training; ++row)
     if (response.weight[row] > 0.0) rows.counted.push_back(row);
   rows.targets = response.error(rows.counted) -
@@ -72,9 +77,6 @@ Rows rowsOf(const Linearization& response, const DesignMatrix& table,
   problem.square = rows.targets.squaredNorm();
   problem.rows = static_cast<double>(rows.counted.size());
   problem.known_std = Eigen::Map<const Eigen::VectorXd>(kDirectionStd.data(), kBaseDirections);
-  for (const Eigen::Index k : rows.used)
-    problem.group.push_back(
-        static_cast<int>(groupOf(table.regressors[static_cast<std::size_t>(k)].kind)));
   problem.groups = kRegressorGroups;
   return rows;
 }
@@ -96,24 +98,20 @@ double rmsBeyondBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index kn
 }
 
 /// Which of the free regressors belong to a mechanism, 1 each.
-Eigen::VectorXd ofMechanism(const Rows& rows, const DesignMatrix& table, Mechanism mechanism) {
+Eigen::VectorXd ofMechanism(const Rows& rows, Mechanism mechanism) {
   Eigen::VectorXd own(static_cast<Eigen::Index>(rows.used.size()));
   for (Eigen::Index k = 0; k < own.size(); ++k)
-    own[k] = table.regressors[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(k)])]
-                         .mechanism == mechanism
-                 ? 1.0
-                 : 0.0;
+    own[k] = rows.mechanism[static_cast<std::size_t>(k)] == mechanism ? 1.0 : 0.0;
   return own;
 }
 
 /// One factor a mechanism that moves anything: how well its part is known along itself.
-std::vector<DiscrepancyModel::Part> partsOf(const Rows& rows, const DesignMatrix& table,
-                                            const Eigen::MatrixXd& covariance,
+std::vector<DiscrepancyModel::Part> partsOf(const Rows& rows, const Eigen::MatrixXd& covariance,
                                             const Eigen::VectorXd& weight) {
   std::vector<DiscrepancyModel::Part> parts;
   const Eigen::Index free = weight.size();
   for (const Mechanism mechanism : kAllMechanisms) {
-    const Eigen::VectorXd own = ofMechanism(rows, table, mechanism);
+    const Eigen::VectorXd own = ofMechanism(rows, mechanism);
     if (own.maxCoeff() <= 0.0) continue;
     const Eigen::VectorXd part = weight.cwiseProduct(own);
     const Eigen::VectorXd along = rows.problem.products.bottomRightCorner(free, free) * part;
@@ -126,17 +124,16 @@ std::vector<DiscrepancyModel::Part> partsOf(const Rows& rows, const DesignMatrix
   return parts;
 }
 
-std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const DesignMatrix& table,
-                                          const SparseFit& sparse, const Eigen::VectorXd& weight) {
+std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const SparseFit& sparse,
+                                          const Eigen::VectorXd& weight) {
   std::array<double, kMechanisms> gain{};
   for (const SparseStep& step : sparse.path)
-    gain[static_cast<std::size_t>(
-        table.regressors[static_cast<std::size_t>(rows.used[static_cast<std::size_t>(step.column)])]
-            .mechanism)] += step.gain;
+    gain[static_cast<std::size_t>(rows.mechanism[static_cast<std::size_t>(step.column)])] +=
+        step.gain;
   std::vector<MechanismWeight> mechanisms;
   const Eigen::Index known = rows.problem.known();
   for (const Mechanism mechanism : kAllMechanisms) {
-    const Eigen::VectorXd own = weight.cwiseProduct(ofMechanism(rows, table, mechanism));
+    const Eigen::VectorXd own = weight.cwiseProduct(ofMechanism(rows, mechanism));
     if (gain[static_cast<std::size_t>(mechanism)] > 0.0)
       mechanisms.push_back(
           {mechanism, gain[static_cast<std::size_t>(mechanism)], rmsBeyondBase(rows, own, known)});
@@ -201,7 +198,7 @@ DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table,
   discrepancy.covariance =
       covarianceOf(rows.problem, grouped.effective_sample_fraction, grouped.fit)
           .bottomRightCorner(free, free);
-  discrepancy.parts = partsOf(rows, table, discrepancy.covariance, discrepancy.weight);
+  discrepancy.parts = partsOf(rows, discrepancy.covariance, discrepancy.weight);
   return discrepancy;
 }
 
@@ -237,7 +234,7 @@ DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix&
   fit.gain = gainOver(rows, alone, grouped.fit);
   fit.discrepancy = discrepancyOf(rows, table, grouped, z);
   fit.discrepancy.base_change = response.expected + z.head(kBaseDirections);
-  fit.mechanisms = mechanismsOf(rows, table, sparse, fit.discrepancy.weight);
+  fit.mechanisms = mechanismsOf(rows, sparse, fit.discrepancy.weight);
   fit.noise = std::sqrt(rows.left(z).squaredNorm() / rows.problem.rows);
   fit.rms = rmsBeyondBase(rows, fit.discrepancy.weight, known);
   const Eigen::VectorXd from = response.sensitivity * response.expected;

@@ -13,6 +13,7 @@ namespace battery_sof {
 namespace {
 
 constexpr double kMinStrength = 1e-6;  // [V], off
+constexpr double kMaxSparse = 0.05;    // [V], of a column of a sparse fit
 constexpr double kMinNoise = 3e-5;     // [V]
 constexpr double kTwoPi = 6.283185307179586;
 constexpr int kRounds = 60, kFewRounds = 20;
@@ -31,9 +32,7 @@ Part partOf(const LinearProblem& problem, double effective_sample_fraction,
             const std::vector<char>& active) {
   Part part;
   for (Eigen::Index k = 0; k < problem.products.cols(); ++k)
-    if (k < problem.known() || active[static_cast<std::size_t>(
-                                   problem.group[static_cast<std::size_t>(k - problem.known())])])
-      part.columns.push_back(k);
+    if (k < problem.known() || active[problem.groupOf(k)]) part.columns.push_back(k);
   part.products = effective_sample_fraction * problem.products(part.columns, part.columns);
   part.targets = effective_sample_fraction * problem.targets(part.columns);
   part.square = effective_sample_fraction * problem.square;
@@ -93,11 +92,10 @@ Point evaluated(const Part& part, const Eigen::VectorXd& deviation, double noise
 class GroupSearch {
  public:
   GroupSearch(const LinearProblem& problem, double effective_sample_fraction,
-              const std::vector<char>& active, const GroupPrior& prior)
+              const std::vector<char>& active)
       : problem_(problem),
         part_(partOf(problem, effective_sample_fraction, active)),
-        active_(active),
-        prior_(prior) {}
+        active_(active) {}
 
   /// @return covariance of z where a fit ended.
   Eigen::MatrixXd covarianceOf(const LinearFit& fit) const {
@@ -133,7 +131,7 @@ class GroupSearch {
   double logPrior(const std::vector<double>& strength) const {
     double sum = 0.0;
     for (std::size_t g = 0; g < strength.size(); ++g)
-      if (active_[g]) sum -= 0.5 * std::log1p(std::pow(strength[g] / prior_.scale, 2));
+      if (active_[g]) sum -= 0.5 * std::log1p(std::pow(strength[g] / GroupPrior::kScale, 2));
     return sum;
   }
 
@@ -141,10 +139,7 @@ class GroupSearch {
     Eigen::VectorXd deviation(static_cast<Eigen::Index>(part_.columns.size()));
     for (Eigen::Index j = 0; j < deviation.size(); ++j) {
       const Eigen::Index k = part_.columns[static_cast<std::size_t>(j)];
-      deviation[j] = k < problem_.known()
-                         ? problem_.known_std[k]
-                         : strength[static_cast<std::size_t>(
-                               problem_.group[static_cast<std::size_t>(k - problem_.known())])];
+      deviation[j] = k < problem_.known() ? problem_.known_std[k] : strength[problem_.groupOf(k)];
     }
     return evaluated(part_, deviation, noise);
   }
@@ -159,14 +154,13 @@ class GroupSearch {
       all_fixed += well;
       const Eigen::Index k = part_.columns[static_cast<std::size_t>(j)];
       if (k < problem_.known()) continue;
-      const auto g =
-          static_cast<std::size_t>(problem_.group[static_cast<std::size_t>(k - problem_.known())]);
+      const std::size_t g = problem_.groupOf(k);
       square[g] += point.mean[j] * point.mean[j];
       fixed[g] += well;
     }
     for (std::size_t g = 0; g < strength.size(); ++g) {
       if (!active_[g]) continue;
-      const double ratio = std::pow(strength[g] / prior_.scale, 2);
+      const double ratio = std::pow(strength[g] / GroupPrior::kScale, 2);
       const double next = std::sqrt(square[g] / std::max(fixed[g] + ratio / (1.0 + ratio), 1e-12));
       strength[g] = std::clamp(next, kMinStrength, mostOf(g));
     }
@@ -177,13 +171,12 @@ class GroupSearch {
   }
 
   double mostOf(std::size_t g) const {
-    return problem_.most.empty() ? prior_.most : problem_.most[g];
+    return problem_.most.empty() ? GroupPrior::kMost : problem_.most[g];
   }
 
   const LinearProblem& problem_;
   Part part_;
   std::vector<char> active_;
-  GroupPrior prior_;
 };
 
 double firstNoise(const LinearProblem& problem) {
@@ -208,11 +201,10 @@ LinearFit sound(const LinearProblem& problem, double effective_sample_fraction, 
 }
 
 /// Groups taken in one after the other while ln p gains more than 1.
-LinearFit greedy(const LinearProblem& problem, double effective_sample_fraction,
-                 const GroupPrior& prior) {
+LinearFit greedy(const LinearProblem& problem, double effective_sample_fraction) {
   std::vector<char> active(static_cast<std::size_t>(problem.groups), 0);
   std::vector<double> strength(active.size(), 0.03);
-  LinearFit best = GroupSearch(problem, effective_sample_fraction, active, prior)
+  LinearFit best = GroupSearch(problem, effective_sample_fraction, active)
                        .run(strength, firstNoise(problem), kRounds);
   while (true) {
     LinearFit next = best;
@@ -223,8 +215,8 @@ LinearFit greedy(const LinearProblem& problem, double effective_sample_fraction,
       with[g] = 1;
       std::vector<double> from = best.strength;
       from[g] = 0.03;
-      const LinearFit fit = GroupSearch(problem, effective_sample_fraction, with, prior)
-                                .run(from, best.noise, kFewRounds);
+      const LinearFit fit =
+          GroupSearch(problem, effective_sample_fraction, with).run(from, best.noise, kFewRounds);
       if (fit.evidence <= next.evidence) continue;
       next = fit;
       taken = g;
@@ -238,10 +230,8 @@ LinearFit greedy(const LinearProblem& problem, double effective_sample_fraction,
 /// Sparse fit: sums with the columns chosen so far.
 class SparseSearch {
  public:
-  SparseSearch(const LinearProblem& problem, double effective_sample_fraction, double max_strength)
-      : problem_(problem),
-        effective_sample_fraction_(effective_sample_fraction),
-        most_(max_strength) {}
+  SparseSearch(const LinearProblem& problem, double effective_sample_fraction)
+      : problem_(problem), effective_sample_fraction_(effective_sample_fraction) {}
 
   SparseFit run(int max_columns) {
     noise_ = firstNoise(problem_);
@@ -316,7 +306,7 @@ class SparseSearch {
         q = alpha * q / left;
       }
       if (!(s > 0.0)) continue;
-      const double variance = std::min((q * q - s) / (s * s), most_ * most_);
+      const double variance = std::min((q * q - s) / (s * s), kMaxSparse * kMaxSparse);
       if (chosen != columns_.end()) {
         gains.own[chosen - columns_.begin()] = variance;
         continue;
@@ -341,8 +331,8 @@ class SparseSearch {
         continue;
       }
       const int gone = columns_[j];
-      columns_.erase(columns_.begin() + static_cast<std::ptrdiff_t>(j));
-      strength_.erase(strength_.begin() + static_cast<std::ptrdiff_t>(j));
+      columns_.erase(columns_.begin() + j);
+      strength_.erase(strength_.begin() + j);
       path_.erase(std::find_if(path_.begin(), path_.end(),
                                [gone](const SparseStep& step) { return step.column == gone; }));
       return true;
@@ -365,7 +355,7 @@ class SparseSearch {
   }
 
   const LinearProblem& problem_;
-  double effective_sample_fraction_, most_, noise_ = 1.0;
+  double effective_sample_fraction_, noise_ = 1.0;
   std::vector<int> columns_;
   std::vector<double> strength_;
   std::vector<SparseStep> path_;
@@ -377,38 +367,36 @@ class SparseSearch {
 }  // namespace
 
 LinearFit fitSomeGroups(const LinearProblem& problem, double effective_sample_fraction,
-                        const std::vector<char>& active, const GroupPrior& prior) {
-  const GroupSearch search(problem, effective_sample_fraction, active, prior);
+                        const std::vector<char>& active) {
+  const GroupSearch search(problem, effective_sample_fraction, active);
   const LinearFit small =
       search.run(std::vector<double>(active.size(), 2e-3), firstNoise(problem), kRounds);
   const LinearFit large =
-      search.run(std::vector<double>(active.size(), 0.6 * prior.most), small.noise, kRounds);
+      search.run(std::vector<double>(active.size(), 0.6 * GroupPrior::kMost), small.noise, kRounds);
   return better(sound(problem, effective_sample_fraction, small),
                 sound(problem, effective_sample_fraction, large));
 }
 
-LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fraction,
-                    const GroupPrior& prior) {
+LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fraction) {
   const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
-  const LinearFit plain = fitSomeGroups(problem, effective_sample_fraction, all, prior);
-  const LinearFit taken = greedy(problem, effective_sample_fraction, prior);
-  return better(plain, fitGroupsFrom(problem, effective_sample_fraction, taken, prior));
+  const LinearFit plain = fitSomeGroups(problem, effective_sample_fraction, all);
+  const LinearFit taken = greedy(problem, effective_sample_fraction);
+  return better(plain, fitGroupsFrom(problem, effective_sample_fraction, taken));
 }
 
 LinearFit fitGroupsFrom(const LinearProblem& problem, double effective_sample_fraction,
-                        const LinearFit& start, const GroupPrior& prior) {
+                        const LinearFit& start) {
   const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
   std::vector<double> from = start.strength;
   for (double& s : from) s = std::max(s, kMinStrength);
-  return GroupSearch(problem, effective_sample_fraction, all, prior)
-      .run(from, start.noise, kRounds);
+  return GroupSearch(problem, effective_sample_fraction, all).run(from, start.noise, kRounds);
 }
 
 Eigen::MatrixXd covarianceOf(const LinearProblem& problem, double effective_sample_fraction,
                              const LinearFit& fit) {
   if (!std::isfinite(fit.evidence)) return Eigen::MatrixXd::Zero(fit.z.size(), fit.z.size());
   const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
-  return GroupSearch(problem, effective_sample_fraction, all, {}).covarianceOf(fit);
+  return GroupSearch(problem, effective_sample_fraction, all).covarianceOf(fit);
 }
 
 double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets,
@@ -433,9 +421,9 @@ double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::Vector
          0.5 * (kept / (s * s)).log().sum();
 }
 
-SparseFit fitSparse(const LinearProblem& problem, double effective_sample_fraction, int max_columns,
-                    double max_strength) {
-  return SparseSearch(problem, effective_sample_fraction, max_strength).run(max_columns);
+SparseFit fitSparse(const LinearProblem& problem, double effective_sample_fraction,
+                    int max_columns) {
+  return SparseSearch(problem, effective_sample_fraction).run(max_columns);
 }
 
 double independentShare(const Eigen::VectorXd& residual) {

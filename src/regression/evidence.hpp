@@ -21,15 +21,19 @@ struct LinearProblem {
   Eigen::VectorXd known_std;  ///< of the first columns
   std::vector<int> group;     ///< of every further column, from 0
   int groups = 0;
-  std::vector<double> most;  ///< [V], strength that each group may have; empty: GroupPrior::most
+  std::vector<double> most;  ///< [V], strength that each group may have; empty: GroupPrior::kMost
 
   Eigen::Index known() const { return known_std.size(); }
+  /// @param column behind the known ones.
+  std::size_t groupOf(Eigen::Index column) const {
+    return static_cast<std::size_t>(group[static_cast<std::size_t>(column - known())]);
+  }
 };
 
 /// What is known beforehand of a group's strength s [V of a column of unit RMS].
 struct GroupPrior {
-  double scale = 1e-3;  ///< [V]: density falls as 1 / sqrt(1 + (s / scale)^2)
-  double most = 0.2;    ///< [V]
+  static constexpr double kScale = 1e-3;  ///< [V]: density falls as 1 / sqrt(1 + (s / kScale)^2)
+  static constexpr double kMost = 0.2;    ///< [V]
 };
 
 /// A fit of a LinearProblem.
@@ -51,18 +55,17 @@ struct LinearFit {
  * small and from large strengths and from groups taken in one after the other: a single start can
  * be trapped with a group off.
  */
-LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fraction,
-                    const GroupPrior& prior = {});
+LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fraction);
 
 /// The same with some groups only: those of `active`, others off. Evidence is minus infinity, and z
 /// zero, where the products are no numbers.
 LinearFit fitSomeGroups(const LinearProblem& problem, double effective_sample_fraction,
-                        const std::vector<char>& active, const GroupPrior& prior = {});
+                        const std::vector<char>& active);
 
 /// The same from strengths and noise of another fit, such as one at another fraction: no other
 /// start is tried.
 LinearFit fitGroupsFrom(const LinearProblem& problem, double effective_sample_fraction,
-                        const LinearFit& start, const GroupPrior& prior = {});
+                        const LinearFit& start);
 
 /// @return covariance of z of a fit of all groups at that effective sample fraction; 0 where the
 /// products are no numbers.
@@ -95,8 +98,8 @@ struct SparseFit {
 
 /// @brief Columns one after the other, each with a strength of its own (Tipping and Faul 2003),
 /// while ln p gains more than 1.
-SparseFit fitSparse(const LinearProblem& problem, double effective_sample_fraction, int max_columns,
-                    double max_strength = 0.05);
+SparseFit fitSparse(const LinearProblem& problem, double effective_sample_fraction,
+                    int max_columns);
 
 /// @return share of rows that count as independent: 1 / (1 + 2 sum of autocorrelations up to the
 /// first not above zero).

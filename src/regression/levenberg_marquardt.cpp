@@ -12,6 +12,7 @@ namespace {
 constexpr double kHopelessDamping = 1e16;
 // Damping below which a step is the undamped one to a per cent.
 constexpr double kGentleDamping = 1e-2;
+constexpr double kTiny = 1e-9;  // of |x|: a step that ends the search
 
 /// Coordinates that may move: not at a bound which the gradient pushes against.
 std::vector<int> freeCoordinates(const Eigen::VectorXd& x, const Eigen::VectorXd& gradient,
@@ -26,18 +27,12 @@ std::vector<int> freeCoordinates(const Eigen::VectorXd& x, const Eigen::VectorXd
 }
 
 Eigen::VectorXd dampedStep(const NormalEquations& at, const std::vector<int>& free, double lambda) {
-  const int n = static_cast<int>(free.size());
-  Eigen::MatrixXd A(n, n);
-  Eigen::VectorXd b(n);
+  Eigen::MatrixXd A = at.hessian(free, free);
   const double floor = 1e-30 + 1e-12 * at.hessian.diagonal().maxCoeff();
-  for (int j = 0; j < n; ++j) {
-    b[j] = -at.gradient[free[j]];
-    for (int k = 0; k < n; ++k) A(j, k) = at.hessian(free[j], free[k]);
-    A(j, j) += lambda * std::max(A(j, j), floor);
-  }
-  const Eigen::VectorXd reduced = A.ldlt().solve(b);
+  A.diagonal() += lambda * A.diagonal().cwiseMax(floor);
+  const Eigen::VectorXd reduced = -A.ldlt().solve(at.gradient(free));
   Eigen::VectorXd step = Eigen::VectorXd::Zero(at.gradient.size());
-  for (int j = 0; j < n; ++j) step[free[j]] = reduced[j];
+  step(free) = reduced;
   return step;
 }
 
@@ -75,7 +70,7 @@ void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& opti
     // fall of the cost by the linearised residual
     const double promised = -(2.0 * result.at.gradient + result.at.hessian * step).dot(step);
     const bool cut = x != wanted;  // a bound was in the way
-    const bool tiny = step.norm() <= options.step_tolerance * (result.x.norm() + 1e-12);
+    const bool tiny = step.norm() <= kTiny * (result.x.norm() + 1e-12);
     const bool nothing_to_gain = tiny || promised <= options.gain_tolerance * result.at.cost;
     if (damping.lambda() <= 1.0 && nothing_to_gain && !cut) return;
     if (damping.lambda() <= kGentleDamping && promised <= options.trusted_gain * result.at.cost &&

@@ -54,7 +54,6 @@ struct MinimizeOptions {
   /// the way, is taken without evaluating its end: MinimizeResult::x is beyond MinimizeResult::at
   /// by last_step then, and at.cost the promised one. 0: never.
   double trusted_gain = 0.0;
-  double step_tolerance = 1e-9;  ///< stop when a step is shorter than this share of |x|
   Eigen::VectorXd lower, upper;  ///< hard bounds, empty for none
 };
 

@@ -59,14 +59,29 @@ RidgeFit fitPart(const ResidualSamples& samples, bool voltage_controlled, std::s
 
 }  // namespace
 
+namespace {
+
+/// Visits a memory's numbers but for `begun`, in the order of a file.
+template <typename Memory, typename Visit>
+void eachNumber(Memory& memory, Visit&& visit) {
+  const auto all = [&](auto& values) {
+    for (auto& x : values) visit(x);
+  };
+  all(memory.voltage);
+  all(memory.discharge);
+  all(memory.current);
+  all(memory.held);
+  for (auto* x : {&memory.last_voltage, &memory.last_discharge, &memory.since_discharge,
+                  &memory.since_source})
+    visit(*x);
+}
+
+}  // namespace
+
 std::vector<double> InputMemory::numbers() const {
   std::vector<double> x;
-  x.insert(x.end(), voltage.begin(), voltage.end());
-  x.insert(x.end(), discharge.begin(), discharge.end());
-  x.insert(x.end(), current.begin(), current.end());
-  x.insert(x.end(), held.begin(), held.end());
-  x.insert(x.end(),
-           {last_voltage, last_discharge, since_discharge, since_source, begun ? 1.0 : 0.0});
+  eachNumber(*this, [&](double number) { x.push_back(number); });
+  x.push_back(begun ? 1.0 : 0.0);
   return x;
 }
 
@@ -76,18 +91,7 @@ InputMemory InputMemory::fromNumbers(const std::vector<double>& x) {
                                 " numbers, expected " + std::to_string(kNumbers));
   InputMemory memory;
   auto at = x.begin();
-  const auto take = [&](auto& values) {
-    std::copy_n(at, values.size(), values.begin());
-    at += static_cast<std::ptrdiff_t>(values.size());
-  };
-  take(memory.voltage);
-  take(memory.discharge);
-  take(memory.current);
-  take(memory.held);
-  memory.last_voltage = *at++;
-  memory.last_discharge = *at++;
-  memory.since_discharge = *at++;
-  memory.since_source = *at++;
+  eachNumber(memory, [&](double& number) { number = *at++; });
   memory.begun = *at != 0.0;
   return memory;
 }

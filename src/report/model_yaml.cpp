@@ -78,20 +78,21 @@ template <typename File, typename Model, typename Std>
 void describeState(File& file, Model& model, Std& std, const BatteryModel& composition) {
   auto& state = model.state;
   file.number("time_s", state.time, kTimes);
-  file.number("u_c2_v", state.u_c2, kVoltages);
+  file.number("u_c2_v", state.states[0], kVoltages);
   file.number("u_c2_std_v", std[0], {0.0, kMaxStd});
   file.number("current_a", state.current, kCurrents);
-  const auto count = static_cast<std::size_t>(composition.stateCount()) - 1;
-  if constexpr (File::kReads) state.further.resize(count);
-  if (count > 0)
+  if constexpr (File::kReads)
+    state.states.conservativeResizeLike(Eigen::VectorXd::Zero(composition.stateCount()));
+  if (composition.stateCount() > 1)
     file.map("further", [&](auto& further) {
-      for (std::size_t j = 0; j < count; ++j)
+      for (Eigen::Index j = 1; j < composition.stateCount(); ++j)
         further.map(
-            composition.states()[j + 1].name,
+            composition.states()[static_cast<std::size_t>(j)].name,
             [&](auto& one) {
-              one.number("value", state.further[j], kNumbers);
-              one.number("std_error", std[static_cast<Eigen::Index>(j) + 1], {0.0, kMaxStd});
-              if constexpr (!File::kReads) one.text("unit", composition.states()[j + 1].unit);
+              one.number("value", state.states[j], kNumbers);
+              one.number("std_error", std[j], {0.0, kMaxStd});
+              if constexpr (!File::kReads)
+                one.text("unit", composition.states()[static_cast<std::size_t>(j)].unit);
             },
             MapStyle::kFlow);
     });
@@ -400,7 +401,7 @@ void requireRuns(const FieldReader& root, const FittedModel& model) {
   orFail(root, "parameters", "and state cannot be run: ", [&] {
     for (const double current : {-kCurrent, kCurrent}) {
       Simulation simulation = uncertainSimulationOf(model);
-      hold(simulation, current, kDuration);
+      simulation.hold(current, kDuration);
       const Interval u = voltageAnswer(simulation, ResidualFilter(model).forecast(kDuration),
                                        model.fit.scores.rmse, model.intervals.crank_calibration);
       finite = finite && std::isfinite(u.value) && std::isfinite(u.lower) && std::isfinite(u.upper);

@@ -103,7 +103,7 @@ nlohmann::json resultJson(const FittedModel& model) {
   visit("parameters", model.fit.estimates);
   visit("state", [&](auto& state) {
     state("time", model.state.time, "s");
-    state("u_c2", model.state.u_c2, "v");
+    state("u_c2", model.state.states[0], "v");
   });
   return visit.json;
 }
@@ -125,7 +125,7 @@ std::string resultText(const FittedModel& model) {
   if (model.fit.scores.cranks > 0)
     text += format("cranks       %d in the window, minima missed by %.0f mV (RMS)\n",
                    model.fit.scores.cranks, 1e3 * model.fit.scores.crank_error_std);
-  text += format("state        u_c2 = %.4f V at %.2f s\n", model.state.u_c2, model.state.time);
+  text += format("state        u_c2 = %.4f V at %.2f s\n", model.state.states[0], model.state.time);
   text += format("quality      %.2f of the window for this model\n", model.fit.window_quality);
   text += format("%s: %s (%.1f ms)\n", toString(model.fit.status).c_str(),
                  model.fit.message.c_str(), model.provenance.fit_ms);

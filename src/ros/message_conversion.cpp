@@ -102,7 +102,7 @@ IdentifiedModel messageOf(const FittedModel& model) {
     message.at_bound.push_back(estimate.at_bound);
     message.determined.push_back(estimate.determined);
   }
-  message.u_c2 = model.state.u_c2;
+  message.u_c2 = model.state.states[0];
   message.window_from = model.fit.window.from;
   message.window_to = model.fit.window.to;
   message.window_samples = static_cast<std::uint32_t>(model.fit.window.samples);

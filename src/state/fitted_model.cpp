@@ -15,6 +15,16 @@ constexpr double kGuessedStops = 3.0, kKept = 0.9;
 
 }  // namespace
 
+PastEvent measuredCrank(const Series& series, IndexRange range) {
+  const auto current = series.current.begin(), voltage = series.voltage.begin();
+  const auto lowest = std::min_element(voltage + range.first, voltage + range.last);
+  PastEvent crank;
+  crank.time = series.time[static_cast<std::size_t>(lowest - voltage)];
+  crank.current = *std::min_element(current + range.first, current + range.last);
+  crank.measured = *lowest;
+  return crank;
+}
+
 void EventHistory::add(const PastEvent& event) {
   const bool is_charge = event.kind == PastEvent::Kind::kCharge;
   auto& past = is_charge ? charges : event.kind == PastEvent::Kind::kCrank ? cranks : stops;
@@ -71,9 +81,7 @@ ModelPoint pointOf(const FittedModel& model) {
     if (static_cast<std::size_t>(j) < model.fit.estimates.size())
       point.parameters[j] = model.fit.estimates[static_cast<std::size_t>(j)].value;
   point.state = composition.restState();
-  point.state[0] = model.state.u_c2;
-  for (std::size_t k = 0; k < model.state.further.size(); ++k)
-    point.state[static_cast<Eigen::Index>(k) + 1] = model.state.further[k];
+  point.state.head(model.state.states.size()) = model.state.states;
   point.time = model.state.time;
   point.reference_time = model.fit.window.from;
   point.regressor_memory = model.state.regressor_memory;
@@ -98,11 +106,9 @@ Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance) {
 }
 
 FittedModel atFirstState(FittedModel model, double current) {
-  const std::vector<double>& first = model.fit.first_state;
   model.state.time = model.fit.window.from;
   model.state.current = current;
-  model.state.u_c2 = first.front();
-  model.state.further.assign(first.begin() + 1, first.end());
+  model.state.states = model.fit.first_state;
   return model;
 }
 
@@ -117,16 +123,10 @@ Simulation uncertainSimulationOf(const FittedModel& model) {
 
 FittedModel rested(FittedModel model) {
   const BatteryModel composition = compositionOf(model.fit);
-  const Eigen::VectorXd rest = composition.restState();
-  model.state = {model.state.time,
-                 rest[0],
-                 0.0,
-                 std::vector<double>(rest.data() + 1, rest.data() + rest.size()),
-                 std::nullopt,
-                 {},
-                 model.fit.discrepancy
-                     ? restedMemory(*model.fit.discrepancy, model.state.regressor_memory)
-                     : std::vector<double>(),
+  std::vector<double> memory;
+  if (model.fit.discrepancy)
+    memory = restedMemory(*model.fit.discrepancy, model.state.regressor_memory);
+  model.state = {model.state.time,          0.0, composition.restState(), std::nullopt, {}, memory,
                  model.state.residual_state};
   const Eigen::Index states = composition.stateCount();
   model.fit.covariance.bottomRows(states).setZero();
@@ -135,21 +135,20 @@ FittedModel rested(FittedModel model) {
 }
 
 void takeState(FittedModel& model, const Simulation& simulation, double current) {
-  const Eigen::VectorXd state = simulation.state();
   model.state = {simulation.time(),
-                 state[0],
                  current,
-                 std::vector<double>(state.data() + 1, state.data() + state.size()),
+                 simulation.state(),
                  std::nullopt,
                  {},
                  simulation.regressorMemory(),
                  model.state.residual_state};
   if (simulation.tangents() == 0) return;
-  const Eigen::Index parameters = model.fit.covariance.rows() - state.size();
+  const Eigen::Index states = model.state.states.size(),
+                     parameters = model.fit.covariance.rows() - states;
   const Eigen::MatrixXd factor = covarianceFactor(model.fit.covariance);
   Eigen::MatrixXd now(factor.rows(), factor.cols());
   now.topRows(parameters) = factor.topRows(parameters);
-  now.bottomRows(state.size()) = simulation.stateDerivatives();
+  now.bottomRows(states) = simulation.stateDerivatives();
   model.fit.covariance = now * now.transpose();
 }
 

@@ -9,6 +9,7 @@
 
 #include "baseline/baseline_predictor.hpp"
 #include "battery_sof/parameter_estimate.hpp"
+#include "battery_sof/series.hpp"
 #include "model/battery_model.hpp"
 #include "model/simulation.hpp"
 #include "recording/control_mode.hpp"
@@ -37,6 +38,9 @@ struct PastEvent {
   /// What it is reported by: a crank's lowest current [A], a charge's mean voltage [V].
   double stimulus() const { return kind == Kind::kCharge ? voltage : current; }
 };
+
+/// @return a crank as it was measured. @param range its samples.
+PastEvent measuredCrank(const Series& series, IndexRange range);
 
 /// What a model will miss of a voltage.
 struct ErrorForecast {
@@ -78,10 +82,9 @@ struct ResidualState {
 /// here.
 struct LiveState {
   double time = 0.0;     ///< [s], the recording's clock
-  double u_c2 = 0.0;     ///< [V]
   double current = 0.0;  ///< [A], current at that time
-  /// the effects' states, in the order of BatteryModel::states()
-  std::vector<double> further = {};
+  /// in the order of BatteryModel::states(): u_c2 [V], then the effects'
+  Eigen::VectorXd states = Eigen::VectorXd::Zero(1);
   /// [K], of the battery at that time, when known
   std::optional<double> temperature = std::nullopt;
   /// what drove it lately; begun only where something was estimated
@@ -155,7 +158,7 @@ struct Fit {
   /// [samples], by which the voltage channel is behind the current
   std::size_t voltage_lag = 0;
   /// at the window's first sample; not stored in MODEL.yaml
-  std::vector<double> first_state;
+  Eigen::VectorXd first_state;
   FitWindow window;
   ExcitedRange excited;
   FitStatus status = FitStatus::kConverged;

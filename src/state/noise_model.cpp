@@ -119,16 +119,14 @@ NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSamp
   };
   MinimizeOptions options;
   options.max_iterations = 60;
-  options.lower.resize(4);
-  options.upper.resize(4);
-  options.lower << std::log(min_white), std::log(1e-6), std::log(0.1), std::log(1e-7);
-  options.upper << std::log(1.0), std::log(3.0), std::log(60.0), std::log(0.1);
+  options.lower =
+      Eigen::Vector4d(std::log(min_white), std::log(1e-6), std::log(0.1), std::log(1e-7));
+  options.upper = Eigen::Vector4d(std::log(1.0), std::log(3.0), std::log(60.0), std::log(0.1));
   NoiseModel best{rms, 1e-6, 1.0, 1e-7};
   double best_cost = HUGE_VAL;
   for (const double ar_time : {1.0, 10.0}) {
-    Eigen::VectorXd start(4);
-    start << std::log(std::max(0.5 * rms, 1.01 * min_white)), std::log(0.7 * rms),
-        std::log(ar_time), std::log(0.1 * rms);
+    const Eigen::Vector4d start(std::log(std::max(0.5 * rms, 1.01 * min_white)),
+                                std::log(0.7 * rms), std::log(ar_time), std::log(0.1 * rms));
     NormalEquations at_start;
     shift = 0.0;
     if (!evaluate(start, at_start)) continue;

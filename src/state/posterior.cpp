@@ -44,20 +44,20 @@ void setParameter(Fit& fit, Eigen::Index row, double value) {
     fit.estimates[static_cast<std::size_t>(row)].value = value;
 }
 
-/// Standard errors as the covariance has them, and what they determine.
-void describe(Fit& fit) {
+}  // namespace
+
+void takeStandardErrors(Fit& fit) {
   for (std::size_t j = 0; j < fit.estimates.size(); ++j) {
     ParameterEstimate& estimate = fit.estimates[j];
     const auto row = static_cast<Eigen::Index>(j);
-    if (estimate.held || !(fit.covariance(row, row) > 0.0)) continue;
-    estimate.std = std::sqrt(fit.covariance(row, row));
-    const double enough = estimate.name == "u_dc" ? 0.5 : 0.5 * std::abs(estimate.value);
+    const double variance = fit.covariance(row, row);
+    if (estimate.held || !(variance > 0.0) || !std::isfinite(variance)) continue;
+    estimate.std = std::sqrt(variance);
+    const double enough = row == kRowUDc ? 0.5 : 0.5 * std::abs(estimate.value);
     estimate.determined = *estimate.std < enough;
     estimate.at_bound = false;
   }
 }
-
-}  // namespace
 
 std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populations,
                                     std::vector<std::string> effects) {
@@ -97,14 +97,12 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
       setParameter(
           model.fit, j,
           moved(composition.parameters()[static_cast<std::size_t>(j)], before[j], change[j]));
-  model.state.u_c2 += change[parameters];
-  for (std::size_t k = 0; k < model.state.further.size(); ++k)
-    model.state.further[k] += change[parameters + 1 + static_cast<Eigen::Index>(k)];
+  model.state.states += change.segment(parameters, model.state.states.size());
   Eigen::MatrixXd& covariance = model.fit.covariance;
   covariance = innovation.factor * innovation.factor.transpose();
   covariance +=
       variance * gain * gain.transpose() - gain * shared.transpose() - shared * gain.transpose();
-  describe(model.fit);
+  takeStandardErrors(model.fit);
   // What the moved rows take up: of the whole gain h'h / S of the error.
   const double taken = innovation.rows.empty() ? h.squaredNorm() / variance : 0.0;
   return innovation.error - taken * error;
@@ -136,7 +134,7 @@ FittedModel parked(FittedModel model, double duration, std::optional<double> tem
   const double colored = model.fit.noise ? model.fit.noise->ar_std : 0.0;
   model.state.residual_state = {0.0, 0.0, 0.0, 0.0, colored * colored};
   model.state.missed_crank = {};
-  describe(model.fit);
+  takeStandardErrors(model.fit);
   return model;
 }
 
@@ -186,7 +184,7 @@ FittedModel populationPrior(double capacity, const std::vector<KnownParameter>& 
   fit.excited.min_voltage = fit.excited.max_voltage = voltage;
   model.state.time = time;
   model.state.current = current;
-  describe(fit);
+  takeStandardErrors(fit);
   return model;
 }
 

@@ -33,6 +33,10 @@ std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populati
 /// @return what is known of a parameter; nullptr: nothing.
 const KnownParameter* find(const std::vector<KnownParameter>& known, const std::string& name);
 
+/// Takes standard errors from the covariance, and what they determine: a parameter whose error is
+/// below half of it (0.5 V of u_dc). One without a variance stays as it is.
+void takeStandardErrors(Fit& fit);
+
 /// An error of a model and how it follows from the directions in which parameters and state are
 /// uncertain.
 struct Innovation {

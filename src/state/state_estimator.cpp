@@ -102,7 +102,7 @@ namespace {
 /// What a model missed of its window's voltage; nothing where the voltage drove.
 std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const Series& series,
                                                  IndexRange range) {
-  if (model.fit.first_state.empty() || range.empty()) return {};
+  if (model.fit.first_state.size() == 0 || range.empty()) return {};
   Simulation simulation = simulationOf(atFirstState(model));
   std::vector<std::optional<double>> missed;
   for (const InputSample& sample : inputsOf(model.fit, series, range).samples) {
@@ -165,10 +165,7 @@ StateEstimator::StateEstimator(const FittedModel& model, bool uncertain)
       errors_(model),
       has_source_(model.fit.source) {
   // A source's ramp begins at the voltage that the state represents.
-  InputStep here;
-  here.time = state_.time;
-  here.held = here.current = state_.current;
-  simulation_.advance(here);
+  simulation_.hold(state_.current, 0.0);
   errors_.expectStop();
 }
 
@@ -200,11 +197,9 @@ FollowedSample StateEstimator::predict(InputSample sample) {
                    residual_regression_.max_current) -
         out.current;
   (sample.voltage_controlled ? out.current : out.voltage) += out.regression_correction;
-  const Eigen::VectorXd state = simulation_.state();
   state_.time = sample.step.time;
   state_.current = sample.step.current;
-  state_.u_c2 = state[0];
-  state_.further.assign(state.data() + 1, state.data() + state.size());
+  state_.states = simulation_.state();
   return out;
 }
 

@@ -76,7 +76,7 @@ void StateTracker::settleOldest() {
   has_settled_ = true;
   if (needs_trace_) trace_.forgetBefore(settled_.state().time - kTraceKept);
   recent_.dropFirst(oldest);
-  controlled_.erase(controlled_.begin(), controlled_.begin() + static_cast<std::ptrdiff_t>(oldest));
+  controlled_.erase(controlled_.begin(), controlled_.begin() + oldest);
   settled_count_ = 1;
 }
 
@@ -178,10 +178,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
   model.state.current = current;
   model.state.missed_crank = {};
   Simulation here = uncertainSimulationOf(model);
-  InputStep now;
-  now.time = time;
-  now.held = now.current = current;
-  here.advance(now);
+  here.hold(current, 0.0);
   const double missing = voltage - here.voltage();
 
   const Eigen::Index parameters = composition.parameterCount();
@@ -193,7 +190,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
     const bool follows = j == 0 || composition.states()[static_cast<std::size_t>(j)].begins_as_u_c2;
     if (!follows) continue;
     // du/du_c2 is one, so what the voltage leaves open apart from u_c2 is what u_c2 takes over.
-    (j == 0 ? model.state.u_c2 : model.state.further[static_cast<std::size_t>(j) - 1]) += missing;
+    model.state.states[j] += missing;
     if (factor.cols() > 0)
       moved.row(parameters + j) = factor.row(parameters) - here.voltageDerivatives().transpose();
     unshared[parameters + j] = std::sqrt(own);

@@ -49,7 +49,7 @@ inline FittedModel modelIn(FuzzedDataProvider& data, int max_effects = kMaxEffec
       model.fit.estimates[j].value = data.ConsumeFloatingPointInRange(info.lower, info.upper);
   }
   test::takeEstimates(model.fit);
-  model.state.u_c2 = data.ConsumeFloatingPointInRange(-5.0, 5.0);
+  model.state.states[0] = data.ConsumeFloatingPointInRange(-5.0, 5.0);
   return model;
 }
 

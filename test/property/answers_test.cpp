@@ -53,7 +53,7 @@ void driveSomewhere(FittedModel& model, Random& random) {
   double current = 0.0;
   for (int n = static_cast<int>(random.uniform(0.0, 5.0)); n > 0; --n) {
     current = happens(random, 0.2) ? random.uniform(-400.0, -150.0) : random.uniform(-80.0, 80.0);
-    hold(simulation, current, magnitude(random, 0.01, 600.0));
+    simulation.hold(current, magnitude(random, 0.01, 600.0));
   }
   takeState(model, simulation, current);
 }
@@ -111,7 +111,7 @@ double highestAlone(const FittedModel& model, double duration) {
   const double none = shownAlone(model.fit);
   double highest = -HUGE_VAL, at = 0.0;
   for (double share : {0.0, 1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0}) {
-    hold(simulation, none, share * duration - at);
+    simulation.hold(none, share * duration - at);
     at = share * duration;
     highest = std::max(highest, simulation.voltage());
   }

@@ -24,8 +24,8 @@ inline FittedModel knownModel(const std::vector<std::string>& effects = {}, doub
   }
   const Eigen::Index rows = p.size() + composition.stateCount();
   model.fit.covariance = Eigen::MatrixXd::Zero(rows, rows);
-  const Eigen::VectorXd rest = composition.restState();
-  model.state = {100.0, u_c2, 0.0, {rest.data() + 1, rest.data() + rest.size()}};
+  model.state = {100.0, 0.0, composition.restState()};
+  model.state.states[0] = u_c2;
   model.fit.window = {0.0, 100.0, 10000};
   model.fit.excited.min_current = -400.0;
   model.fit.excited.max_current = 400.0;

@@ -17,7 +17,7 @@ IndexRange wholeOf(const Series& series) { return {0, series.size()}; }
 /// A known model that begins at rest at the series' first sample.
 FittedModel modelAtStart() {
   FittedModel model = test::knownModel();
-  model.state = {0.0, 0.0, 0.0};
+  model.state = {};
   model.fit.window = {0.0, 0.0, 1};
   return model;
 }
@@ -157,9 +157,9 @@ TEST(ChargeCurrentError, ARangeThatBeginsBeforeTheStateIsReachedFromTheFirstStat
       test::answered(test::drivenBattery(), test::dataSetOneCurrent(240.0, 0.01, 4), 0.01, 0.0, 4);
   FittedModel model = modelAtStart();
   model.state.time = 240.0;
-  model.state.u_c2 = 0.3;
+  model.state.states[0] = 0.3;
   EXPECT_FALSE(chargeCurrentError(model, series, wholeOf(series)).has_value());
-  model.fit.first_state = {0.0};
+  model.fit.first_state = Eigen::VectorXd::Zero(1);
   EXPECT_LT(chargeCurrentError(model, series, wholeOf(series)).value(), 0.5);
 }
 

@@ -180,7 +180,7 @@ TEST(IdentifyBothWays, WithNoImposedSampleInTheWindowIsTheFitWithoutASource) {
       EXPECT_EQ(one.fit.estimates[j].std, other.fit.estimates[j].std);
     }
     EXPECT_EQ(one.fit.covariance, other.fit.covariance);
-    EXPECT_EQ(one.state.u_c2, other.state.u_c2);
+    EXPECT_EQ(one.state.states[0], other.state.states[0]);
     EXPECT_FALSE(other.fit.source);
     EXPECT_TRUE(other.fit.residual_regression.empty());
   }
@@ -324,7 +324,7 @@ TEST(CarryState, GoesThroughWhatASourceImposedAsTheEstimatorDoes) {
   for (std::size_t n = 1; n < rest.samples.size(); ++n) estimator.predict(rest.samples[n]);
   carryState(model, inputs.series, last);
   EXPECT_EQ(model.state.time, inputs.series.time[last]);
-  EXPECT_EQ(model.state.u_c2, estimator.simulation().state()[0]);
+  EXPECT_EQ(model.state.states[0], estimator.simulation().state()[0]);
   EXPECT_EQ(model.state.memory.numbers(), estimator.state().memory.numbers());
   EXPECT_NE(model.state.memory.numbers(), before.state.memory.numbers());
   EXPECT_TRUE(model.fit.covariance.allFinite());
@@ -346,10 +346,10 @@ TEST(CarryState, InTwoStretchesIsTheSameAsInOne) {
   carryState(once, inputs.series, inputs.series.size() - 1);
   carryState(twice, inputs.series, cut);
   carryState(twice, inputs.series, inputs.series.size() - 1);
-  EXPECT_NEAR(twice.state.u_c2, once.state.u_c2, 1e-3);
-  for (std::size_t j = 0; j < once.state.further.size(); ++j)
-    EXPECT_NEAR(twice.state.further[j], once.state.further[j],
-                0.02 * (1.0 + std::abs(once.state.further[j])));
+  EXPECT_NEAR(twice.state.states[0], once.state.states[0], 1e-3);
+  for (Eigen::Index j = 0; j < once.state.states.size(); ++j)
+    EXPECT_NEAR(twice.state.states[j], once.state.states[j],
+                0.02 * (1.0 + std::abs(once.state.states[j])));
 }
 
 TEST(StateEstimator, BegunAtASavedStateGoesOnAsIfItHadNotStopped) {

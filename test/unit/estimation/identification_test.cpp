@@ -50,7 +50,7 @@ TEST(Identify, LeavesTheStateAtTheWindowsLastSample) {
   EXPECT_DOUBLE_EQ(model.state.time, series.time.back());
   EXPECT_DOUBLE_EQ(model.state.current, series.current.back());
   const double ohmic = ohmicResistance(truth, series.current.back()) * series.current.back();
-  EXPECT_NEAR(model.state.u_c2, series.voltage.back() - truth.u_dc - ohmic, 1e-4);
+  EXPECT_NEAR(model.state.states[0], series.voltage.back() - truth.u_dc - ohmic, 1e-4);
 }
 
 TEST(Identify, ARobustStartSurvivesAWindowThatOpensOnACurrentEdgeThePapersDoesNot) {
@@ -183,7 +183,8 @@ TEST(CarryState, MovesTheStateAsTheModelWould) {
   EXPECT_DOUBLE_EQ(model.state.time, series.time.back());
   const double ohmic =
       ohmicResistance(test::drivenBattery(), series.current.back()) * series.current.back();
-  EXPECT_NEAR(model.state.u_c2, series.voltage.back() - test::drivenBattery().u_dc - ohmic, 2e-4);
+  EXPECT_NEAR(model.state.states[0], series.voltage.back() - test::drivenBattery().u_dc - ohmic,
+              2e-4);
   EXPECT_THROW(carryState(model, series, 10), std::invalid_argument);
 }
 
@@ -213,10 +214,10 @@ TEST(SearchWindow, ItsTrustedLastStepLandsOnTheOptimum) {
     const std::vector<char> none;
     const WindowSamples samples(series, whole(series), {}, gapThreshold(series), none);
     const BaseNormalEquations equations(samples, 1.0);
-    const BaseFit quick = searchWindow(samples, equations, {});
+    const CompositionFit quick = searchWindow(samples, equations, {});
     // What a Gauss-Newton step would still move: base_search.hpp promises less than 1e-4.
-    const BaseParameters& p = quick.parameters;
-    const BaseSums sums = equations.sums({p.c2, p.beta, quick.u_c2_first});
+    const BaseParameters p = baseParameters(quick.point.parameters);
+    const BaseSums sums = equations.sums({p.c2, p.beta, quick.point.state[0]});
     const Eigen::Matrix<double, 6, 1> linear =
         (Eigen::Matrix<double, 6, 1>() << p.r_discharge, p.r_charge, p.u_dc - equations.offset(),
          0.0, 0.0, 0.0)
@@ -228,7 +229,7 @@ TEST(SearchWindow, ItsTrustedLastStepLandsOnTheOptimum) {
     EXPECT_NEAR(step[kColumnLogBeta], 0.0, 1e-4);
     EXPECT_NEAR(step[kColumnDischarge] / p.r_discharge, 0.0, 1e-4);
     EXPECT_NEAR(step[kColumnCharge] / p.r_charge, 0.0, 1e-4);
-    EXPECT_LT(step.dot(normal * step) / quick.cost, 1e-7);
+    EXPECT_LT(step.dot(normal * step) / quick.at.cost, 1e-7);
   }
 }
 
@@ -237,14 +238,14 @@ TEST(SearchWindow, AStartFarOffLeadsToTheOptimumOfTheUsualOne) {
     const Series series = test::baseDrive(seed, 240.0, 0.02);
     const WindowSamples samples(series, whole(series), {}, gapThreshold(series), {});
     const BaseNormalEquations equations(samples, 1.0);
-    const double usual = searchWindow(samples, equations, {}).cost;
+    const double usual = searchWindow(samples, equations, {}).at.cost;
     for (const double c2 : {tableOne()[2].lower, tableOne()[2].upper})
       for (const double beta : {tableOne()[3].lower, tableOne()[3].upper}) {
         IdentifyOptions options;
         options.initial[2] = c2;
         options.initial[3] = beta;
-        const BaseFit found = searchWindow(samples, equations, options);
-        EXPECT_LT(found.cost, usual * (1.0 + 1e-6));
+        const CompositionFit found = searchWindow(samples, equations, options);
+        EXPECT_LT(found.at.cost, usual * (1.0 + 1e-6));
       }
   }
 }

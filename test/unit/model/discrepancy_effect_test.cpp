@@ -11,15 +11,6 @@ namespace {
 
 using namespace test;
 
-/// Moves on under one held current.
-void hold(Simulation& simulation, double current, double duration) {
-  InputStep step;
-  step.time = simulation.time() + duration;
-  step.duration = duration;
-  step.held = step.current = current;
-  simulation.advance(step);
-}
-
 InputSequence lively() {
   const Series series = livelyMinute(0.1);
   return inputSequence(series, whole(series));
@@ -142,7 +133,7 @@ TEST(DiscrepancyEffect, DerivativesOfTheCurrentAgreeWithDifferencesBehindASource
     const ModelPoint start = startOf(model);
     const auto currents = [&](Simulation simulation, std::vector<Eigen::VectorXd>* slopes) {
       std::vector<double> found;
-      hold(simulation, -20.0, 10.0);
+      simulation.hold(-20.0, 10.0);
       for (int n = 0; n < 20; ++n) {
         found.push_back(simulation.advanceAtVoltage(13.2 + 0.02 * (n % 3), 0.5, 1e4));
         if (slopes) slopes->push_back(simulation.currentDerivatives());
@@ -198,8 +189,8 @@ TEST(DiscrepancyEffect, IsHeldInsideWhatItWasLearntOnAndSaysByHowMuch) {
   const auto added = [&](double current, double* beyond) {
     Simulation with(model, pointOf(model, typicalPoint(model))),
         without(base, pointOf(base, typicalPoint(base)));
-    hold(with, current, 1.0);
-    hold(without, current, 1.0);
+    with.hold(current, 1.0);
+    without.hold(current, 1.0);
     *beyond = with.beyondIdentified();
     return with.voltage() - without.voltage();
   };

@@ -207,10 +207,10 @@ TEST_F(BothWays, TheLiveTrackerIsWhereCarryingTheStateOfflinePutsIt) {
     alike += static_cast<bool>(live[k]) == static_cast<bool>(predicted.voltage_controlled[k]);
   EXPECT_GT(static_cast<double>(alike) / static_cast<double>(live.size()), 0.99);
   EXPECT_EQ(now.state.time, offline.state.time);
-  EXPECT_NEAR(now.state.u_c2, offline.state.u_c2, 1e-3);
-  for (std::size_t j = 0; j < now.state.further.size(); ++j)
-    EXPECT_NEAR(now.state.further[j], offline.state.further[j],
-                0.01 * (1.0 + std::abs(offline.state.further[j])));
+  EXPECT_NEAR(now.state.states[0], offline.state.states[0], 1e-3);
+  for (Eigen::Index j = 0; j < now.state.states.size(); ++j)
+    EXPECT_NEAR(now.state.states[j], offline.state.states[j],
+                0.01 * (1.0 + std::abs(offline.state.states[j])));
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ CrankingQuery usualQuery() {
 /// Minimum over (t_stop, t_stop + t_cranking] in steps of a millisecond.
 double byBruteForce(const FittedModel& model, const CrankingQuery& query) {
   const test::BaseStep step(model.fit.parameters);
-  double u = model.state.u_c2;
+  double u = model.state.states[0];
   for (int k = 0; k < std::lround(query.t_stop * 1e3); ++k) u = step.advance(u, query.i_load, 1e-3);
   double lowest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < std::lround(query.t_cranking * 1e3); ++k) {
@@ -79,7 +79,7 @@ TEST(PredictCranking, BeyondOnePercentOfTheChargeTheOpenCircuitVoltageFalls) {
 TEST(PredictCranking, FindsTheMinimumAtTheBeginningWhenTheBatteryRecoversDuringTheCrank) {
   // After -300 A the state lies below what -1 A settles at: u_c2 rises during the "crank".
   FittedModel model = driveModel();
-  model.state.u_c2 = test::settledOverpotential(model.fit.parameters, -300.0);
+  model.state.states[0] = test::settledOverpotential(model.fit.parameters, -300.0);
   CrankingQuery query = usualQuery();
   query.t_stop = 0.0;
   query.i_cranking = -1.0;
@@ -89,7 +89,7 @@ TEST(PredictCranking, FindsTheMinimumAtTheBeginningWhenTheBatteryRecoversDuringT
 
 TEST(PredictCranking, ALongerStopAndAStrongerCrankNeverRaiseTheMinimumOfARestedBattery) {
   FittedModel model = driveModel();
-  model.state.u_c2 = 0.0;
+  model.state.states[0] = 0.0;
   double before = 100.0;
   for (double t_stop : {0.0, 1.0, 10.0, 60.0, 600.0}) {
     CrankingQuery query = usualQuery();

@@ -409,7 +409,7 @@ TEST(OnlineSession, AcrossAGapTheBatteryIsTakenToRest) {
   feeder.inputs(inputs, 26000);
   const RawSample last = feeder.offered.back();
   for (int n = 0; n < 3; ++n) feeder.push({last.time + 900.0 + 0.01 * n, 0.0, 12.7, {}});
-  EXPECT_NEAR(session.model()->state.u_c2, 0.0, 1e-3);
+  EXPECT_NEAR(session.model()->state.states[0], 0.0, 1e-3);
 }
 
 TEST(OnlineSession, RestoredModelAnswersFromTheFirstSampleOn) {
@@ -559,7 +559,8 @@ TEST(SetStateFromVoltage, ModelThenReadsTheMeasuredVoltage) {
   model.fit.covariance(kRowUDc, kRowUDc) = 0.01;
   model.fit.scores.rmse = 0.02;
   setStateFromVoltage(model, 5.0, -100.0, 11.8);
-  EXPECT_NEAR(test::terminalVoltage(model.fit.parameters, -100.0, model.state.u_c2), 11.8, 1e-12);
+  EXPECT_NEAR(test::terminalVoltage(model.fit.parameters, -100.0, model.state.states[0]), 11.8,
+              1e-12);
   EXPECT_NEAR(model.fit.covariance(kRowState, kRowState), 0.01 + 0.0004, 1e-12);
   EXPECT_NEAR(model.fit.covariance(kRowState, kRowUDc), -0.01, 1e-12);
 }

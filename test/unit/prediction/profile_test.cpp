@@ -28,7 +28,7 @@ TEST(SimulateProfile, ContinuesFromTheSavedState) {
   ASSERT_EQ(answer.predicted.voltage.size(), 3u);
   EXPECT_NEAR(
       answer.predicted.voltage[0],
-      test::terminalVoltage(model().fit.parameters, model().state.current, model().state.u_c2),
+      test::terminalVoltage(model().fit.parameters, model().state.current, model().state.states[0]),
       1e-12);
   for (std::size_t n = 0; n < 3; ++n) {
     EXPECT_LT(answer.predicted.lower[n], answer.predicted.voltage[n]);
@@ -132,7 +132,7 @@ TEST(StateTracker, EqualsCarryingTheStateOffline) {
   for (std::size_t n = 24000; n < series.size(); ++n)
     tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   const FittedModel online = tracker.modelNow();
-  EXPECT_DOUBLE_EQ(online.state.u_c2, offline.state.u_c2);
+  EXPECT_DOUBLE_EQ(online.state.states[0], offline.state.states[0]);
   EXPECT_DOUBLE_EQ(online.state.time, offline.state.time);
   EXPECT_TRUE(online.fit.covariance.isApprox(offline.fit.covariance, 1e-9));
   EXPECT_NEAR(tracker.last().voltage, series.voltage.back(), 0.02);

@@ -46,10 +46,9 @@ TEST_P(SlowChannel, TrackedLiveTheStateIsWhereCarryingItOfflinePutsIt) {
     const FittedModel live = tracker.modelNow();
     ASSERT_EQ(live.state.time, offline.state.time);
     ASSERT_EQ(live.state.current, offline.state.current);
-    ASSERT_NEAR(live.state.u_c2, offline.state.u_c2, 1e-9) << n;
-    ASSERT_EQ(live.state.further.size(), offline.state.further.size());
-    for (std::size_t j = 0; j < live.state.further.size(); ++j)
-      ASSERT_NEAR(live.state.further[j], offline.state.further[j], 1e-9) << n;
+    ASSERT_EQ(live.state.states.size(), offline.state.states.size());
+    for (Eigen::Index j = 0; j < live.state.states.size(); ++j)
+      ASSERT_NEAR(live.state.states[j], offline.state.states[j], 1e-9) << n;
     ASSERT_TRUE(live.fit.covariance.isApprox(offline.fit.covariance, 1e-9)) << n;
     ASSERT_EQ(live.state.memory.numbers().size(), offline.state.memory.numbers().size());
     for (std::size_t j = 0; j < InputMemory::kNumbers; ++j)
@@ -156,7 +155,7 @@ TEST(ModelMonitor, WhenTheClockJumpsPastEventsMoveWithIt) {
   ASSERT_GT(before.charges.size(), 3u);
   const double moved = 50.0 - series.time.back();
   for (const double jump : {moved, -20.0}) {  // and once more
-    const double at = monitor.stateTime() + jump;
+    const double at = monitor.tracker().state().time + jump;
     monitor.moveTo({at, -20.0, 12.4}, jump, 10.0);
   }
   const EventHistory after = monitor.now().intervals.event_history;

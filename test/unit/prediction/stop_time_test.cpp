@@ -55,7 +55,8 @@ double closedForm(const FittedModel& model, const StopTimeQuery& q) {
   const double u_end = q.u_required - b.u_dc - b.r_discharge * q.i_cranking;
   const double x_end = std::exp(0.5 * b.beta * u_end);
   const double x_begin = HeldCurrent(b, q.i_cranking).before(x_end, q.t_cranking);
-  return HeldCurrent(b, q.i_load).timeBetween(std::exp(0.5 * b.beta * model.state.u_c2), x_begin);
+  return HeldCurrent(b, q.i_load)
+      .timeBetween(std::exp(0.5 * b.beta * model.state.states[0]), x_begin);
 }
 
 TEST(PredictStopTime, IsTheClosedFormOfTheBaseModel) {

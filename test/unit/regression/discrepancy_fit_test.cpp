@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "regression/discrepancy_curve.hpp"
 #include "support/composed.hpp"
 #include "util/constants.hpp"
 

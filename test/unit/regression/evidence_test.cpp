@@ -46,7 +46,7 @@ double denseLogLikelihood(const Eigen::MatrixXd& A, const Eigen::VectorXd& y,
 
 double logPrior(const std::vector<double>& strength) {
   double sum = 0.0;
-  for (const double s : strength) sum -= 0.5 * std::log1p(std::pow(s / GroupPrior().scale, 2));
+  for (const double s : strength) sum -= 0.5 * std::log1p(std::pow(s / GroupPrior::kScale, 2));
   return sum;
 }
 

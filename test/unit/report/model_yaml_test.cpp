@@ -47,7 +47,7 @@ TEST(ModelYaml, ReadsBackWhatItWrote) {
   EXPECT_DOUBLE_EQ(back.fit.parameters.r_discharge, model.fit.parameters.r_discharge);
   EXPECT_DOUBLE_EQ(back.fit.parameters.beta, model.fit.parameters.beta);
   EXPECT_DOUBLE_EQ(back.fit.parameters.u_dc, model.fit.parameters.u_dc);
-  EXPECT_DOUBLE_EQ(back.state.u_c2, model.state.u_c2);
+  EXPECT_DOUBLE_EQ(back.state.states[0], model.state.states[0]);
   EXPECT_DOUBLE_EQ(back.state.time, model.state.time);
   EXPECT_TRUE(back.fit.covariance.isApprox(model.fit.covariance, 1e-12));
   EXPECT_EQ(back.fit.status, model.fit.status);
@@ -123,7 +123,7 @@ TEST(ModelYaml, ReadsBackEveryEffectWithItsParametersStatesAndCorrelations) {
       EXPECT_EQ(back.fit.estimates[j].held, model.fit.estimates[j].held);
       EXPECT_EQ(back.fit.estimates[j].at_bound, model.fit.estimates[j].at_bound);
     }
-    EXPECT_EQ(back.state.further, model.state.further) << info.id;
+    EXPECT_EQ(back.state.states, model.state.states) << info.id;
     ASSERT_EQ(back.fit.covariance.rows(), model.fit.covariance.rows()) << info.id;
     for (Eigen::Index j = 0; j < model.fit.covariance.rows(); ++j)
       for (Eigen::Index k = 0; k < model.fit.covariance.rows(); ++k)

@@ -20,7 +20,7 @@ FittedModel someModel() {
                          {"beta", "1/V", 22.0, 0.5, false, true},
                          {"u_dc", "V", 12.7, 0.01, false, true}};
   model.fit.covariance = Eigen::MatrixXd::Identity(kCovarianceRows, kCovarianceRows) * 1e-4;
-  model.state = {1234.5, -0.12, -20.0};
+  model.state = {1234.5, -20.0, Eigen::VectorXd::Constant(1, -0.12)};
   model.fit.window = {900.0, 1140.0, 24000};
   model.fit.message = "converged";
   model.provenance.fit_ms = 12.0;

@@ -93,7 +93,7 @@ TEST_F(StateFileTest, WhatIsNoRegularFileIsNeitherReadNorMovedNorWritten) {
 
 TEST_F(StateFileTest, AModelThatCouldNotBeReadBackIsNotSaved) {
   FittedModel model = test::uncertainModel(0.02);
-  model.state.u_c2 = std::nan("");
+  model.state.states[0] = std::nan("");
   EXPECT_TRUE(StateFile(path("model.yaml")).save(model).is_fault);
   EXPECT_FALSE(fs::exists(path("model.yaml")));
 }

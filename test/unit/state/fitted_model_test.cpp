@@ -68,8 +68,7 @@ TEST(CovarianceFactor, NeverHasMoreColumnsThanASimulationCarries) {
 
 TEST(PointOf, BringsParametersStatesAndTheTimeDriftsCountFrom) {
   FittedModel model = modelOf({"acid_transport", "ocv_soc"});
-  model.state.u_c2 = 0.07;
-  model.state.further = {5.0, -3.0, 0.2};
+  model.state.states = Eigen::Vector4d(0.07, 5.0, -3.0, 0.2);
   model.fit.window.from = 7.0;
   const ModelPoint point = pointOf(model);
   const BatteryModel composition = compositionOf(model.fit);
@@ -82,8 +81,7 @@ TEST(PointOf, BringsParametersStatesAndTheTimeDriftsCountFrom) {
 TEST(Rested, PutsEveryStateAtRestAndKnowsItThere) {
   for (const EffectInfo& info : effectCatalogue()) {
     FittedModel model = modelOf(withNeeds(info.id));
-    model.state.u_c2 = 0.2;
-    for (double& x : model.state.further) x += 0.1;
+    model.state.states.array() += 0.1;
     const FittedModel at_rest = rested(model);
     const BatteryModel composition = compositionOf(model.fit);
     EXPECT_EQ(pointOf(at_rest).state, composition.restState()) << info.id;
@@ -122,7 +120,7 @@ TEST(TakeState, PutsStateAndItsCovarianceWhereTheSimulationStands) {
   takeState(after, simulation, -30.0);
   EXPECT_EQ(after.state.time, 160.0);
   EXPECT_EQ(after.state.current, -30.0);
-  EXPECT_NEAR(after.state.further[2], before.state.further[2] - 0.5, 1e-12) << "30 A for a minute";
+  EXPECT_NEAR(after.state.states[3], before.state.states[3] - 0.5, 1e-12) << "30 A for a minute";
 
   // The same by differences: every direction of the old covariance, moved along.
   const Eigen::Index size = before.fit.covariance.rows(), parameters = size - 4;
@@ -157,7 +155,7 @@ TEST(TakeState, OfASimulationWithoutLanesLeavesTheCovarianceAlone) {
   simulation.advance(step);
   takeState(after, simulation, 20.0);
   EXPECT_EQ(after.fit.covariance, before.fit.covariance);
-  EXPECT_GT(after.state.u_c2, 0.0);
+  EXPECT_GT(after.state.states[0], 0.0);
 }
 
 TEST(CarryState, OfACompositionGoesThroughEverySampleToTheLast) {
