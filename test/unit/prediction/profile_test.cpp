@@ -141,7 +141,7 @@ TEST(StateTracker, EqualsCarryingTheStateOffline) {
 TEST(StateTracker, RestsAcrossAGapAndRefusesToGoBack) {
   StateTracker tracker(model(), 5.0);
   tracker.follow(model().state.time + 1000.0, -20.0, 12.0);
-  EXPECT_NEAR(tracker.state().u_c2, 0.0, 1e-3);
+  EXPECT_NEAR(tracker.state().states[0], 0.0, 1e-3);
   EXPECT_THROW(tracker.follow(model().state.time, 0.0, 12.0), std::invalid_argument);
 }
 
