@@ -1,7 +1,6 @@
 #include "explanation_fits.hpp"
 
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 
 #include "diagnosis/explanation_state.hpp"
@@ -21,15 +20,9 @@ constexpr double kHeavyDischarge = -100.0, kChargeCurrent = 5.0, kTypicalCharge 
 // steps of a voltage channel's random walk over the training part
 constexpr int kRandomWalk = 24;
 constexpr double kMaxRandomWalk = 0.0012;  // [V] a root minute, of a voltage channel
-constexpr std::size_t kLeftOutBlocks = 8;
 constexpr double kDiverged = 1e6;          // [V], a row or what a coordinate's unit moves it by
 constexpr double kShort = 120.0;           // [s] of a training part; seldom more than one crank
 constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
-
-auto rowsOf(IndexRange range) {
-  return Eigen::seqN(static_cast<Eigen::Index>(range.first),
-                     static_cast<Eigen::Index>(range.size()));
-}
 
 }  // namespace
 
@@ -437,91 +430,6 @@ LinearFit ExplanationFits::fitOf(const LinearProblem& problem) const {
   std::vector<char> active(kRegressorGroups + 1, 0);
   for (const int group : problem.group) active[static_cast<std::size_t>(group)] = 1;
   return fitSomeGroups(problem, effective_sample_fraction_, active);
-}
-
-LinearFit ExplanationFits::fitWithout(const ExplanationSums& sums, IndexRange rows) const {
-  const Eigen::MatrixXd columns = sums.columns.ofRows(rows);
-  const Eigen::VectorXd targets = sums.targets(rowsOf(rows));
-  LinearProblem rest = sums.problem;
-  rest.products -= columns.transpose() * columns;
-  rest.targets -= columns.transpose() * targets;
-  rest.square -= targets.squaredNorm();
-  rest.rows -= static_cast<double>(rows.size());
-  return fitOf(rest);
-}
-
-std::vector<LinearProblem> ExplanationFits::halfSamples(const ExplanationSums& sums) const {
-  std::vector<LinearProblem> quarters(kLeftOutBlocks / 2, sums.problem), halves;
-  for (std::size_t quarter = 0; quarter < quarters.size(); ++quarter) {
-    const IndexRange rows = blocks(2 * quarter, 2 * quarter + 2);
-    const Eigen::MatrixXd columns = sums.columns.ofRows(rows);
-    const Eigen::VectorXd targets = sums.targets(rowsOf(rows));
-    LinearProblem& one = quarters[quarter];
-    one.products = columns.transpose() * columns;
-    one.targets = columns.transpose() * targets;
-    one.square = targets.squaredNorm();
-    one.rows = static_cast<double>(rows.size());
-    for (std::size_t other = 0; other < quarter; ++other) {
-      halves.push_back(one);
-      halves.back().products += quarters[other].products;
-      halves.back().targets += quarters[other].targets;
-      halves.back().square += quarters[other].square;
-      halves.back().rows += quarters[other].rows;
-    }
-  }
-  return halves;
-}
-
-std::vector<double> ExplanationFits::halfSampleGains(const ExplanationState& more,
-                                                     const ExplanationState& less) const {
-  const std::vector<LinearProblem> with = halfSamples(sumsOf(more, false)),
-                                   without = halfSamples(sumsOf(less, false));
-  std::vector<double> gains;
-  for (std::size_t half = 0; half < with.size(); ++half)
-    gains.push_back(fitOf(with[half]).evidence - fitOf(without[half]).evidence);
-  return gains;
-}
-
-LinearProblem ExplanationFits::restricted(const LinearProblem& all,
-                                          const std::set<Mechanism>& mechanisms) const {
-  LinearProblem some = all;
-  some.group.clear();
-  std::vector<Eigen::Index> used(static_cast<std::size_t>(all.known()));
-  std::iota(used.begin(), used.end(), Eigen::Index{0});
-  for (std::size_t k = 0; k < all.group.size(); ++k) {
-    if (k < table_.regressors.size() && !mechanisms.count(table_.regressors[k].mechanism)) continue;
-    used.push_back(all.known() + static_cast<Eigen::Index>(k));
-    some.group.push_back(all.group[k]);
-  }
-  some.products = all.products(used, used);
-  some.targets = all.targets(used);
-  return some;
-}
-
-double ExplanationFits::leastGain(const ExplanationState& more,
-                                  const ExplanationState& less) const {
-  double least = std::numeric_limits<double>::infinity();
-  const ExplanationSums with = sumsOf(more, false), without = sumsOf(less, false);
-  for (std::size_t block = 0; block + 2 <= kLeftOutBlocks; ++block) {
-    const IndexRange out = blocks(block, block + 2);
-    least = std::min(least, fitWithout(with, out).evidence - fitWithout(without, out).evidence);
-  }
-  return least;
-}
-
-double ExplanationFits::leftOutError(const ExplanationState& state) const {
-  const ExplanationSums sums = sumsOf(state, false);
-  double square = 0.0;
-  for (std::size_t block = 0; block < kLeftOutBlocks; ++block) {
-    const IndexRange out = blocks(block, block + 1);
-    square += (sums.targets(rowsOf(out)) - sums.columns.ofRows(out) * fitWithout(sums, out).z)
-                  .squaredNorm();
-  }
-  return std::sqrt(square / static_cast<double>(counted_.size()));
-}
-
-IndexRange ExplanationFits::blocks(std::size_t first, std::size_t last) const {
-  return {counted_.size() * first / kLeftOutBlocks, counted_.size() * last / kLeftOutBlocks};
 }
 
 bool ExplanationFits::isShort() const { return table_.context.span < kShort; }

@@ -30,6 +30,12 @@ struct ExplanationColumns {
   bool usesAll() const { return static_cast<Eigen::Index>(used.size()) == free->cols(); }
 };
 
+/// Counted rows of a range.
+inline auto rowsOf(IndexRange range) {
+  return Eigen::seqN(static_cast<Eigen::Index>(range.first),
+                     static_cast<Eigen::Index>(range.size()));
+}
+
 /// ExplanationSums over the counted rows for a state's linear fit.
 struct ExplanationSums {
   LinearProblem problem;

@@ -367,9 +367,10 @@ Judged judgeFindings(const Recording& recording, const Residuals& residuals,
       judge(explanation, {residuals.screened.faults, residuals.screened.sentences}, rest);
   if (judged.terms.empty() && judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
       !discrepancy.finding->mechanisms.empty()) {
-    SelectedTerm learnt{discrepancy.finding->mechanisms.front().mechanism, "", 1.0, 0.0, {}, 0.0};
-    learnt.half_gains.assign(judged.evidence.size(), 1.0);
-    takeMechanisms(judged, {learnt}, explained.is_lead_acid);
+    SelectedTerm estimated{
+        discrepancy.finding->mechanisms.front().mechanism, "", 1.0, 0.0, {}, 0.0};
+    estimated.half_gains.assign(judged.evidence.size(), 1.0);
+    takeMechanisms(judged, {estimated}, explained.is_lead_acid);
   }
   if (judged.mechanism)
     judged.verdict = withMechanism(judged.verdict, judged.terms, *judged.mechanism);
