@@ -102,6 +102,13 @@ class Outcomes(unittest.TestCase):
         self.assertTrue(figure(rows, "insufficient data").startswith("1 of 2"))
 
 
+    def test_a_set_is_right_where_it_has_the_mechanism_and_no_set_is_no_case(self):
+        sets = [["acid"], ["structure", "acid"], ["ageing"], []]
+        rows = scorers.set_rows([case(answer("named", mechanisms=[{"id": id, "probability": 0.5} for id in ids])) for ids in sets])
+        self.assertTrue(figure(rows, "likely mechanisms have the right one").startswith("2 of 3"))
+        self.assertEqual(figure(rows, "how many they are"), "1.33")
+
+
 class Errors(unittest.TestCase):
     def test_shares_and_means_are_of_the_ratio(self):
         cases = [case(answer("named", 0.02, 0.01)), case(answer("named", 0.02, 0.02)), case(answer("named", 0.01, 0.04))]

@@ -34,7 +34,8 @@ def essentials(diagnosis):
         "hidden": [one["id"] for one in several("detection_limits") if not one["visible"]],
         "mismatch": [[one[key] for key in OF_EPISODE] for one in several("mismatch")],
         "instrument": diagnosis.get("instrument"), "next_experiment": diagnosis.get("next_experiment"),
-        "mechanism": diagnosis.get("mechanism"), "probability": diagnosis.get("probability")}
+        "mechanism": diagnosis.get("mechanism"), "probability": diagnosis.get("probability"),
+        "mechanisms": [one["id"] for one in several("mechanisms")]}
 
 
 def asked(sof, recording, *options, patience_s=None):

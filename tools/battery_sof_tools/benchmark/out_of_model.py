@@ -140,7 +140,7 @@ def as_markdown(cases, failed):
     for kind, title in KINDS.items():
         some = [one for one in cases if one.label["kind"] == kind]
         if some:
-            add(f"{title} ({len(some)})", scorers.outcome_rows(some) + scorers.error_rows(some) if kind == OTHER else scorers.control_rows(some))
+            add(f"{title} ({len(some)})", scorers.outcome_rows(some) + scorers.set_rows(some) + scorers.error_rows(some) if kind == OTHER else scorers.control_rows(some))
         if some and kind == OTHER:
             lines.extend([""] + mechanism_table(some))
     if any(one.claims for one in cases):

@@ -69,6 +69,15 @@ def outcome_rows(cases, of=interval):
             ("insufficient data", rate(counts["short"], len(cases), of))]
 
 
+def set_rows(cases, of=interval):
+    """Of the likely mechanisms, whose probabilities add up to 0.9, where there are any."""
+    sets = [(one.answer.get("mechanisms"), one.label["mechanism"]) for one in cases]
+    sets = [(mechanisms, mechanism) for mechanisms, mechanism in sets if mechanisms]
+    size = statistics.mean(len(mechanisms) for mechanisms, _ in sets) if sets else None
+    return [("likely mechanisms have the right one", share(lambda one: one[1] in one[0], sets, of)),
+            ("how many they are", "no case" if size is None else f"{size:.2f}")]
+
+
 def outcome_table(title, groups, more=()):
     """One row a group (title, cases): outcomes, what was taken for it, what is left of the hold-out error. more: (head, text of a title)."""
     rows = []
