@@ -14,9 +14,8 @@ namespace battery_sof {
 namespace {
 
 constexpr int kFirstIterations = 4;
-constexpr double kSettled = 0.1;          // ln evidence
-constexpr double kFirstStrength = 0.002;  // [V], of a group in a fit without a mechanism
-constexpr int kSwaps = 3;                 // rounds in which places may be taken by what does better
+constexpr double kSettled = 0.1;  // ln evidence
+constexpr int kSwaps = 3;         // rounds in which places may be taken by what does better
 
 /// Ids in the catalogue's order: what is given is one set, however it was written.
 std::vector<std::string> inOrder(const std::vector<std::string>& given) {
@@ -96,7 +95,7 @@ class StepwiseSelection {
                                  const std::map<std::string, double>& effects) const {
     const LinearFit full = fits_.fitOf(rows);
     LinearFit start = full;
-    for (double& strength : start.strength) strength = std::max(strength, kFirstStrength);
+    for (double& strength : start.strength) strength = std::max(strength, GroupPrior::kFirst);
     const auto of = [&](const std::set<Mechanism>& mechanisms) {
       return fits_.fitOf(fits_.restricted(rows, mechanisms)).evidence;
     };

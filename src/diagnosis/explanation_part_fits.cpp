@@ -12,48 +12,50 @@ namespace {
 
 constexpr std::size_t kLeftOutBlocks = 8;
 
+/// A problem's sums over some of its rows.
+LinearProblem ofRows(const ExplanationSums& sums, IndexRange rows) {
+  const Eigen::MatrixXd columns = sums.columns.ofRows(rows);
+  const Eigen::VectorXd targets = sums.targets(rowsOf(rows));
+  LinearProblem some = sums.problem;
+  some.products = columns.transpose() * columns;
+  some.targets = columns.transpose() * targets;
+  some.square = targets.squaredNorm();
+  some.rows = static_cast<double>(rows.size());
+  return some;
+}
+
+/// A problem's sums with other rows' times a factor.
+LinearProblem with(LinearProblem problem, double factor, const LinearProblem& rows) {
+  problem.products += factor * rows.products;
+  problem.targets += factor * rows.targets;
+  problem.square += factor * rows.square;
+  problem.rows += factor * rows.rows;
+  return problem;
+}
+
 }  // namespace
 
 LinearFit ExplanationFits::fitWithout(const ExplanationSums& sums, IndexRange rows) const {
-  const Eigen::MatrixXd columns = sums.columns.ofRows(rows);
-  const Eigen::VectorXd targets = sums.targets(rowsOf(rows));
-  LinearProblem rest = sums.problem;
-  rest.products -= columns.transpose() * columns;
-  rest.targets -= columns.transpose() * targets;
-  rest.square -= targets.squaredNorm();
-  rest.rows -= static_cast<double>(rows.size());
-  return fitOf(rest);
+  return fitOf(with(sums.problem, -1.0, ofRows(sums, rows)));
 }
 
 std::vector<LinearProblem> ExplanationFits::halfSamples(const ExplanationSums& sums) const {
-  std::vector<LinearProblem> quarters(kLeftOutBlocks / 2, sums.problem), halves;
-  for (std::size_t quarter = 0; quarter < quarters.size(); ++quarter) {
-    const IndexRange rows = blocks(2 * quarter, 2 * quarter + 2);
-    const Eigen::MatrixXd columns = sums.columns.ofRows(rows);
-    const Eigen::VectorXd targets = sums.targets(rowsOf(rows));
-    LinearProblem& one = quarters[quarter];
-    one.products = columns.transpose() * columns;
-    one.targets = columns.transpose() * targets;
-    one.square = targets.squaredNorm();
-    one.rows = static_cast<double>(rows.size());
-    for (std::size_t other = 0; other < quarter; ++other) {
-      halves.push_back(one);
-      halves.back().products += quarters[other].products;
-      halves.back().targets += quarters[other].targets;
-      halves.back().square += quarters[other].square;
-      halves.back().rows += quarters[other].rows;
-    }
+  std::vector<LinearProblem> quarters, halves;
+  for (std::size_t block = 0; block < kLeftOutBlocks; block += 2) {
+    const LinearProblem quarter = ofRows(sums, blocks(block, block + 2));
+    for (const LinearProblem& other : quarters) halves.push_back(with(quarter, 1.0, other));
+    quarters.push_back(quarter);
   }
   return halves;
 }
 
 std::vector<double> ExplanationFits::halfSampleGains(const ExplanationState& more,
                                                      const ExplanationState& less) const {
-  const std::vector<LinearProblem> with = halfSamples(sumsOf(more, false)),
-                                   without = halfSamples(sumsOf(less, false));
+  const std::vector<LinearProblem> of_more = halfSamples(sumsOf(more, false)),
+                                   of_less = halfSamples(sumsOf(less, false));
   std::vector<double> gains;
-  for (std::size_t half = 0; half < with.size(); ++half)
-    gains.push_back(fitOf(with[half]).evidence - fitOf(without[half]).evidence);
+  for (std::size_t half = 0; half < of_more.size(); ++half)
+    gains.push_back(fitOf(of_more[half]).evidence - fitOf(of_less[half]).evidence);
   return gains;
 }
 

@@ -369,8 +369,8 @@ class SparseSearch {
 LinearFit fitSomeGroups(const LinearProblem& problem, double effective_sample_fraction,
                         const std::vector<char>& active) {
   const GroupSearch search(problem, effective_sample_fraction, active);
-  const LinearFit small =
-      search.run(std::vector<double>(active.size(), 2e-3), firstNoise(problem), kRounds);
+  const LinearFit small = search.run(std::vector<double>(active.size(), GroupPrior::kFirst),
+                                     firstNoise(problem), kRounds);
   const LinearFit large =
       search.run(std::vector<double>(active.size(), 0.6 * GroupPrior::kMost), small.noise, kRounds);
   return better(sound(problem, effective_sample_fraction, small),

@@ -34,6 +34,7 @@ struct LinearProblem {
 struct GroupPrior {
   static constexpr double kScale = 1e-3;  ///< [V]: density falls as 1 / sqrt(1 + (s / kScale)^2)
   static constexpr double kMost = 0.2;    ///< [V]
+  static constexpr double kFirst = 2e-3;  ///< [V], where a fit begins
 };
 
 /// A fit of a LinearProblem.

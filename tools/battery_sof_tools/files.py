@@ -50,7 +50,7 @@ def write_json(path, value):
 
 
 def write_text(path, text):
-    """Written beside, then renamed; nothing without a path."""
+    """Written under another name, then renamed; nothing without a path."""
     if not path:
         return
     beside = f"{path}.{os.getpid()}.part"
