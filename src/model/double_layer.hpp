@@ -75,14 +75,6 @@ class LayerOf {
   /// @param u, log_activity, ladder states, updated; the last two may be nullptr.
   virtual void advance(const S* p, const Present<S>& present, const S& current, double duration,
                        LayerPace& pace, S& u, S* log_activity, S* ladder) = 0;
-  /// As DoubleLayer::atSource(), and imbalance(): a current that follows from a voltage depends on
-  /// every tangent, so it is stepped in S itself alone.
-  virtual SourceStep atSource(const S*, const Present<S>&, double, double, double, double) {
-    throw std::logic_error("a narrow layer has no step at a source");
-  }
-  virtual S imbalance(const S*, const Present<S>&, const S&, double, const S&, double) const {
-    throw std::logic_error("a narrow layer has no step at a source");
-  }
 };
 
 /**
@@ -156,39 +148,44 @@ class DoubleLayer final : public LayerOf<S> {
    *
    *     C_2 (u - before) / h = i - i_r2(u) - side currents(u),   i = (emf - u) / resistance
    *
-   * One equation in u that rises with it; no step is too long. For layers without activity and
-   * ladder.
+   * One equation in u that rises with it; no step is too long. beginStep(), stepBehind() once or
+   * more, imbalance(), endStep(): in this order.
    */
-  SourceStep atSource(const S* p, const Present<S>& present, double emf, double resistance,
-                      double duration, double before) override {
+  void beginStep(const S* p, const Present<S>& present, double duration, const S& u,
+                 const S* log_activity, const S* ladder) {
     prepare(p, present);
-    const double storage = valueOf(present.c2) / duration;
+    load(u, log_activity, ladder);
+    addStorage(present, duration, before_);
+  }
+  /// @param emf [V], what drives it.  @param resistance [Ohm].
+  SourceStep stepBehind(double emf, double resistance, double duration) {
     const Slope none(0.0);
-    const Stage<Slope> values{Slope(storage + 1.0 / resistance),
-                              Slope(storage * before + emf / resistance),
-                              none,
+    const Stage<Slope> values{Slope(valueOf(storage_) + 1.0 / resistance),
+                              Slope(valueOf(offset_) + emf / resistance),
+                              Slope(valueOf(before_[1])),
                               present_slope_.i0,
                               charging_slope_value_,
                               discharging_slope_value_,
                               none,
                               present_slope_,
                               duration};
-    const Root root = solve(values, before);
+    const Root root = solve(values, valueOf(before_[0]));
+    activity_slope_ = root.activity_slope;
     return {root.u, (emf - root.u) / resistance, root.slope - 1.0 / resistance};
   }
-
-  /// Imbalance of currents at u in arithmetic S after such a step from `before` under `current`
-  /// [A].
-  S imbalance(const S* p, const Present<S>& present, const S& current, double duration,
-              const S& before, double u) const override {
-    const S storage = S(present.c2 / duration);
-    const S none(0.0);
-    const Stage<S> stage{storage,         S(storage * before), none,    present.i0,
-                         charging_slope_, discharging_slope_,  current, present,
-                         duration};
-    return balance<S>(
-        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
-        [&] { return parametersOf(p, activity_); }, nullptr);
+  /// Imbalance of currents at u in arithmetic S, under `current` [A].
+  S imbalance(const S* p, const Present<S>& present, const S& current, double duration, double u) {
+    const Stage<S> stage{storage_,           offset_, before_[1], present.i0, charging_slope_,
+                         discharging_slope_, current, present,    duration};
+    return balanceInS(p, stage, u, whole_[1]);
+  }
+  /// Moves activity and ladder to where u + moved ends. @param u where imbalance() was taken [V].
+  void endStep(double duration, double u, const S& moved, S* log_activity, S* ladder) {
+    using std::log;
+    if (log_activity) *log_activity = log(S(whole_[1] + activity_slope_ * moved));
+    if (!has_ladder_) return;
+    moveLadder(duration, S(u + moved), before_, whole_);
+    for (int k = 0; k < kLadderRungs; ++k) ladder[k] = whole_[2 + k];
   }
 
  private:
@@ -294,10 +291,10 @@ class DoubleLayer final : public LayerOf<S> {
   /// Implicit Euler step of everything from `from` to `to`. @param guess [V], near u at the step's
   /// end.
   void euler(const S* p, const Present<S>& present, const S& current, double h, double guess,
-             const std::vector<S>& from, std::vector<S>& to) const {
-    Stage<S> stage{S(present.c2 / h),  S(0.0),  from[1], present.i0, charging_slope_,
-                   discharging_slope_, current, present, h};
-    addStorage(stage, present, from);
+             const std::vector<S>& from, std::vector<S>& to) {
+    addStorage(present, h, from);
+    const Stage<S> stage{storage_,           offset_, from[1], present.i0, charging_slope_,
+                         discharging_slope_, current, present, h};
     const Slope held(valueOf(current));
     const Stage<Slope> values{Slope(valueOf(stage.storage)),
                               Slope(valueOf(stage.offset)),
@@ -310,36 +307,48 @@ class DoubleLayer final : public LayerOf<S> {
                               h};
     const Root root = solve(values, guess);
     S activity(1.0);
-    const S rest = balance<S>(
-        stage, S(root.u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
-        [&] { return parametersOf(p, activity_); }, &activity);
+    const S rest = balanceInS(p, stage, root.u, activity);
     // One Newton step in arithmetic S: what it adds to the value is below rounding, what it adds to
     // the derivatives is the implicit function's.
     const S moved = S(rest * (-1.0 / root.slope));
     to[0] = S(root.u + moved);
     if (has_activity_) to[1] = S(activity + root.activity_slope * moved);
-    if (has_ladder_)
-      for (int k = 0; k < kLadderRungs; ++k) {
-        const double share = h * Ladder<S>::rate(k);
-        to[2 + k] = S((from[2 + k] + share * to[0]) / (1.0 + share));
-      }
+    moveLadder(h, to[0], from, to);
   }
 
-  void addStorage(Stage<S>& stage, const Present<S>& present, const std::vector<S>& from) const {
+  /// A ladder after an implicit Euler step that ends at u.
+  void moveLadder(double h, const S& u, const std::vector<S>& from, std::vector<S>& to) const {
+    if (!has_ladder_) return;
+    for (int k = 0; k < kLadderRungs; ++k) {
+      const double share = h * Ladder<S>::rate(k);
+      to[2 + k] = S((from[2 + k] + share * u) / (1.0 + share));
+    }
+  }
+
+  /// What a step of h [s] from `from` stores: storage u - offset [A].
+  void addStorage(const Present<S>& present, double h, const std::vector<S>& from) {
+    storage_ = S(present.c2 / h);
     if (!has_ladder_) {
-      stage.offset = S(stage.storage * from[0]);
+      offset_ = S(storage_ * from[0]);
       return;
     }
     const Ladder<S>& ladder = ladder_.front();
-    const S head = S(stage.storage * ladder.head);
+    const S head = S(storage_ * ladder.head);
     S rungs(0.0), pulled(0.0);
     for (int k = 0; k < kLadderRungs; ++k) {
-      const S share = S(ladder.rung[k] / (1.0 + stage.h * Ladder<S>::rate(k)));
+      const S share = S(ladder.rung[k] / (1.0 + h * Ladder<S>::rate(k)));
       rungs = S(rungs + share);
       pulled = S(pulled + share * from[2 + k]);
     }
-    stage.storage = S(head + present.c2 * rungs);
-    stage.offset = S(head * from[0] + present.c2 * pulled);
+    storage_ = S(head + present.c2 * rungs);
+    offset_ = S(head * from[0] + present.c2 * pulled);
+  }
+
+  /// @param activity after the step.
+  S balanceInS(const S* p, const Stage<S>& stage, double u, S& activity) const {
+    return balance<S>(
+        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
+        [&] { return parametersOf(p, activity_); }, &activity);
   }
 
   struct Root {
@@ -402,6 +411,8 @@ class DoubleLayer final : public LayerOf<S> {
   std::vector<Ladder<S>> ladder_;
   double dispersion_ = -1.0;
   double rate_ = 0.0;                                       // of u in the last step [V/s]
+  S storage_ = S(0.0), offset_ = S(0.0);                    // of a step [1/Ohm], [A]
+  double activity_slope_ = 0.0;                             // to u, at a source [1/V]
   S charging_slope_ = S(0.0), discharging_slope_ = S(0.0);  // alpha beta, (1 - alpha) beta [1/V]
   Slope charging_slope_value_ = Slope(0.0), discharging_slope_value_ = Slope(0.0);
   Present<Slope> present_slope_;

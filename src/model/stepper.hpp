@@ -122,7 +122,8 @@ class Stepper {
   Eigen::Index tangents() const { return tangents_; }
   const ComposedEffects<S>& effects() const { return effects_; }
   const Present<S>& presentAt(double time) { return effects_.presentAt(time, now.x); }
-  LayerOf<S>& layer() { return *layer_; }
+  S* activity() { return stateAt(effects_.bound().activity_state); }
+  S* ladder() { return stateAt(effects_.bound().ladder_state); }
   const std::optional<DiscrepancyRun<S>>& discrepancy() const { return discrepancy_; }
   void setBeyondIdentified(double beyond) {
     if (discrepancy_) discrepancy_->setBeyond(beyond);
@@ -145,12 +146,12 @@ class Stepper {
     return memory;
   }
 
-  /// From here on every tangent may reach the layer: a current that follows from a voltage depends
-  /// on all of them.
-  void widen() {
-    if (is_wide_) return;
+  /// The layer, from here on in S itself: a current that follows from a voltage depends on every
+  /// tangent.
+  DoubleLayer<S>& widen() {
+    if (!is_wide_) layer_ = Cloned<LayerOf<S>>(std::make_unique<DoubleLayer<S>>(effects_.bound()));
     is_wide_ = true;
-    layer_ = Cloned<LayerOf<S>>(std::make_unique<DoubleLayer<S>>(effects_.bound()));
+    return static_cast<DoubleLayer<S>&>(*layer_);
   }
 
   /// One interval under a held current of the battery itself. @param slope [A/s], of the measured
@@ -190,9 +191,9 @@ class Stepper {
     const S start = now.x[0];
     now.last_current = valueOf(current);
     now.x[0] = u_c2;
-    effects_.advance(
-        {current, duration, mean, reactionOf(current, S(u_c2 - start), mean, duration), present},
-        false, now.x);
+    const Passage<S> passage{current, duration, mean,
+                             reactionOf(current, S(u_c2 - start), mean, duration), present};
+    for (const bool finely : {false, true}) effects_.advance(passage, finely, now.x);
     now.time = end_time;
     moveDiscrepancy(start, now.x[0], duration, {current, current, false}, present, now.discrepancy);
     show({current, 0.0, duration, presentAt(end_time)});
@@ -266,7 +267,7 @@ class Stepper {
     const Present<S>& present = presentAt(middle);
     const S before = now.x[0];
     layer_->advance(effects_.parameters().data(), present, held, duration, now.pace, now.x[0],
-                    stateAt(bound.activity_state), stateAt(bound.ladder_state));
+                    activity(), ladder());
     const S mean = S(0.5 * (before + now.x[0]));
     if (bound.limits_reaction)
       effects_.advance(

@@ -88,9 +88,9 @@ class VoltageSource {
   /// As Simulation::advanceAtVoltage(), to a voltage that may follow the tangents itself.
   double advanceTo(const S& voltage, double duration, double max_current) {
     const BoundComposition& bound = battery_.effects().bound();
-    battery_.widen();  // the current's tangents reach the double layer
-    if (bound.limits_reaction && bound.activity_state < 0 && bound.ladder_state < 0 &&
-        !bound.steps_finely && stepAtSource(voltage, duration, max_current))
+    DoubleLayer<S>& layer = battery_.widen();
+    if ((bound.limits_reaction || bound.activity_state >= 0 || bound.ladder_state >= 0) &&
+        stepAtSource(voltage, duration, max_current, layer))
       return valueOf(memory_.current);
     return advanceBySearch(voltage, duration, max_current);
   }
@@ -125,19 +125,21 @@ class VoltageSource {
    * in it, or is made so by Newton's method. @return false, nothing moved, when the current would
    * exceed max_current or is not found.
    */
-  bool stepAtSource(const S& voltage, double duration, double max_current) {
+  bool stepAtSource(const S& voltage, double duration, double max_current, DoubleLayer<S>& layer) {
     const double middle = now_.time + duration - 0.5 * duration;
     const Present<S> present = battery_.presentAt(middle);
     Stepper<Slope>& slopes = probe();
     const Present<Slope> slope_present = slopes.presentAt(middle);
-    const Eliminated found = eliminate(valueOf(voltage), duration, present, slope_present);
+    layer.beginStep(battery_.effects().parameters().data(), present, duration, now_.x[0],
+                    battery_.activity(), battery_.ladder());
+    const Eliminated found = eliminate(valueOf(voltage), duration, layer, slope_present);
     const double i = found.step.current, resistance = found.resistance;
     if (!found.is_found || i > max_current || !std::isfinite(i)) return false;
     // In arithmetic S one Newton step for (u, i) adds the derivatives: B du - di = -a, du + R di =
     // -b.
     const S held(i), u(found.step.u);
-    const S a = battery_.layer().imbalance(battery_.effects().parameters().data(), present, held,
-                                           duration, now_.x[0], found.step.u);
+    const S a = layer.imbalance(battery_.effects().parameters().data(), present, held, duration,
+                                found.step.u);
     const S b = S(battery_.othersVoltage(held, duration, u, present) + u - voltage);
     // d(voltage) / du, i held
     const double grip = battery_.discrepancy() ? 1.0 + slopes.discrepancySlope(
@@ -147,11 +149,12 @@ class VoltageSource {
     const S mean = S(0.5 * (now_.x[0] + u + du));
     memory_.forgetTrend();
     memory_.current = S(held - (b + grip * du) * (1.0 / resistance));
+    layer.endStep(duration, found.step.u, du, battery_.activity(), battery_.ladder());
     battery_.passKnown(memory_.current, S(u + du), mean, duration, present);
     return true;
   }
 
-  Eliminated eliminate(double voltage, double duration, const Present<S>& present,
+  Eliminated eliminate(double voltage, double duration, DoubleLayer<S>& layer,
                        const Present<Slope>& slope_present) {
     Stepper<Slope>& slopes = **memory_.probe;
     const double before = valueOf(now_.x[0]);
@@ -163,9 +166,8 @@ class VoltageSource {
           slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration,
                                Slope(k > 0 ? step.u : before), slope_present);
       found.resistance = others.derivatives()[0];
-      step = battery_.layer().atSource(battery_.effects().parameters().data(), present,
-                                       voltage - others.value() + found.resistance * i,
-                                       found.resistance, duration, before);
+      step = layer.stepBehind(voltage - others.value() + found.resistance * i, found.resistance,
+                              duration);
       found.is_found = std::abs(step.current - i) < kSettledCurrent * (1.0 + std::abs(i));
       i = step.current;
     }

@@ -154,7 +154,7 @@ BATTERY_SOF_HAS(HasLongestPiece, D::kLongestPiece)
 template <typename D>
 constexpr double longestPieceOf() {
   if constexpr (HasLongestPiece<D>::value) return D::kLongestPiece;
-  return StepsFinely<D>::value ? 0.1 : 0.0;
+  return 0.0;
 }
 
 /// An effect's hooks in arithmetic S; those it does not have change nothing.
@@ -206,7 +206,6 @@ Effect effectOf() {
   effect.info = D::info();
   effect.info.on_request = OnRequest<D>::value;
   effect.info.acts_at_edges = ActsAtEdges<D>::value;
-  effect.info.takes_short_steps = IsLadder<D>::value || longestPieceOf<D>() > 0.0;
   effect.hooks = {HasSense<D>::value,       HasAdapt<D>::value,   HasSideCurrent<D>::value,
                   HasActivity<D>::value,    HasAdvance<D>::value, HasVoltage<D>::value,
                   HasShow<D>::value,        IsLadder<D>::value,   StepsFinely<D>::value,

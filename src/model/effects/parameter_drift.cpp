@@ -3,7 +3,7 @@
 namespace battery_sof {
 
 struct ParameterDrift {
-  static constexpr bool kStepsFinely = true;
+  static constexpr double kLongestPiece = 10.0;  // [s]
 
   static EffectInfo info() {
     return {

@@ -11,10 +11,18 @@ using namespace battery_sof::test;
 
 namespace {
 
-const std::vector<std::vector<std::string>> kCompositions = {{}, {"fresh_sulphate"}};
+const std::vector<std::vector<std::string>> kCompositions = {
+    {},
+    {"fresh_sulphate"},
+    {"charge_acceptance"},
+    {"cpe2"},
+    {"fresh_sulphate", "charge_acceptance", "sulphate_history"},
+    {"fresh_sulphate", "self_heating", "parameter_drift"}};
 
 std::string join(const std::vector<std::string>& effects) {
-  return effects.empty() ? "base" : effects.front();
+  std::string all = "base";
+  for (const std::string& id : effects) all += ", " + id;
+  return all;
 }
 
 /// Parameters of a battery as each composition has them.
@@ -80,7 +88,8 @@ TEST(FollowVoltage, DrivenByItsOwnVoltageASimulationGivesBackItsOwnCurrent) {
 
 TEST(FollowVoltage, CurrentsOfTheCurrentDriveComeBackFromTheirVoltages) {
   // Charges and discharges held for seconds; sampled at 10 Hz, so that what one implicit step
-  // misses of the layer's movement stays small: 0.06 A from two seconds after an edge of 25 A on.
+  // misses of the layer's movement stays small: 0.06 A from two seconds after an edge of 25 A on,
+  // 0.12 A where fresh sulphate and lead ions both limit the reaction.
   for (const auto& effects : kCompositions) {
     const BatteryModel model(effects);
     const ModelPoint start = pointOf(model, parametersOf(model));
@@ -93,7 +102,8 @@ TEST(FollowVoltage, CurrentsOfTheCurrentDriveComeBackFromTheirVoltages) {
       follower.followVoltage(sample.step, driven.voltage());
       if (n % 50 >= 20) late = std::max(late, std::abs(follower.currentError()));
     }
-    EXPECT_LT(late, 0.06) << join(effects);
+    EXPECT_LT(late, model.parameterRow("refill_time") && effects.size() > 1 ? 0.12 : 0.06)
+        << join(effects);
   }
 }
 
