@@ -34,7 +34,7 @@ struct ModelPoint {
  * against two halves) and so long that the two differ by at most 0.04 mV: L-stable, positive
  * activities stay positive, no interval is too long. Behind a source it is one implicit Euler step
  * of layer and effects. Effects' own states have exact steps; where they act back on others,
- * intervals are cut to 1 s (history, warming) or 10 s (drift), beyond 20 s to a two-hundredth of
+ * intervals are cut to 0.2 s (history, warming) or 0.5 s (drift), beyond 20 s to a two-hundredth of
  * the time passed. Beyond |alpha beta u_c2| = 300 the reaction's exponentials stay at that value.
  *
  * Derivatives are forward sensitivities of the very step that is taken: every number carries its

@@ -3,7 +3,8 @@
 namespace battery_sof {
 
 struct ParameterDrift {
-  static constexpr double kLongestPiece = 10.0;  // [s]
+  static constexpr bool kStepsFinely = true;
+  static constexpr double kLongestPiece = 0.5;  // [s]
 
   static EffectInfo info() {
     return {

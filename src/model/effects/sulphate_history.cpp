@@ -4,7 +4,7 @@ namespace battery_sof {
 
 struct SulphateHistory {
   static constexpr bool kStepsFinely = true;
-  static constexpr double kLongestPiece = 1.0;  // [s]
+  static constexpr double kLongestPiece = 0.2;  // [s]
   static constexpr double kLeast = 0.1;  // [1], smallest share of the limiting current that remains
 
   static EffectInfo info() {
