@@ -4,7 +4,7 @@ namespace battery_sof {
 
 struct SelfHeating {
   static constexpr bool kStepsFinely = true;
-  static constexpr double kLongestPiece = 0.2;  // [s]
+  static constexpr double kLongestPiece = 0.2;       // [s]
   static constexpr double kReference = 298.15;       // [K]
   static constexpr double kGasConstant = 8.314;      // [J/(mol K)]
   static constexpr double kResistanceSlope = 0.006;  // [1/K], docs/physics.md#self_heating
