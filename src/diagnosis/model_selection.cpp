@@ -15,6 +15,8 @@
 namespace battery_sof {
 namespace {
 
+// [s] of a slow recording beyond which short steps would take minutes
+constexpr double kShortSteps = 6000.0;
 constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
 constexpr double kNominalVoltage = 12.8;                         // [V]
 
@@ -25,14 +27,28 @@ bool isLeadAcid(const Series& series) {
   return blocks >= 1.0 && middle >= blocks * kLowestVoltage && middle <= blocks * kHighestVoltage;
 }
 
-/// Ids to weigh. @param notes grows by why none are.
-std::vector<std::string> idsToWeigh(const std::vector<std::string>& wanted, bool is_driven,
+/// Ids to weigh. @param notes grows by the ids left out.
+std::vector<std::string> idsToWeigh(const Screening& screened,
+                                    const std::vector<std::string>& wanted, bool is_driven,
                                     bool is_lead_acid, std::vector<std::string>& notes) {
-  if (!wanted.empty() || is_lead_acid) return hypothesesOf(wanted, is_driven);
-  notes.push_back(
-      "the voltage is not that of lead-acid blocks: what is missing is estimated and gets no "
-      "lead-acid name");
-  return {};
+  if (wanted.empty() && !is_lead_acid) {
+    notes.push_back(
+        "the voltage is not that of lead-acid blocks: what is missing is estimated and gets no "
+        "lead-acid name");
+    return {};
+  }
+  std::vector<std::string> ids = hypothesesOf(wanted, is_driven);
+  const double span = screened.series.time.back() - screened.series.time.front();
+  if (!wanted.empty() || !screened.slow || span <= kShortSteps) return ids;
+  const auto left = std::stable_partition(ids.begin(), ids.end(), [](const std::string& id) {
+    const EffectInfo& info = effectInfo(id);
+    return !info.takes_short_steps || info.on_request;  // the physics of what a source does
+  });
+  const std::vector<std::string> left_out(left, ids.end());
+  ids.erase(left, ids.end());
+  notes.push_back("long and slowly sampled: " + join(left_out) +
+                  " are not weighed; give a part of the recording, or name them as hypotheses");
+  return ids;
 }
 
 /// Fits to the rows of the training part, with the input of each.
@@ -86,8 +102,9 @@ Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& optio
           "the current is the input");
     }
   }
-  const std::vector<std::string> ids = idsToWeigh(options.hypotheses, explained.driving.has_value(),
-                                                  explained.is_lead_acid, explained.notes);
+  const std::vector<std::string> ids =
+      idsToWeigh(residuals.screened, options.hypotheses, explained.driving.has_value(),
+                 explained.is_lead_acid, explained.notes);
   explained.explanation = explain(*fits, ids, options.given, rules, options.progress);
   return explained;
 }
