@@ -144,11 +144,11 @@ class DoubleLayer final : public LayerOf<S> {
   }
 
   /**
-   * @brief One implicit Euler step of the double layer behind a source.
+   * @brief One implicit Euler step of the double layer at a source.
    *
    *     C_2 (u - before) / h = i - i_r2(u) - side currents(u),   i = (emf - u) / resistance
    *
-   * One equation in u that rises with it; no step is too long. beginStep(), stepBehind() once or
+   * One equation in u that rises with it; no step is too long. beginStep(), stepAtSource() once or
    * more, imbalance(), endStep(): in this order.
    */
   void beginStep(const S* p, const Present<S>& present, double duration, const S& u,
@@ -158,7 +158,7 @@ class DoubleLayer final : public LayerOf<S> {
     addStorage(present, duration, before_);
   }
   /// @param emf [V], what drives it.  @param resistance [Ohm].
-  SourceStep stepBehind(double emf, double resistance, double duration) {
+  SourceStep stepAtSource(double emf, double resistance, double duration) {
     const Slope none(0.0);
     const Stage<Slope> values{Slope(valueOf(storage_) + 1.0 / resistance),
                               Slope(valueOf(offset_) + emf / resistance),

@@ -166,8 +166,8 @@ class VoltageSource {
           slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration,
                                Slope(k > 0 ? step.u : before), slope_present);
       found.resistance = others.derivatives()[0];
-      step = layer.stepBehind(voltage - others.value() + found.resistance * i, found.resistance,
-                              duration);
+      step = layer.stepAtSource(voltage - others.value() + found.resistance * i, found.resistance,
+                                duration);
       found.is_found = std::abs(step.current - i) < kSettledCurrent * (1.0 + std::abs(i));
       i = step.current;
     }

@@ -5,6 +5,7 @@
 
 #include "model/simulation.hpp"
 #include "support/composed.hpp"
+#include "util/text.hpp"
 
 using namespace battery_sof;
 using namespace battery_sof::test;
@@ -18,12 +19,6 @@ const std::vector<std::vector<std::string>> kCompositions = {
     {"cpe2"},
     {"fresh_sulphate", "charge_acceptance", "sulphate_history"},
     {"fresh_sulphate", "self_heating", "parameter_drift"}};
-
-std::string join(const std::vector<std::string>& effects) {
-  std::string all = "base";
-  for (const std::string& id : effects) all += ", " + id;
-  return all;
-}
 
 /// Parameters of a battery as each composition has them.
 Eigen::VectorXd parametersOf(const BatteryModel& model) {
