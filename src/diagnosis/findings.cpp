@@ -112,7 +112,7 @@ Unexplained restOf(const Residuals& residuals, const FinalFit& last,
   return rest;
 }
 
-/// What is reported an explanation: effects by their evidence; a mechanism that its regressors
+/// What is reported of an explanation: effects by their evidence; a mechanism that its regressors
 /// alone represent where what they estimated holds on blocks that were left out. Ageing is reported
 /// by its evidence: how far it had come in a block the others do not say.
 Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discrepancy) {
@@ -121,6 +121,7 @@ Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discr
   };
   std::vector<SelectedTerm>& all = explanation.terms;
   all.erase(std::remove_if(all.begin(), all.end(), is_untold), all.end());
+  removeSmall(all);
   return explanation;
 }
 

@@ -101,6 +101,14 @@ Verdict judge(const Explanation& explanation, const InstrumentScreen& instrument
   return named == 1 ? Verdict::kEffect : Verdict::kSeveral;
 }
 
+void removeSmall(std::vector<SelectedTerm>& terms) {
+  if (terms.empty()) return;
+  const double largest = terms.front().gain,
+               least = std::min(kCatalogueTolerance * largest, largest);
+  const auto is_small = [&](const SelectedTerm& one) { return one.gain < least; };
+  terms.erase(std::remove_if(terms.begin(), terms.end(), is_small), terms.end());
+}
+
 Verdict withMechanism(Verdict verdict, const std::vector<SelectedTerm>& terms,
                       Mechanism likeliest) {
   if (verdict == Verdict::kUnexplained) return Verdict::kMechanism;

@@ -34,6 +34,11 @@ struct Unexplained {
 Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,
               const Unexplained& rest);
 
+/// Removes what gains less than a tenth of what the largest term gains (kCatalogueTolerance): a
+/// battery's own law leaves as much of the catalogue's, and neutral changes bring one or the other.
+/// @param terms largest gain first.
+void removeSmall(std::vector<SelectedTerm>& terms);
+
 /// A verdict once the likeliest mechanism is known: what is unexplained has one; an equation that
 /// fits, of a mechanism that another is likelier than, is ambiguous.
 /// @param terms in their order; regressors alone are no equation.

@@ -127,6 +127,22 @@ TEST(Verdict, OfAnEquationIsAmbiguousWhereAnotherMechanismIsLikelier) {
       << "regressors are no equation that a headline could name";
 }
 
+TEST(Terms, ThatGainLessThanATenthOfTheLargestAreNotNamed) {
+  const auto ids = [](const std::vector<double>& gains) {
+    std::vector<SelectedTerm> terms;
+    for (const double gain : gains)
+      terms.push_back({Mechanism::kAcid, std::to_string(terms.size()), gain, 0.01, {}, 1.0});
+    removeSmall(terms);
+    std::string left;
+    for (const SelectedTerm& one : terms) left += one.member;
+    return left;
+  };
+  EXPECT_EQ("012", ids({300.0, 31.0, 30.0, 29.0}));
+  EXPECT_EQ("0", ids({12.0}));
+  EXPECT_EQ("01", ids({-3.0, -3.0, -4.0})) << "the first stays";
+  EXPECT_EQ("", ids({}));
+}
+
 TEST(Summary, OfEveryVerdictIsOneSentenceThatIsReadOnce) {
   for (const Verdict verdict :
        {Verdict::kNoMismatch, Verdict::kEffect, Verdict::kSeveral, Verdict::kAmbiguous,
