@@ -103,9 +103,9 @@ Verdict judge(const Explanation& explanation, const InstrumentScreen& instrument
 
 void removeSmall(std::vector<SelectedTerm>& terms) {
   if (terms.empty()) return;
-  const double largest = terms.front().gain,
-               least = std::min(kCatalogueTolerance * largest, largest);
-  const auto is_small = [&](const SelectedTerm& one) { return one.gain < least; };
+  const auto is_small = [largest = terms.front()](const SelectedTerm& one) {
+    return one.mechanism != largest.mechanism && one.gain < kCatalogueTolerance * largest.gain;
+  };
   terms.erase(std::remove_if(terms.begin(), terms.end(), is_small), terms.end());
 }
 

@@ -34,8 +34,9 @@ struct Unexplained {
 Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,
               const Unexplained& rest);
 
-/// Removes what gains less than a tenth of what the largest term gains (kCatalogueTolerance): a
-/// battery's own law leaves as much of the catalogue's, and neutral changes bring one or the other.
+/// Removes what gains less than a tenth of the largest term, of another mechanism: a battery's own
+/// law leaves as much of the catalogue's (kCatalogueTolerance), and a neutral change brings one or
+/// another.
 /// @param terms largest gain first.
 void removeSmall(std::vector<SelectedTerm>& terms);
 

@@ -127,20 +127,21 @@ TEST(Verdict, OfAnEquationIsAmbiguousWhereAnotherMechanismIsLikelier) {
       << "regressors are no equation that a headline could name";
 }
 
-TEST(Terms, ThatGainLessThanATenthOfTheLargestAreNotNamed) {
-  const auto ids = [](const std::vector<double>& gains) {
+TEST(Terms, OfAnotherMechanismThatGainLessThanATenthOfTheLargestAreNotNamed) {
+  const auto left = [](const std::vector<std::pair<Mechanism, double>>& given) {
     std::vector<SelectedTerm> terms;
-    for (const double gain : gains)
-      terms.push_back({Mechanism::kAcid, std::to_string(terms.size()), gain, 0.01, {}, 1.0});
+    for (const auto& [mechanism, gain] : given)
+      terms.push_back({mechanism, std::to_string(terms.size()), gain, 0.01, {}, 1.0});
     removeSmall(terms);
-    std::string left;
-    for (const SelectedTerm& one : terms) left += one.member;
-    return left;
+    std::string ids;
+    for (const SelectedTerm& one : terms) ids += one.member;
+    return ids;
   };
-  EXPECT_EQ("012", ids({300.0, 31.0, 30.0, 29.0}));
-  EXPECT_EQ("0", ids({12.0}));
-  EXPECT_EQ("01", ids({-3.0, -3.0, -4.0})) << "the first stays";
-  EXPECT_EQ("", ids({}));
+  const Mechanism acid = Mechanism::kAcid, ageing = Mechanism::kAgeing;
+  EXPECT_EQ("012", left({{acid, 300.0}, {ageing, 31.0}, {ageing, 30.0}, {ageing, 29.0}}));
+  EXPECT_EQ("02", left({{acid, 300.0}, {ageing, 29.0}, {acid, 2.0}})) << "parts of one mechanism";
+  EXPECT_EQ("0", left({{acid, -3.0}}));
+  EXPECT_EQ("", left({}));
 }
 
 TEST(Summary, OfEveryVerdictIsOneSentenceThatIsReadOnce) {
