@@ -431,8 +431,9 @@ class StepwiseSelection {
     found_.effective_sample_fraction = fits_.effectiveSampleFraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.weighed = search_.weighed();
-    found_.detection_limits =
-        search_.minStrengths(state, [&](Mechanism mechanism) { return needed(state, mechanism); });
+    found_.detection_limits = search_.minStrengths(state, [&](Mechanism mechanism) {
+      return std::max(needed(state, mechanism), leastNamed(found_.terms, mechanism));
+    });
   }
 
   ExplanationRules rules_;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,6 +39,14 @@ struct WeighedMember {
 /// A battery's own law is never quite the catalogue's: a smaller share of what something explains
 /// is not reported of anything else [1].
 constexpr double kCatalogueTolerance = 0.1;
+
+/// @param terms largest gain first.  @return gain of ln evidence below which one of a mechanism is
+/// not named beside them.
+inline double leastNamed(const std::vector<SelectedTerm>& terms, Mechanism mechanism) {
+  if (terms.empty() || terms.front().mechanism == mechanism)
+    return -std::numeric_limits<double>::infinity();
+  return kCatalogueTolerance * terms.front().gain;
+}
 
 /// [V], RMS that instruments may leave of a recording apart from white noise and rounding
 constexpr double kPlausible = 0.01;

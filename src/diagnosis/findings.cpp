@@ -121,7 +121,6 @@ Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discr
   };
   std::vector<SelectedTerm>& all = explanation.terms;
   all.erase(std::remove_if(all.begin(), all.end(), is_untold), all.end());
-  removeSmall(all);
   return explanation;
 }
 
@@ -358,6 +357,7 @@ Judged judgeFindings(const Recording& recording, const Residuals& residuals,
                      const EstimatedDiscrepancy& discrepancy, const DiagnoseOptions& options) {
   const Unexplained rest = restOf(residuals, last, discrepancy);
   Explanation explanation = confirmed(explained.explanation, discrepancy);
+  if (options.given.empty()) removeSmall(explanation.terms);
   Judged judged;
   judged.terms = explanation.terms;
   judged.evidence = explanation.mechanisms;

@@ -102,9 +102,8 @@ Verdict judge(const Explanation& explanation, const InstrumentScreen& instrument
 }
 
 void removeSmall(std::vector<SelectedTerm>& terms) {
-  if (terms.empty()) return;
-  const auto is_small = [largest = terms.front()](const SelectedTerm& one) {
-    return one.mechanism != largest.mechanism && one.gain < kCatalogueTolerance * largest.gain;
+  const auto is_small = [all = terms](const SelectedTerm& one) {
+    return one.gain < leastNamed(all, one.mechanism);
   };
   terms.erase(std::remove_if(terms.begin(), terms.end(), is_small), terms.end());
 }

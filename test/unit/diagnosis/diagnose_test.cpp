@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 
 #include "diagnosis/verdict.hpp"
 #include "model/mechanism.hpp"
@@ -86,6 +87,17 @@ TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
   const Diagnosis diagnosis = diagnose(withSlope(0.1, 2.0));
   ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
   EXPECT_LT(diagnosis.fit.extended_holdout.rmse, 0.5 * diagnosis.fit.base_holdout.rmse);
+}
+
+/// What gains less than a tenth of the largest term is not named, but where somebody asks for it.
+TEST(Diagnose, EveryGivenEffectIsNamed) {
+  DiagnoseOptions options;
+  options.given = {"ocv_soc", "contact_resistance"};
+  const Diagnosis diagnosis = diagnose(withSlope(0.1, 2.0), options);
+  std::set<std::string> ids;
+  for (const NamedEffect& effect : diagnosis.effects) ids.insert(effect.id);
+  EXPECT_EQ(1u, ids.count("ocv_soc")) << diagnosis.summary;
+  EXPECT_EQ(1u, ids.count("contact_resistance")) << diagnosis.summary;
 }
 
 TEST(Diagnose, OneThreadAndTwoGiveTheSameAnswerByteForByte) {
