@@ -41,7 +41,7 @@ struct WeighedMember {
 constexpr double kCatalogueTolerance = 0.1;
 
 /// @param terms largest gain first.  @return gain of ln evidence below which one of a mechanism is
-/// not named beside them.
+/// not named in addition to them.
 inline double leastNamed(const std::vector<SelectedTerm>& terms, Mechanism mechanism) {
   if (terms.empty() || terms.front().mechanism == mechanism)
     return -std::numeric_limits<double>::infinity();
