@@ -27,14 +27,8 @@ constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 }  // namespace
 
 Eigen::MatrixXd ExplanationColumns::times(const Eigen::MatrixXd& z) const {
-  Eigen::MatrixXd sum = own * z.topRows(own.cols());
-  const auto of_free = z.bottomRows(static_cast<Eigen::Index>(used.size()));
-  if (usesAll())
-    sum.noalias() += *free * of_free;
-  else
-    for (std::size_t j = 0; j < used.size(); ++j)
-      sum.noalias() += free->col(used[j]) * of_free.row(static_cast<Eigen::Index>(j));
-  return sum;
+  return own * z.topRows(own.cols()) +
+         (*free)(Eigen::all, used) * z.bottomRows(static_cast<Eigen::Index>(used.size()));
 }
 
 Eigen::MatrixXd ExplanationColumns::ofRows(IndexRange rows) const {
@@ -52,11 +46,7 @@ Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
 }
 
 Eigen::MatrixXd ExplanationColumns::across() const {
-  if (usesAll()) return free->transpose() * own;
-  Eigen::MatrixXd products(static_cast<Eigen::Index>(used.size()), own.cols());
-  for (std::size_t j = 0; j < used.size(); ++j)
-    products.row(static_cast<Eigen::Index>(j)) = free->col(used[j]).transpose() * own;
-  return products;
+  return (*free)(Eigen::all, used).transpose() * own;
 }
 
 ExplanationFits::ExplanationFits(const InputSequence& inputs, DesignMatrix table,

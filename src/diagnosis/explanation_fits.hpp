@@ -26,8 +26,6 @@ struct ExplanationColumns {
   Eigen::VectorXd along(const Eigen::VectorXd& v) const;
   /// @return those of the free columns with its own.
   Eigen::MatrixXd across() const;
-  /// in their order
-  bool usesAll() const { return static_cast<Eigen::Index>(used.size()) == free->cols(); }
 };
 
 /// Counted rows of a range.

@@ -22,23 +22,27 @@ constexpr double kAtBound = 1e-9;  // of a coordinate
 /// sample fraction.
 class ExplanationFits::StepCost {
  public:
-  StepCost(const ExplanationFits& fits, const ExplanationState& state, ExplanationSums sums)
-      : fits_(fits), state_(state), sums_(std::move(sums)) {
+  /// @param sums of the state.
+  StepCost(const ExplanationFits& fits, const ExplanationState& state, const ExplanationSums& sums)
+      : state_(state) {
     Eigen::VectorXd std;
     const Eigen::VectorXd expected = expectedFrom(state, std);
-    const Eigen::Index known = expected.size(), free = sums_.problem.products.rows() - known;
-    const Eigen::MatrixXd H = fits.penalised(sums_, state);
+    const LinearProblem& rows = sums.problem;
+    const Eigen::Index known = rows.known(), free = rows.products.rows() - known;
+    const Eigen::MatrixXd H = fits.penalised(sums, state);
     const Eigen::MatrixXd across = H.topRightCorner(known, free);
     columns_.compute(H.bottomRightCorner(free, free));
     H_ = H.topLeftCorner(known, known) - across * columns_.solve(across.transpose());
-    target_ = sums_.problem.targets.head(known) -
-              across * columns_.solve(sums_.problem.targets.tail(free)) + H_ * expected;
+    target_ =
+        rows.targets.head(known) - across * columns_.solve(rows.targets.tail(free)) + H_ * expected;
     in_evidence_ = 0.5 * fits.effectiveSampleFraction() / (state.fit.noise * state.fit.noise);
-    here_ = at(state);
+    here_ = at(state, sums);
   }
 
-  /// ln evidence that a state elsewhere gains, the rows as they are there.
-  double gainFrom(const ExplanationState& next) const { return in_evidence_ * (here_ - at(next)); }
+  /// ln evidence that a state elsewhere gains, the rows as they are there.  @param sums of it.
+  double gainFrom(const ExplanationState& next, const ExplanationSums& sums) const {
+    return in_evidence_ * (here_ - at(next, sums));
+  }
 
   /// ln evidence that a step gains as far as the rows are linear in it.
   double gainOf(const Eigen::VectorXd& step) const {
@@ -72,18 +76,20 @@ class ExplanationFits::StepCost {
   }
 
  private:
-  double at(const ExplanationState& state) const {  // [V^2]
+  double at(const ExplanationState& state, const ExplanationSums& sums) const {  // [V^2]
     Eigen::VectorXd std;
-    const Eigen::VectorXd from_prior = expectedFrom(state, std).cwiseQuotient(std);
-    const Eigen::VectorXd rows = fits_.whitened(state.error);
-    const Eigen::VectorXd h = sums_.columns.along(rows).tail(columns_.rows());
-    return rows.squaredNorm() + 0.5 * from_prior.squaredNorm() / in_evidence_ -
+    const Eigen::VectorXd expected = expectedFrom(state, std);
+    const LinearProblem& rows = sums.problem;
+    const Eigen::Index known = rows.known();
+    // The targets are the rows' errors less what is expected of the coordinates.
+    const Eigen::VectorXd moved = rows.products.leftCols(known) * expected;
+    const Eigen::VectorXd h = (rows.targets + moved).tail(columns_.rows());
+    return rows.square + (2.0 * rows.targets + moved).head(known).dot(expected) +
+           0.5 * expected.cwiseQuotient(std).squaredNorm() / in_evidence_ -
            h.dot(columns_.solve(h));
   }
 
-  const ExplanationFits& fits_;
   const ExplanationState& state_;
-  ExplanationSums sums_;
   Eigen::VectorXd target_;
   Eigen::MatrixXd H_;  // of the coordinates, the columns eliminated
   Eigen::LDLT<Eigen::MatrixXd> columns_;
@@ -95,7 +101,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
   if (!std::isfinite(state.evidence)) return;
   ExplanationSums sums = sumsOf(state, false);
   for (int round = 0; round < iterations; ++round) {
-    const StepCost cost(*this, state, std::move(sums));
+    const StepCost cost(*this, state, sums);
     ExplanationState next = state;
     ExplanationSums there;
     const Eigen::VectorXd step = cost.step();
@@ -110,7 +116,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
       if (!linearize(next)) continue;
       there = evaluateEvidence(next);
       gained = next.evidence - state.evidence;
-      if (isVoltageControlled()) gained = std::max(gained, cost.gainFrom(next));
+      if (isVoltageControlled()) gained = std::max(gained, cost.gainFrom(next, there));
       if (gained > 0.0) break;
     }
     if (!(gained > 0.0)) return;
@@ -123,7 +129,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
 bool ExplanationFits::fitsBetter(const ExplanationState& one, const ExplanationState& other) const {
   if (!isVoltageControlled() || !std::isfinite(one.evidence) || !std::isfinite(other.evidence))
     return one.evidence > other.evidence;
-  return StepCost(*this, other, sumsOf(other, false)).gainFrom(one) > 0.0;
+  return StepCost(*this, other, sumsOf(other, false)).gainFrom(one, sumsOf(one, false)) > 0.0;
 }
 
 }  // namespace battery_sof
