@@ -61,6 +61,51 @@ TEST(RegulatedVoltage, ACircuitFarOffComesToTheSameFit) {
   }
 }
 
+/// By how far each misses the rows once the columns are fitted along, prior included: the formula of
+/// StepCost over the rows themselves. Of a law of no strength the shape moves the prior alone.
+TEST(RegulatedVoltage, TheBetterOfTwoStartsIsTheOneThatMissesTheRowsByLess) {
+  const std::unique_ptr<ExplanationFits> fits = fitsTo(std::vector<std::string>{"ocv_hysteresis"});
+  ExplanationState circuit = fits->baseState();
+  circuit.model = BatteryModel({"ocv_hysteresis"});
+  circuit.coordinates = fits->coordinatesOf(circuit.model);
+  circuit.point = embedded(BatteryModel(), circuit.point, circuit.model);
+  const Eigen::Index shape = *circuit.model.parameterRow("hysteresis_charge");
+  std::vector<ExplanationState> starts;
+  for (const Eigen::Index row :
+       {Eigen::Index{kRowRDischarge}, Eigen::Index{kRowC2}, Eigen::Index{kRowBeta}, shape})
+    for (const double factor : {0.5, 0.9, 1.1, 2.0}) {
+      ExplanationState start = circuit;
+      start.point.parameters[row] *= factor;
+      ASSERT_TRUE(fits->linearize(start));
+      fits->evaluateEvidence(start);
+      starts.push_back(start);
+    }
+  int pairs_unlike_evidence = 0;
+  for (const ExplanationState& other : starts) {
+    const ExplanationSums sums = fits->sumsOf(other, false);
+    const Eigen::Index known = sums.problem.known(), free = sums.problem.products.rows() - known;
+    const Eigen::MatrixXd columns =
+        fits->penalised(sums, other).bottomRightCorner(free, free).eval();
+    const auto missed = [&](const ExplanationState& state) {
+      Eigen::VectorXd std;
+      const Eigen::VectorXd prior = ExplanationFits::expectedFrom(state, std).cwiseQuotient(std);
+      const Eigen::VectorXd rows = fits->whitened(state.error);
+      const Eigen::VectorXd h = sums.columns.along(rows).tail(free);
+      return rows.squaredNorm() - h.dot(columns.ldlt().solve(h)) +
+             prior.squaredNorm() * other.fit.noise * other.fit.noise /
+                 fits->effectiveSampleFraction();
+    };
+    for (const ExplanationState& one : starts) {
+      if (&one == &other) continue;
+      const bool is_better = missed(one) < missed(other);
+      EXPECT_EQ(is_better, fits->fitsBetter(one, other))
+          << one.point.parameters.transpose() << " and " << other.point.parameters.transpose();
+      pairs_unlike_evidence += is_better != (one.evidence > other.evidence) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(pairs_unlike_evidence, 0);
+}
+
 /// Ten minutes between samples: forward sensitivities of the implicit steps grow without a bound
 /// there, and no step could be solved for.
 TEST(RegulatedVoltage, DerivativesThatDivergeAreNoLinearization) {
