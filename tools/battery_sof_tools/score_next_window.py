@@ -16,13 +16,13 @@ share and crank error, inside the recording. Further options, such as --time-col
 import argparse
 import json
 import os
-import subprocess
 import tempfile
 import time
 
 import numpy as np
 
 from . import recordings, sof
+from .files import write_text
 from .progress import followed
 from .rates import pooled
 
@@ -56,8 +56,7 @@ def stretches_of(t, window):
 
 def run(command, end):
     """JSON of a call of sof, or nothing when it has no answer. subprocess.TimeoutExpired at the end on time.monotonic(), where there is one."""
-    patience_s = None if end is None else max(0.0, end - time.monotonic())
-    done = subprocess.run(command + ["--json", "-"], capture_output=True, text=True, timeout=patience_s, env=sof.libraries_beside(command[0]))
+    done = sof.completed(command + ["--json", "-"], timeout=None if end is None else max(0.0, end - time.monotonic()))
     return json.loads(done.stdout) if done.returncode == 0 else None
 
 
@@ -176,7 +175,4 @@ def main():
         found += mine
     if len(args.recordings) > 1:
         summary("all", found)
-    if args.json:
-        with open(args.json, "w") as file:
-            json.dump(found, file, indent=1)
-    return 0
+    write_text(args.json, json.dumps(found, indent=1))

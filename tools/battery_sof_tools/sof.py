@@ -42,11 +42,16 @@ def product_digest(sof):
     return digest(sof, *libraries)
 
 
+def completed(command, **how):
+    """A program that has ended, and what it said as text. how: as of subprocess.run()."""
+    return subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]), **how)
+
+
 def call(command, cwd=None, patience_s=None):
     """What a program printed. Failure for another exit code than 0 and 1, or when it takes longer than patience_s."""
     name = os.path.basename(command[0]) + " " + " ".join(command[1:2])
     try:
-        told = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=patience_s, env=libraries_beside(command[0]))
+        told = completed(command, cwd=cwd, timeout=patience_s)
     except subprocess.TimeoutExpired:
         raise Failure(f"{name}: no answer within {patience_s:g} s") from None
     if -told.returncode in STOPPED:
@@ -58,7 +63,7 @@ def call(command, cwd=None, patience_s=None):
 
 def run(command):
     """What a program printed; Failure with its words for any other exit code than 0."""
-    told = subprocess.run(command, capture_output=True, text=True, env=libraries_beside(command[0]))
+    told = completed(command)
     if told.returncode:
         # As sealed labels have it.
         raise Failure(f"{os.path.basename(command[0])}: {told.stderr.strip()[:300]}")

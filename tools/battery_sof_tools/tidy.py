@@ -6,14 +6,13 @@ sample where there is neither git nor a change. A header is looked at through th
 
 import argparse
 import concurrent.futures
-import json
 import os
 import re
 import shlex
 import subprocess
 import time
 
-from .files import ROOT, read_text
+from .files import ROOT, read_json, read_text, write_json
 
 LAST_COMMITS = 5
 OF_GCC_ALONE = "-Wno-unused-command-line-argument"  # limits of inlining
@@ -56,12 +55,11 @@ def without_precompiled(command):
 
 def database(build):
     """How each source of src is compiled, as clang-tidy reads it: the folder of the file, and the sources."""
-    with open(os.path.join(build, "compile_commands.json"), encoding="utf-8") as file:
-        entries = [entry for entry in json.load(file) if entry["file"].startswith((os.path.join(ROOT, "src") + os.sep, os.path.join(ROOT, "simulator") + os.sep))]
+    folders = tuple(os.path.join(ROOT, name) + os.sep for name in ("src", "simulator"))
+    entries = [entry for entry in read_json(os.path.join(build, "compile_commands.json")) if entry["file"].startswith(folders)]
     folder = os.path.join(build, "tidy")
     os.makedirs(folder, exist_ok=True)
-    with open(os.path.join(folder, "compile_commands.json"), "w", encoding="utf-8") as file:
-        json.dump([{**entry, "command": without_precompiled(entry["command"])} for entry in entries], file)
+    write_json(os.path.join(folder, "compile_commands.json"), [{**entry, "command": without_precompiled(entry["command"])} for entry in entries])
     return folder, sorted({os.path.relpath(entry["file"], ROOT) for entry in entries})
 
 

@@ -16,7 +16,7 @@ import tempfile
 import time
 
 from ..files import write_json
-from ..sof import libraries_beside
+from ..sof import completed
 from . import listing, plan, stored
 
 NEEDED = {"predict": "identify"}  # a step that needs the model of another
@@ -67,11 +67,6 @@ def spent():
     return time.monotonic(), sum(one.ru_utime + one.ru_stime for one in used)
 
 
-def since(begin):
-    now = spent()
-    return {"wall_s": now[0] - begin[0], "cpu_s": now[1] - begin[1]}
-
-
 def asked(command, name, patience_s):
     """(exit code, answer, reason) of a call of sof."""
     with tempfile.TemporaryDirectory(prefix="sof_fleet_") as folder:
@@ -84,7 +79,7 @@ def asked(command, name, patience_s):
 
 
 def called(command, patience_s):
-    told = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=patience_s, env=libraries_beside(command[0]))
+    told = completed(command, errors="replace", timeout=patience_s)
     if told.returncode < 0:
         raise ValueError(f"ended by signal {-told.returncode}")
     return told
@@ -123,7 +118,8 @@ def take(recording, step):
         raise  # of sof or of the folder of results: the job is lost, the next call takes the step again
     except Exception as fault:
         told = None, None, f"not foreseen: {type(fault).__name__}: {fault}"
-    write_json(recording.file(step + ".json"), {"step": step, "exit": told[0], "reason": told[2], "answer": told[1], "cost": since(begin)})
+    cost = {name: now - then for name, now, then in zip(("wall_s", "cpu_s"), spent(), begin)}
+    write_json(recording.file(step + ".json"), {"step": step, "exit": told[0], "reason": told[2], "answer": told[1], "cost": cost})
 
 
 def run(folder, entry, setting):
