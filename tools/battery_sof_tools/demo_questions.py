@@ -89,4 +89,3 @@ def main():
     profile()
     refusal()
     identify()
-    return 0

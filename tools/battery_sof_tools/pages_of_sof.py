@@ -100,4 +100,3 @@ def main():
     path = os.path.join(ROOT, "docs", page)
     write_text(path, with_part(read_text(path), page, part))
     print(f"docs/{page} holds what sof prints")
-    return 0

@@ -191,4 +191,3 @@ def main():
             "below 85 %", "crank error: median, worst [V]", "above 0.03 V")
     print("\n".join(table(head, factor_rows(rows))))
     write_json(args.json, found)
-    return 0

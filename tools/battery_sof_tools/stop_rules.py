@@ -170,4 +170,3 @@ def main():
     several = len({row[0] for row in rows}) > 1
     head = ["recording", "rule", "stops", "engine off", "to the end", f"below {args.u_required:g} V", "share", "missed"]
     print("\n".join(table(head, [cells(*row) for row in rows + (list(total(rows)) if several else [])])))
-    return 0

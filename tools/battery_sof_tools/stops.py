@@ -107,4 +107,3 @@ def main(given=None):
     print("\n".join(table(HEAD, [cells(name, one) for name, one in results.items()])))
     print("\n" + "\n".join(table(("car", "best on the other: walk, noise [mV]", "model alone [mV]", "with those", "half", "in use", "double"), leave_one_out(rows))))
     write_json(a.json, results)
-    return 0

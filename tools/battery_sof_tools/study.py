@@ -119,4 +119,3 @@ def main():
     print("\nRank correlation of window quality on {} held-out windows, over all and within a "
           "recording: Q_dyn {:.2f} and {:.2f}, crank error {:.2f} and {:.2f}.".format(
               len(held), *(found[key] for key in ("all_q", "in_q", "all_crank", "in_crank"))))
-    return 0

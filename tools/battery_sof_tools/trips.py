@@ -203,7 +203,6 @@ def main(given=None):
         print("parameters, from the last fit of a trip to the last of the next: pairs, RMS of the change, the same beyond the fits' own errors\n")
         print("\n".join(table(("parameter", "start-stop car", "small_car", f"parking of {a.parked:.0f} s allows"), changes(pairs, a.parked))))
     write_json(a.json, results)
-    return 0
 
 
 def print_cases(pairs):

@@ -99,4 +99,3 @@ def main():
     write_json(arguments.json, found)
     if found:
         print("\n" + summary(found))
-    return 0

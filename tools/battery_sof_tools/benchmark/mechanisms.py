@@ -40,6 +40,12 @@ JUDGED = ["", "cases", "right", "0.7 and more", "0.9 and more", "set of 0.9 has 
 TABLE = os.path.join(ROOT, "src", "diagnosis", "mechanism_weights.inc")
 
 
+def with_drive(added, seed, longest):
+    """A case with the seed, length [s] and rate [Hz] of its drive."""
+    dice = random.Random(seed)
+    return dict(added, seed=seed, duration=round(SHORTEST_S * (longest / SHORTEST_S) ** dice.random()), rate=dice.choice([1, 10, 10, 100]))
+
+
 def plan(listed, seed, laws, effects):
     """Cases in turns over all that can be added, so that any first part of them is balanced. The first of each lasts up to an hour."""
     cases = []
@@ -47,10 +53,7 @@ def plan(listed, seed, laws, effects):
         added = {"kind": kind, "id": name, **({"mechanism": mechanism} if kind == LAW else {})}
         count = laws if kind == LAW else effects if kind in CATALOGUE and name not in FAULTS_OF_SAMPLING else 0
         for k in range(count):
-            one = dict(added, round=k / count, seed=seed_of(seed, *added.values(), k))
-            dice = random.Random(one["seed"])
-            longest = LONGEST_S if k == 0 else USUALLY_LONGEST_S
-            cases.append(dict(one, duration=round(SHORTEST_S * (longest / SHORTEST_S) ** dice.random()), rate=dice.choice([1, 10, 10, 100])))
+            cases.append(with_drive(dict(added, round=k / count), seed_of(seed, *added.values(), k), LONGEST_S if k == 0 else USUALLY_LONGEST_S))
     cases.sort(key=lambda one: one["round"])
     return [dict(case, name=f"case_{k:04d}") for k, case in enumerate(cases, 1)]
 
@@ -76,20 +79,18 @@ def numbers_of(evidence):
     return np.array(columns).T
 
 
-def opened(out, mechanisms, mechanism_of):
+def evident(out, mechanisms):
+    """{case: evidence} of the cases in which something is evident."""
+    found = {row["name"]: np.array([row[one] for one in mechanisms]) for row in lines_of(os.path.join(out, EVIDENCE)) if "failed" not in row}
+    return {name: evidence for name, evidence in found.items() if evidence[:, [0, 2]].max() >= EVIDENT}
+
+
+def opened(out, known):
     """Inputs, mechanism and law of every case in which something is evident."""
-    inputs, truths, laws = [], [], []
-    for row in lines_of(os.path.join(out, EVIDENCE)):
-        if "failed" in row:
-            continue
-        label = read_json(path(out, LABELS, row["name"], "json"))
-        evidence = np.array([row[one] for one in mechanisms])
-        if max(evidence[:, 0].max(), evidence[:, 2].max()) < EVIDENT:
-            continue
-        inputs.append(numbers_of(evidence))
-        truths.append(mechanisms.index(label["mechanism"] if label["kind"] == LAW else mechanism_of[label["id"]]))
-        laws.append(f"{label['kind']} {label['id']}")
-    return np.array(inputs), np.array(truths), np.array(laws)
+    cases = evident(out, known.mechanisms)
+    labels = [read_json(path(out, LABELS, name, "json")) for name in cases]
+    truths = [known.mechanisms.index(label["mechanism"] if label["kind"] == LAW else known.mechanism(label["id"])) for label in labels]
+    return np.array(list(map(numbers_of, cases.values()))), np.array(truths), np.array([f"{label['kind']} {label['id']}" for label in labels])
 
 
 def planned_pairs(listed, seed, count):
@@ -97,21 +98,18 @@ def planned_pairs(listed, seed, count):
     cases = []
     for kind, mechanism, name in listed:
         for k in range(count if kind == LAW else 0):
-            one = {"kind": kind, "mechanism": mechanism, "id": name, "seed": seed_of(seed, "pair", mechanism, name, k)}
-            dice = random.Random(one["seed"])
-            one.update(duration=round(SHORTEST_S * (SHORT_PAIR_S / SHORTEST_S) ** dice.random()), rate=dice.choice([1, 10, 10, 100]))
+            one = with_drive({"kind": kind, "mechanism": mechanism, "id": name}, seed_of(seed, "pair", mechanism, name, k), SHORT_PAIR_S)
             cases += [dict(one, name=f"pair_{len(cases) // 2:04d}_1"), {**one, "drive-seed": one["seed"] + 1, "name": f"pair_{len(cases) // 2:04d}_2"}]
     return cases
 
 
-def judge_pairs(a, mechanisms):
+def judge_pairs(a, known):
     """Each drive alone and both together, by the table of the repository, where something is evident in both."""
     rows = re.findall(r"\{([-0-9., ]+)\}", read_text(TABLE))
     weights = np.array([[float(number) for number in row.split(",")] for row in rows])
-    found = {row["name"]: np.array([row[one] for one in mechanisms]) for row in lines_of(os.path.join(a.out, EVIDENCE)) if "failed" not in row}
-    is_evident = {name: max(evidence[:, 0].max(), evidence[:, 2].max()) >= EVIDENT for name, evidence in found.items()}
-    pairs = [(name, name[:-1] + "2") for name in sorted(found) if name.endswith("_1") and is_evident[name] and is_evident.get(name[:-1] + "2")]
-    truths = np.array([mechanisms.index(read_json(path(a.out, LABELS, name, "json"))["mechanism"]) for name, _ in pairs])
+    found = evident(a.out, known.mechanisms)
+    pairs = [(name, name[:-1] + "2") for name in sorted(found) if name.endswith("_1") and name[:-1] + "2" in found]
+    truths = np.array([known.mechanisms.index(read_json(path(a.out, LABELS, name, "json"))["mechanism"]) for name, _ in pairs])
 
     def shares_of(make):
         return probabilities(weights, np.array([numbers_of(make(found[one], found[other])) for one, other in pairs]))
@@ -195,10 +193,9 @@ def judged(title, shares, truths):
     return (title, str(len(truths)), f"{100 * right.mean():.0f} %", *stated, f"{100 * holds.mean():.0f} %", f"{size.mean():.1f}")
 
 
-def train(a):
+def train(a, known):
     """Judges by laws left out, calibrates, fits to all and writes the table."""
-    known = catalogue(program(a.build, "sof"))
-    inputs, truths, laws = opened(a.out, known.mechanisms, known.mechanism_of)
+    inputs, truths, laws = opened(a.out, known)
     names = sorted(set(laws))
     alone = left_out(inputs, truths, laws, {law: k for k, law in enumerate(names)})
     halves = left_out(inputs, truths, laws, {law: k % 2 for k, law in enumerate(names)})
@@ -239,10 +236,7 @@ def main(given=None):
     cases = draw_missing(functools.partial(generator.draw_labelled, independent_drive=True), a.out, a.jobs, wanted)
     if a.only_draw:
         print(f"{len(cases)} recordings in {os.path.join(a.out, RECORDINGS)}")
-        return 0
+        return
     gather(a, cases)
-    if a.pairs:
-        judge_pairs(a, catalogue(program(a.build, "sof")).mechanisms)
-    else:
-        train(a)
-    return 0
+    known = catalogue(program(a.build, "sof"))
+    (judge_pairs if a.pairs else train)(a, known)

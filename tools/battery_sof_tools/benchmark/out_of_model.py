@@ -192,7 +192,7 @@ def main(given=None):
     a = arguments(given)
     if a.only_draw:
         print(f"{len(draw_cases(a))} recordings in {os.path.join(a.out, RECORDINGS)}")
-        return 0
+        return
     if not a.only_score:
         gather(a)
     cases, failed = opened(a.out, catalogue(program(a.build, "sof", a.sof)))
@@ -200,4 +200,3 @@ def main(given=None):
     sys.stdout.write(text)
     write_text(a.markdown, text)
     write_text(a.json, as_json(cases, failed))
-    return 0

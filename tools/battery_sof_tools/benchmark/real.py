@@ -54,12 +54,7 @@ def rounds(seed, forms, only=(), without_answer=()):
     shown = [one for one in MEASURED if not only or one in only]
     number = 0
     while set(shown) - set(without_answer):
-        cases = []
-        for recording in shown:
-            kinds = [ZERO] * ZEROS_A_ROUND + ([] if recording in NO_EFFECTS else sorted(forms))
-            for place, kind in enumerate(kinds):
-                name = f"{number}/{recording}/{kind}" + (f"/{place}" if kind == ZERO else "")
-                cases.append({"name": name, "recording": recording, "kind": kind, "seed": seed_of(seed, name), "turn": number})
+        cases = list(one_round(number, seed, number, shown, [(kind, kind) for kind in sorted(forms)]))
         random.Random(seed_of(seed, number)).shuffle(cases)
         yield from cases
         number += 1
@@ -67,14 +62,19 @@ def rounds(seed, forms, only=(), without_answer=()):
 
 def promised(seed, known, only=(), names=MEASURED):
     """Cases of one round: every recording with each of PROMISED, at the strength that its own answer calls the least to be reported, and ZEROS_A_ROUND times with none."""
-    for recording in names:
-        if only and recording not in only:
-            continue
-        kinds = [(ZERO, None)] * ZEROS_A_ROUND + ([] if recording in NO_EFFECTS else [(known.mechanism(effect), effect) for effect in PROMISED])
-        for place, (kind, effect) in enumerate(kinds):
-            name = f"promised/{recording}/{effect or kind}" + ("" if effect else f"/{place}")
-            case = {"name": name, "recording": recording, "kind": kind, "seed": seed_of(seed, name), "turn": 0}
-            yield dict(case, effect=effect, tau_s=known.times.get(effect)) if effect else case
+    shown = [one for one in names if not only or one in only]
+    for case in one_round("promised", seed, 0, shown, [(known.mechanism(effect), effect) for effect in PROMISED]):
+        effect = case["name"].split("/")[2]
+        yield case if case["kind"] == ZERO else dict(case, effect=effect, tau_s=known.times.get(effect))
+
+
+def one_round(title, seed, turn, shown, added):
+    """Every recording ZEROS_A_ROUND times with nothing in it and once with each of added: (kind, its name in the case's)."""
+    for recording in shown:
+        kinds = [(ZERO, f"{ZERO}/{place}") for place in range(ZEROS_A_ROUND)] + ([] if recording in NO_EFFECTS else added)
+        for kind, word in kinds:
+            name = f"{title}/{recording}/{word}"
+            yield {"name": name, "recording": recording, "kind": kind, "seed": seed_of(seed, name), "turn": turn}
 
 
 def forms_in_turn(case, forms):
@@ -94,6 +94,10 @@ def essentials(diagnosis):
     """What is kept of an answer: what every benchmark keeps, the ridge regression, and what the answer says could be reported."""
     return dict(answers.essentials(diagnosis), ridge_v=(diagnosis.get("baseline") or {}).get("rmse_v"), limit_v=diagnosis["relevance"]["limits"]["rmse_v"],
                 promised={one["id"]: one["strength"] for one in diagnosis["detection_limits"] if one["strength"] is not None})
+
+
+class NotDrawn(Exception):
+    """Nothing could be put in; the arguments say why."""
 
 
 class Bench:
@@ -141,25 +145,26 @@ class Bench:
     def case(self, case):
         """A row: the case, what was put in, and the answer; or why there is none."""
         before, beside = self.before(case["recording"]), self.recording(case["recording"])
-        drawn, current, voltage, why = self.changed(case, before, beside)
-        if drawn is None:
-            return dict(case, not_drawn=why)
+        try:
+            drawn, current, voltage = self.changed(case, before, beside)
+        except NotDrawn as reasons:
+            return dict(case, not_drawn=list(reasons.args))
         return dict(case, drawn=drawn, answer=self.told(beside.t, current, voltage))
 
     def changed(self, case, before, beside):
-        """What is put in, current and voltage with it, and why nothing was where that is None."""
+        """What is put in, and current and voltage with it."""
         if case["kind"] == ZERO:
             voltage, drawn = laws.neutral(beside.t, beside.i, beside.u, before["limit_v"], case["seed"])
-            return drawn, beside.i, voltage, []
+            return drawn, beside.i, voltage
         if "effect" in case:  # at the least strength that the answer to the unchanged recording calls enough
             strength = before["promised"].get(case["effect"])
             if strength is None:
-                return None, None, None, [f"{case['effect']} would be reported at no strength, or is reported"]
+                raise NotDrawn(f"{case['effect']} would be reported at no strength, or is reported")
             instant = concealment.instant_of_throughput(beside.t, beside.i, INSTANT_SHARE)
             shown = concealment.changed(case["effect"], beside.t, beside.i, beside.u, strength, case["tau_s"], instant)
-            return {"form": case["effect"], "strength": strength}, *shown, []
+            return {"form": case["effect"], "strength": strength}, *shown
         if case["kind"] == INSTRUMENT and beside.t[-1] > LONGEST_INSTRUMENT_S:
-            return None, None, None, [f"a law of an instrument takes at most {LONGEST_INSTRUMENT_S:g} s"]
+            raise NotDrawn(f"a law of an instrument takes at most {LONGEST_INSTRUMENT_S:g} s")
         return self.law(case, beside, laws.PROMISED * before["limit_v"])
 
     def law(self, case, beside, wanted):
@@ -175,9 +180,8 @@ class Bench:
                 except Failure as failure:
                     why.append(str(failure))
                     continue
-                drawn = {"form": form, "strength": strength, "visible_v": shown[0], "visible_held_v": shown[1], "wanted_v": wanted}
-                return drawn, current, voltage, why
-        return None, None, None, why
+                return {"form": form, "strength": strength, "visible_v": shown[0], "visible_held_v": shown[1], "wanted_v": wanted}, current, voltage
+        raise NotDrawn(*why)
 
 
 def said_of(row):
@@ -219,7 +223,7 @@ class Case(answers.Case):
 
     def __init__(self, row, unchanged):
         super().__init__(row, row["answer"], ridge_v=row["answer"]["ridge_v"])
-        self.before = unchanged
+        self.before, self.said_before = unchanged, answers.mechanisms_of(unchanged, None)
         self.truth = None if row["kind"] == ZERO else row["kind"]
 
     @property
@@ -227,18 +231,13 @@ class Case(answers.Case):
         return {self.truth}
 
     @property
-    def whole_said(self):
-        return super().said
-
-    @property
     def said(self):
-        before = answers.mechanisms_of(self.before, None)
-        return {mechanism: p for mechanism, p in super().said.items() if mechanism not in before}
+        return {mechanism: p for mechanism, p in super().said.items() if mechanism not in self.said_before}
 
     @property
     def judged(self):
         """Whether the mechanism can be newly named: it was not before."""
-        return self.truth is not None and self.truth not in answers.mechanisms_of(self.before, None)
+        return self.truth is not None and self.truth not in self.said_before
 
     @property
     def outcome(self):
@@ -275,7 +274,7 @@ def figures(cases):
         ("put in: nothing new named", share(lambda one: one.outcome == "missed", judged), ""),
         ("put in: its mechanism newly named or a new part of what is unknown", share(lambda one: one.part, judged), ""),
         ("not judged, its mechanism is named without it too", f"{len(put_in) - len(judged)} of {len(put_in)}", ""),
-        ("of these still named", share(lambda one: one.truth in one.whole_said, [one for one in put_in if not one.judged]), ""),
+        ("of these still named", share(lambda one: one.truth in answers.mechanisms_of(one.answer, None), [one for one in put_in if not one.judged]), ""),
         *((what, figure, "") for what, figure in scorers.error_rows(cases, wilson))]
 
 
@@ -338,4 +337,3 @@ def main(given=None):
     text = as_markdown(lines_of(os.path.join(a.out, ANSWERS)), unchanged_in(a.out))
     sys.stdout.write(text)
     write_text(a.markdown, text)
-    return 0

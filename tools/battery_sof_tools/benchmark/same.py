@@ -89,4 +89,3 @@ def main():
         found[name][case] = (said, verdict)
     print("\n".join(report(found)))
     write_json(arguments.json, figures(found))
-    return 0

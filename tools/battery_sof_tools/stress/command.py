@@ -70,4 +70,3 @@ def main():
     kind, programs = KINDS[options.pop("kind")], Programs(options.pop("build"))
     with tempfile.TemporaryDirectory(prefix="battery sof ") as folder:
         print("\n".join(kind.report(kind.measured(programs, folder, **options))))
-    return 0

@@ -30,10 +30,8 @@ def states(driven, decayed, start):
     """x before each step; a step is x' = [(1 - decayed) x + driven] / [driven x + 1 + decayed]."""
     count, columns = driven.shape
     stretches = -(-count // STRETCH)
-    shape = (stretches, STRETCH, columns)
-    b, a = np.zeros(shape).reshape(-1, columns), np.zeros(shape).reshape(-1, columns)
-    b[:count], a[:count] = driven, decayed
-    b, a = b.reshape(shape), a.reshape(shape)
+    shape, missing = (stretches, STRETCH, columns), stretches * STRETCH - count
+    b, a = (np.pad(one, ((0, missing), (0, 0))).reshape(shape) for one in (driven, decayed))
     entered = np.empty((stretches, columns))
     entered[0] = start
     top_x, top, bottom_x, bottom = composed(a, b)

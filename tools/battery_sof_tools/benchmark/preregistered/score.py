@@ -40,10 +40,6 @@ def of_levels(cases, levels):
     return cases if levels == ("all",) else [case for level in levels for case in cases if case.level == level]
 
 
-def verdict_is(wanted):
-    return lambda case: case.verdict == wanted
-
-
 def ratio(key, text, target):
     return middle(key, "C1, X1", f"held-out {text}, extended / base, median", lambda case: case.over_base(metric=key), target, ("C1", "X1"))
 
@@ -69,7 +65,7 @@ FIGURES = (
     count("false_physics", "N2", "a name of tier P, no true id in its class", judged.wrong_physics),
     *names_of_one(),
     middle("class_size", "C1", "mean size of the first class", lambda c: len(first_class(c.answer)) or None, "<= 1.5", of=statistics.mean),
-    count("c1_unknown", "C1", "called unknown", verdict_is("unknown"), "<= 5 %"),
+    count("c1_unknown", "C1", "called unknown", lambda c: c.verdict == "unknown", "<= 5 %"),
     count("c1_missed", "C1", "nothing said", lambda c: is_silent(c.answer)),
     count("c2_missed", "C2", "nothing said", lambda c: is_silent(c.answer)),
     count("c3_short_wrong", "C3", "first five minutes: a wrong name", judged.wrong_before, "<= 3 %"),
@@ -86,7 +82,7 @@ FIGURES = (
     count("decoy_physics", "D1", "fault named as physics", judged.wrong_physics, "<= 3 %"),
     count("decoy_structure", "D1", "fault named as structure", lambda c: judged.wrong_names(c, tiers="S")),
     count("decoy_found", "D1", "fault found: in a named class, or the instruments' screen speaks", judged.fault_found),
-    count("unknown", "U1", "called unknown", verdict_is("unknown"), ">= 85 %"),
+    count("unknown", "U1", "called unknown", lambda c: c.verdict == "unknown", ">= 85 %"),
     # A falling C_2 counts as out of the catalogue, which has it as a drift (docs/physics.md#cases-with-known-truth).
     count("unknown_or_drift", "U1", "called unknown, or a falling C_2 by the name that P10 has for it",
           lambda c: c.verdict == "unknown" or c.label["id"] == "capacitance_fall" and first_class(c.answer) == ["parameter_drift"]),
@@ -149,7 +145,7 @@ def by_mechanism(cases):
 
 
 def mechanism_lines(of):
-    """Markdown of by_family()."""
+    """Markdown of by_mechanism()."""
     rows = [[level, one["by_name"][0], rate(one["by_name"][1], one["n"])] + [rate(one[key], one["n"]) for key in COUNTS]
             for level, one in of["levels"].items()]
     text = ["### By mechanisms", ""] + table(["level", "of names", "right by name", *COUNTS.values()], rows)
@@ -159,7 +155,7 @@ def mechanism_lines(of):
 
 
 def mechanism_entries(of):
-    """by_family() for programs."""
+    """by_mechanism() for programs."""
     return {"levels": {level: dict({key: entry(one[key], one["n"]) for key in COUNTS}, by_name=dict(entry(one["by_name"][1], one["n"]), what=one["by_name"][0]))
                        for level, one in of["levels"].items()},
             "alarms": {level: entry(k, n) for level, (k, n) in of["alarms"].items()},

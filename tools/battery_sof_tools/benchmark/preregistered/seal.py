@@ -13,7 +13,7 @@ import os
 import sys
 
 from ...files import digest, lines_of, read_json, read_text, require_same, write_text
-from ...sof import Failure, call, product_digest, program
+from ...sof import Failure, product_digest, program
 from .. import answers
 from ..generator import Generator
 from ..runner import ANSWERS, complete
@@ -57,16 +57,14 @@ def labelled(generator, case):
     try:
         case = strength.with_strength(generator, case)
         with generator.drawn(case) as (label, _):
-            pass
+            shown = {key: label[key] for key in ("structure", "strength", "expected", "regime_from_s") if key in label}
     except Failure as failure:
-        return dict({key: case[key] for key in KEPT if key in case}, failed=str(failure))
-    kept = {key: case[key] for key in KEPT if key in case}
-    # Six digits, so that another machine's last bit changes no digest.
-    strengths = {key: strength.rounded(value, 6) if isinstance(value, float) else value for key, value in label["strength"].items()}
-    kept.update(structure=label["structure"], strength=strengths, expected=label["expected"], soc_at_end=strength.rounded(label["truth"]["soc_at_end"], 6))
-    if "regime_from_s" in label:
-        kept["regime_from_s"] = label["regime_from_s"]
-    return kept
+        shown = {"failed": str(failure)}
+    else:
+        # Six digits, so that another machine's last bit changes no digest.
+        shown["strength"] = {key: strength.rounded(value, 6) if isinstance(value, float) else value for key, value in label["strength"].items()}
+        shown["soc_at_end"] = strength.rounded(label["truth"]["soc_at_end"], 6)
+    return {**{key: case[key] for key in KEPT if key in case}, **shown}
 
 
 def opened(folder):
@@ -89,9 +87,6 @@ def run(build, sealed, out, jobs=2, with_truth=True):
     write_text(os.path.join(out, "answers.sha256"), digest(path) + "\n")
     print(f"answers: {len(labels)}, SHA-256 {digest(path)}")
     if not with_truth:
-        return
-    if "--given" not in call([sof, "diagnose", "--help"]):
-        print("sof diagnose has no --given: no models that are reported the truth", file=sys.stderr)
         return
     known = [label for label in labels if truths_to_tell(label)]
     complete(os.path.join(out, TOLD), functools.partial(told, generator, sof), known, jobs, "fitted with the truth reported", timed=False)
