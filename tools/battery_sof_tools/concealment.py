@@ -63,15 +63,10 @@ def changed(name, t, i, u, strength, tau, instant):
         return i + strength, u
     if name == "time_skew":
         return i, shifted(t, u, strength)
-    if name == "contact_resistance":
-        return i, u + strength * i * (t > instant)
-    if name == "voltage_drift":
-        return i, u + strength * (t - t[0]) / 3600.0
-    if name == "acid_transport":
-        return i, u + strength * low_pass(t, i, tau)
-    if name == "ocv_soc":
-        return i, u + strength * charge(t, i)
-    if name == "high_rate_depletion":
-        used_up = np.minimum(strength * low_pass(t, np.maximum(-i, 0.0), tau), DEEPEST)
-        return i, u + DEPLETION_VOLTAGE * np.log(1.0 - used_up)
-    raise ValueError("no addition of that name: " + name)
+    added = {"contact_resistance": lambda: strength * i * (t > instant),
+             "voltage_drift": lambda: strength * (t - t[0]) / 3600.0,
+             "acid_transport": lambda: strength * low_pass(t, i, tau),
+             "ocv_soc": lambda: strength * charge(t, i),
+             "high_rate_depletion": lambda: DEPLETION_VOLTAGE * np.log(
+                 1.0 - np.minimum(strength * low_pass(t, np.maximum(-i, 0.0), tau), DEEPEST))}
+    return i, u + added[name]()

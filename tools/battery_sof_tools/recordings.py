@@ -76,6 +76,12 @@ def measured(data, name):
     return read(os.path.join(data, one.path), one.columns, one.discharge_positive, one.start, one.end)
 
 
+def runs(mask):
+    """(begin, end) of every stretch of samples in which a mask holds."""
+    changes = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(int)))
+    return list(zip(changes[::2], changes[1::2]))
+
+
 def write(path, t, i, u):
     """A recording under COLUMNS: 1 us, 1 uA, 1 uV."""
     np.savetxt(path, np.column_stack((t, i, u)), "%.6f", ",", header=",".join(COLUMNS), comments="")

@@ -19,6 +19,7 @@ import tempfile
 import numpy as np
 
 from .files import ROOT, read_text, write_json, write_text
+from .recordings import runs
 from .sof import program, rows_of, run, side_by_side, simulate
 from .tables import table
 
@@ -87,9 +88,7 @@ def column(rows, setting, name):
 
 def long_charge_errors(t, i, error):
     """At the end of each charge above 2 A that lasted over 20 s [V]."""
-    changes = np.flatnonzero(np.diff(np.concatenate(([False], i > 2.0, [False])).astype(int)))
-    return [float(np.mean(error[max(end - 110, 0):end - 10]))
-            for begin, end in zip(changes[::2], changes[1::2])
+    return [float(np.mean(error[max(end - 110, 0):end - 10])) for begin, end in runs(i > 2.0)
             if end < len(t) and t[end - 1] - t[begin] > 20.0]
 
 

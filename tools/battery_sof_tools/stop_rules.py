@@ -30,24 +30,19 @@ from .tables import table
 Stop = collections.namedtuple("Stop", "begin end lowest rows")  # [s], [s], [V], (time [s], voltage [V]) while the engine was off
 Outcome = collections.namedtuple("Outcome", "begun off_s to_the_end below missed")
 DISCHARGING = -2.0  # [A]
+LONGEST_GAP = LONGEST_CRANK = 5.0  # [s]
+PARTS, PART_S = 10, 600.0  # of a drive of a battery that weakens
 
 
-def stops_of(t, i, u, crank_current, max_gap=5.0):
+def stops_of(t, i, u, crank_current):
     """Every stop of a recording; one with a gap inside is left out."""
-    stops, k = [], 0
-    cranking = i <= 0.5 * crank_current
-    while k < len(t):
-        if not cranking[k]:
-            k += 1
-            continue
-        end = k
-        while k < len(t) and cranking[k]:
-            k += 1
+    stops, cranking = [], i <= 0.5 * crank_current
+    for end, behind in recordings.runs(cranking):
         begin = end
-        while begin > 0 and i[begin - 1] < DISCHARGING and t[begin] - t[begin - 1] <= max_gap and not cranking[begin - 1]:
+        while begin > 0 and i[begin - 1] < DISCHARGING and t[begin] - t[begin - 1] <= LONGEST_GAP and not cranking[begin - 1]:
             begin -= 1
-        if begin < end and np.min(i[end:k]) <= crank_current and t[k - 1] - t[end] <= 5.0:
-            stops.append(Stop(float(t[begin]), float(t[end]), float(np.min(u[end:k])), (t[begin:end], u[begin:end])))
+        if begin < end and np.min(i[end:behind]) <= crank_current and t[behind - 1] - t[end] <= LONGEST_CRANK:
+            stops.append(Stop(float(t[begin]), float(t[end]), float(np.min(u[end:behind])), (t[begin:end], u[begin:end])))
     return stops
 
 
@@ -93,22 +88,22 @@ def decide(experiment, path, columns, stops, options):
     return [(int(r["stop"]), r["time_s"], bool(r["may_stop"])) for r in rows]
 
 
-def weakening(sof, seed, path, parts=10, length=600.0):
+def weakening(sof, seed, path):
     """A drive of a battery that weakens from part to part, written as CSV; the parts follow each other without a gap."""
     with open(os.path.join(ROOT, "config", "scenarios", "city_drive.yaml")) as file:
         scenario = yaml.safe_load(file)
     whole = []
     with tempfile.TemporaryDirectory() as folder:
-        for part in range(parts):
-            scenario.update(soc=0.85 - 0.04 * part, duration_s=length, seed=100 * seed + part)
-            scenario["battery"] = {"r_ohmic_ohm": 0.004 + 0.01 * part / (parts - 1)}
+        for part in range(PARTS):
+            scenario.update(soc=0.85 - 0.04 * part, duration_s=PART_S, seed=100 * seed + part)
+            scenario["battery"] = {"r_ohmic_ohm": 0.004 + 0.01 * part / (PARTS - 1)}
             scenario["profile"]["net_charge_ah"] = -2.0
             plan, made = os.path.join(folder, "part.yaml"), os.path.join(folder, "part.csv")
             with open(plan, "w") as file:
                 yaml.safe_dump(scenario, file)
             call([sof, "simulate", plan, made])
             t, i, u = recordings.read(made)
-            whole.append((t + part * length, i, u))
+            whole.append((t + part * PART_S, i, u))
     recordings.write(path, *(np.concatenate(each) for each in zip(*whole)))
 
 

@@ -42,18 +42,14 @@ def asked(sof, recording, *options, patience_s=None):
     return essentials(diagnose(sof, recording, *options, patience_s=patience_s))
 
 
-def alike(a, b):
-    return a == b or any(a in group and b in group for group in ALIKE)
+def with_alike(names):
+    """The names and all that count as one of them."""
+    return set(names).union(*(group for group in ALIKE if group & set(names)))
 
 
 def holds(names, truths):
     """Whether one of the names is, or counts as, one of the truths."""
-    return any(alike(name, truth) for name in names for truth in truths)
-
-
-def with_alike(names):
-    """The names and all that count as one of them."""
-    return set(names).union(*(group for group in ALIKE if group & set(names)))
+    return not with_alike(truths).isdisjoint(names)
 
 
 def class_of(effect):

@@ -34,7 +34,7 @@ def over_base(cases, side="extended"):
     return [one.over_base(side) for one in cases if one.over_base(side) is not None]
 
 
-def worse(cases, of=interval):
+def worse(cases, of):
     return "extended worse than base by over 2 %", share(lambda one: one > WORSE, over_base(cases), of)
 
 
@@ -48,33 +48,32 @@ def error_rows(cases, of=interval):
             ("extended better than ridge", share(lambda one: one.held("extended") < one.held("ridge"), beside, of))]
 
 
-def control_rows(cases, of=interval):
+def control_rows(cases):
     """Of recordings that lack nothing: whatever is said is false."""
     judged = [one for one in cases if one.verdict != SHORT]
-    return [("alarms", share(lambda one: one.alarmed, judged, of)),
-            ("insufficient data", share(lambda one: one.verdict == SHORT, cases, of)),
-            ("a mechanism named", share(lambda one: one.said, judged, of)),
-            worse(cases, of)]
+    return [("alarms", share(lambda one: one.alarmed, judged)),
+            ("insufficient data", share(lambda one: one.verdict == SHORT, cases)),
+            ("a mechanism named", share(lambda one: one.said, judged)),
+            worse(cases, interval)]
 
 
-def outcome_rows(cases, of=interval):
+def outcome_rows(cases):
     """What was named of what is there."""
     counts = counted(cases)
     judged = len(cases) - counts["short"]
-    return [("mechanism right", rate(counts["right"] + counts["beside"], judged, of)),
-            ("right, another mechanism beside it", rate(counts["beside"], judged, of)),
-            ("wrong mechanism", rate(counts["wrong"], judged, of)),
-            ("alarm without a mechanism", rate(counts["none"], judged, of)),
-            ("missed", rate(counts["missed"], judged, of)),
-            ("insufficient data", rate(counts["short"], len(cases), of))]
+    return [("mechanism right", rate(counts["right"] + counts["beside"], judged)),
+            *((text, rate(counts[one], judged)) for one, text in (
+                ("beside", "right, another mechanism beside it"), ("wrong", "wrong mechanism"),
+                ("none", "alarm without a mechanism"), ("missed", "missed"))),
+            ("insufficient data", rate(counts["short"], len(cases)))]
 
 
-def set_rows(cases, of=interval):
+def set_rows(cases):
     """Of the likely mechanisms, whose probabilities add up to 0.9, where there are any."""
     sets = [(one.answer.get("mechanisms"), one.label["mechanism"]) for one in cases]
     sets = [(mechanisms, mechanism) for mechanisms, mechanism in sets if mechanisms]
     size = statistics.mean(len(mechanisms) for mechanisms, _ in sets) if sets else None
-    return [("likely mechanisms have the right one", share(lambda one: one[1] in one[0], sets, of)),
+    return [("likely mechanisms have the right one", share(lambda one: one[1] in one[0], sets)),
             ("how many they are", "no case" if size is None else f"{size:.2f}")]
 
 

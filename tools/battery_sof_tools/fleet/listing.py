@@ -1,6 +1,5 @@
 """Which recordings a fleet has: folders, files, and lists of files with what is known of each."""
 
-import collections
 import csv
 import math
 import os
@@ -111,21 +110,14 @@ def complete(row):
 
 def named(rows):
     """A battery without a name is called as its file; where files of several folders are called alike, with as many of these in front as distinguish them."""
-    stems = {row["path"]: os.path.splitext(row["path"])[0] for row in rows if "battery" not in row}
-    parts = {stem: stem.split(os.sep) for stem in stems.values()}
-    depth = dict.fromkeys(parts, 1)
-    clashes = list(parts)
-    while clashes:
-        alike = collections.defaultdict(list)
-        for stem, folders in parts.items():
-            alike["/".join(folders[-depth[stem]:])].append(stem)
-        clashes = [stem for those in alike.values() if len(those) > 1 for stem in those]
-        for stem in clashes:
-            depth[stem] += 1
+    ends = {row["path"]: tuple(os.path.splitext(row["path"])[0].split(os.sep)[::-1]) for row in rows if "battery" not in row}
+    in_order = sorted(set(ends.values()))  # neighbours are the most alike
+    alike = [len(os.path.commonprefix(pair)) for pair in zip(in_order, in_order[1:])]
+    depth = dict(zip(in_order, map(max, [0, *alike], [*alike, 0])))
     for row in rows:
-        if row["path"] in stems:
-            stem = stems[row["path"]]
-            row["battery"] = "/".join(parts[stem][-depth[stem]:])
+        if row["path"] in ends:
+            end = ends[row["path"]]
+            row["battery"] = "/".join(end[depth[end]::-1])
     return rows
 
 

@@ -16,12 +16,6 @@ JOBS_A_CORE = 4    # at least, so that cores end together
 REMEDY = "sof-fleet rebuild makes a folder from its database, sof-fleet run another one"
 
 
-def key_of(entry, sha256):
-    """The same content read the same way is one recording, whatever its path."""
-    meant = json.dumps([sha256, {name: entry[name] for name in MEANT if name in entry}], sort_keys=True)
-    return hashlib.sha256(meant.encode()).hexdigest()[:16]
-
-
 def described(entry):
     """An entry with its key, hash and size; a file that cannot be read keeps its path's digest as key and says why."""
     reason = unreadable(entry["path"])
@@ -30,8 +24,9 @@ def described(entry):
     except OSError as error:
         sha256, size, reason = None, 0, f"cannot be read: {error.strerror}"
     entry = {name: utf8(value) if isinstance(value, str) else value for name, value in entry.items()}
-    key = key_of(entry, sha256 or "path " + entry["path"])
-    return dict(entry, key=key, sha256=sha256, bytes=size, unreadable=reason)
+    # The same content read the same way is one recording, whatever its path.
+    meant = json.dumps([sha256 or "path " + entry["path"], {name: entry[name] for name in MEANT if name in entry}], sort_keys=True)
+    return dict(entry, key=hashlib.sha256(meant.encode()).hexdigest()[:16], sha256=sha256, bytes=size, unreadable=reason)
 
 
 def unreadable(path):

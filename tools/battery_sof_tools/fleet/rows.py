@@ -31,17 +31,12 @@ def recording(entry, told, check):
     source, temperature = check.get("source") or {}, check.get("temperature_range_c") or (None, None)
     options = json.dumps({name: entry[name] for name in MEANT if entry.get(name)}, sort_keys=True)
     return (entry["key"], os.path.basename(entry["path"]), entry["path"], entry["sha256"], entry["bytes"], entry["battery"], entry.get("vehicle_type"), entry.get("age_years"), options,
-            *outcome(told), check.get("samples"), check.get("from_s"), check.get("to_s"), check.get("median_interval_s"), *temperature, flag(source.get("seen")), source.get("share"))
-
-
-def flag(value):
-    return None if value is None else int(value)
+            *outcome(told), check.get("samples"), check.get("from_s"), check.get("to_s"), check.get("median_interval_s"), *temperature, source.get("seen"), source.get("share"))
 
 
 def parameters(source, effects, some):
     for one in some or ():
-        yield "parameter", (source, ",".join(effects or ()), one["name"], one["value"], one.get("std_error", one.get("std")), one.get("unit"), flag(one.get("determined")),
-                            flag(one.get("at_bound")))
+        yield "parameter", (source, ",".join(effects or ()), one["name"], one["value"], one.get("std_error", one.get("std")), one.get("unit"), one.get("determined"), one.get("at_bound"))
 
 
 def rows_of(step, answer):

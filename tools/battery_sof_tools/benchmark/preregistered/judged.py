@@ -1,7 +1,7 @@
 """One preregistered case judged: what was said against what is true."""
 
 from .. import answers
-from ..answers import LARGEST_CLASS, SAYS_NOTHING, alike, class_of, first_class, holds, with_alike
+from ..answers import LARGEST_CLASS, SAYS_NOTHING, class_of, first_class, holds, with_alike
 
 SENSOR_FAULT = "sensor_fault"
 # Strength in the label -> parameter of the product, and how one follows from the other.
@@ -160,7 +160,7 @@ def recovered(case):
 def strength_found(case):
     """(relative error, whether the 95 % interval holds it) of the added effect's strength; None where not named or not plain."""
     name = case.label["id"]
-    named = [one for one in case.answer["effects"] if alike(one["id"], name)]
+    named = [one for one in case.answer["effects"] if holds([one["id"]], [name])]
     if name not in STRENGTHS or not named or named[0]["id"] != name:
         return None
     parameter, expected = STRENGTHS[name]
