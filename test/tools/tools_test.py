@@ -13,7 +13,7 @@ import unittest
 import numpy as np
 
 import reading_ease  # beside this file
-from battery_sof_tools import concealment, docs_site, files, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
+from battery_sof_tools import docs_site, files, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
 from battery_sof_tools.benchmark import answers, laws, real, same
 from battery_sof_tools.benchmark.generator import Generator
 from battery_sof_tools.files import ROOT
@@ -227,7 +227,7 @@ class Recordings(unittest.TestCase):
 
     def test_nothing_is_carried_across_a_gap_but_what_decays(self):
         t = np.array([0.0, 1.0, 2.0, 3.0, 103.0, 104.0])
-        passed = concealment.low_pass(t, np.ones(6), 10.0)
+        passed = laws.low_pass(t, np.ones(6), 10.0)
         self.assertLess(passed[4], 1e-3 * passed[3])
 
 
@@ -295,7 +295,7 @@ def drive(count=4000):
     dice = np.random.default_rng(3)
     i = np.repeat(dice.uniform(-60.0, 30.0, count // 10), 10)
     t = np.arange(float(len(i)))
-    return t, i, 12.6 + 5e-3 * i + 2e-3 * concealment.low_pass(t, i, 30.0) + dice.normal(0.0, 1e-3, len(t))
+    return t, i, 12.6 + 5e-3 * i + 2e-3 * laws.low_pass(t, i, 30.0) + dice.normal(0.0, 1e-3, len(t))
 
 
 class Laws(unittest.TestCase):

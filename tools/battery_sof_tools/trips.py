@@ -48,8 +48,7 @@ def simulated_trip(sof, path, battery, seed, soc, temperature):
     """A trip through town with a thermometer, written as a recording. @return the state of charge at its end."""
     scenario = {"name": "trip", "seed": seed, "duration_s": TRIP_S, "voltage_limit_v": 14.2, "soc": soc, "temperature_degc": temperature,
                 "acquisition": {"voltage_white_v": 0.002, "current_white_a": 0.05}, "profile": {"kind": "city_drive", "net_charge_ah": 0.5}, **battery}
-    with open(path + ".yaml", "w") as file:
-        json.dump(scenario, file)
+    write_json(path + ".yaml", scenario)
     answer = json.loads(run([sof, "simulate", path + ".yaml", path, "--json", "-"]))
     time, current, voltage = recordings.read(path)
     with open(path, "w") as file:

@@ -20,15 +20,15 @@ import sys
 import tempfile
 import time
 
-from .. import concealment, recordings
+from .. import recordings
 from ..files import append, lines_of, require_same, write_text
 from ..rates import wilson
 from ..recordings import MEASURED
-from ..sof import Failure, catalogue, diagnose, program
+from ..sof import Failure, catalogue, program
 from ..tables import table
 from . import answers, laws, scorers
 from .generator import Generator, seed_of
-from .runner import ANSWERS, complete, kept_for
+from .runner import ANSWERS, complete, diagnose_samples, kept_for
 
 UNCHANGED = "unchanged.jsonl"
 PATIENCE_S = 300.0  # of one diagnosis
@@ -36,7 +36,7 @@ ZERO = "zero"
 ZEROS_A_ROUND = 2
 # The cell is none of lead and acid: no lead-acid mechanism is promised of it.
 NO_EFFECTS = ("leaf_cell",)
-# Effects of the catalogue that are put in at a promised strength, by equations of their own (concealment.py).
+# Effects of the catalogue that are put in at a promised strength, by equations of their own (laws.py).
 PROMISED = ("acid_transport", "ocv_soc", "high_rate_depletion", "contact_resistance", "voltage_drift", "current_offset", "time_skew")
 INSTANT_SHARE = 0.35   # of all charge has passed when a contact changes
 LONGEST_S = 3600.0     # of a stretch that is shown, from its beginning
@@ -122,11 +122,8 @@ class Bench:
             self.loaded = (name, laws.Beside(t[:count] - t[0], i[:count], u[:count]))
         return self.loaded[1]
 
-    def told(self, t, i, u):
-        with tempfile.TemporaryDirectory(prefix="real_") as folder:
-            path = os.path.join(folder, "shown.csv")
-            recordings.write(path, t, i, u)
-            return essentials(diagnose(self.sof, path, patience_s=PATIENCE_S))
+    def told(self, *samples):
+        return essentials(diagnose_samples(self.sof, samples, PATIENCE_S))
 
     def before(self, name):
         """The answer to the recording as it is. Failure where there was none: it is asked for once."""
@@ -160,8 +157,8 @@ class Bench:
             strength = before["promised"].get(case["effect"])
             if strength is None:
                 raise NotDrawn(f"{case['effect']} would be reported at no strength, or is reported")
-            instant = concealment.instant_of_throughput(beside.t, beside.i, INSTANT_SHARE)
-            shown = concealment.changed(case["effect"], beside.t, beside.i, beside.u, strength, case["tau_s"], instant)
+            instant = laws.instant_of_throughput(beside.t, beside.i, INSTANT_SHARE)
+            shown = laws.changed(case["effect"], beside.t, beside.i, beside.u, strength, case["tau_s"], instant)
             return {"form": case["effect"], "strength": strength}, *shown
         if case["kind"] == INSTRUMENT and beside.t[-1] > LONGEST_INSTRUMENT_S:
             raise NotDrawn(f"a law of an instrument takes at most {LONGEST_INSTRUMENT_S:g} s")

@@ -2,10 +2,12 @@
 
 import itertools
 import os
+import tempfile
 import time
 
+from .. import recordings
 from ..files import append, finished, lines_of, require_same
-from ..sof import Failure, product_digest
+from ..sof import RECORDING, Failure, diagnose, product_digest
 
 ANSWERS, PRODUCT = "answers.jsonl", "product.json"
 
@@ -14,6 +16,14 @@ def kept_for(out, sof):
     """Makes the folder of results. SystemExit where it holds answers of another build."""
     os.makedirs(out, exist_ok=True)
     require_same(os.path.join(out, PRODUCT), product_digest(sof), "answers of another build of sof")
+
+
+def diagnose_samples(sof, samples, patience_s):
+    """The answer of `sof diagnose` to a recording that is no file. samples: as of recordings.write()."""
+    with tempfile.TemporaryDirectory(prefix="samples_") as folder:
+        path = os.path.join(folder, RECORDING)
+        recordings.write(path, *samples)
+        return diagnose(sof, path, patience_s=patience_s)
 
 
 def row_of(work, timed, case):

@@ -6,12 +6,12 @@ A neutral change adds what the base circuit has already: a level of the voltage,
 
 import itertools
 import os
-import tempfile
 
 from .. import recordings, sof
 from ..files import finished, write_json
 from ..tables import table
 from . import measured
+from .runner import diagnose_samples
 
 CHANGES = {"+ 0.1 V": (0.1, 0.0), "+ 2 mOhm": (0.0, 0.002)}  # [V], [Ohm]
 HALVES = ("first half", "second half")
@@ -34,13 +34,10 @@ def shown(data, one):
 
 def asked(program, data, name, one, case):
     """(recording, case, {mechanism: probability} of the set of 0.9, verdict); no mechanism where nothing is missing or there is no answer."""
-    with tempfile.TemporaryDirectory(prefix="same_") as folder:
-        path = os.path.join(folder, "shown.csv")
-        recordings.write(path, *shown(data, one)[case])
-        try:
-            answer = sof.diagnose(program, path, patience_s=PATIENCE_S)
-        except sof.Failure as failure:
-            return name, case, {}, str(failure)
+    try:
+        answer = diagnose_samples(program, shown(data, one)[case], PATIENCE_S)
+    except sof.Failure as failure:
+        return name, case, {}, str(failure)
     said = {one["id"]: one["probability"] for one in answer["mechanisms"]} if answer["mechanism"] else {}
     return name, case, said, answer["verdict"]
 

@@ -18,19 +18,15 @@ MOST_HEADER = 1 << 16  # [byte] of a CSV file's first line
 
 def entries(given):
     """One dictionary a recording, with the keys of KNOWN that are known of it. SystemExit with a sentence for what cannot be read."""
-    found = []
-    for path in given:
-        found += of_folder(path) if os.path.isdir(path) else of_file(path)
+    found = [one for path in given for one in of_path(path)]
     if not found:
         raise SystemExit("no recordings: give folders, .csv or .bag files, or lists of them")
     return named([complete(one) for one in found])
 
 
-def of_folder(folder):
-    return [{"path": os.path.join(parent, name)} for parent, _, names in sorted(os.walk(folder)) for name in sorted(names) if name.endswith(KINDS)]
-
-
-def of_file(path):
+def of_path(path):
+    if os.path.isdir(path):
+        return [{"path": os.path.join(parent, name)} for parent, _, names in sorted(os.walk(path)) for name in sorted(names) if name.endswith(KINDS)]
     if not os.path.exists(path):
         raise SystemExit(f"{path}: no such recording, list or folder")
     if path.endswith(LISTS):

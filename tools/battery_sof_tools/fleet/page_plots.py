@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 WIDTH, HEIGHT, LEFT, BELOW, TOP = 420, 230, 58, 34, 10
+X, Y = (LEFT, WIDTH - 16), (HEIGHT - BELOW, TOP)  # of the ends of both ranges
 COLOURS = ("extended", "base", "good", "current", "measured")  # of types of vehicle, names of the style
 MOST_POINTS = 4000
 
@@ -26,17 +27,13 @@ def range_of(values):
     return low - margin, high + margin
 
 
-def place(value, low, high, begin, end):
-    return begin + (min(max(value, low), high) - low) / (high - low) * (end - begin)
-
-
 def axes(x_range, y_range, x_label):
     parts = []
     for value in ticks(*y_range):
-        y = place(value, *y_range, HEIGHT - BELOW, TOP)
+        y = np.interp(value, y_range, Y)
         parts.append(f'<path class="grid" d="M{LEFT} {y:.1f}H{WIDTH - 16}"/><text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{value:.6g}</text>')
     for value in ticks(*x_range):
-        x = place(value, *x_range, LEFT, WIDTH - 16)
+        x = np.interp(value, x_range, X)
         parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BELOW + 16}" text-anchor="middle">{value:.6g}</text>')
     return "".join(parts) + f'<text x="{(LEFT + WIDTH) / 2}" y="{HEIGHT - 4}" text-anchor="middle">{html.escape(x_label)}</text>'
 
@@ -44,7 +41,7 @@ def axes(x_range, y_range, x_label):
 def points(xs, rows, x_range, y_range, colours):
     parts = []
     for x, row in list(zip(xs, rows))[:MOST_POINTS]:
-        at, y = place(x, *x_range, LEFT, WIDTH - 16), place(row["value"], *y_range, HEIGHT - BELOW, TOP)
+        at, y = np.interp(x, x_range, X), np.interp(row["value"], y_range, Y)
         told = f'{row["battery"]}: {row["value"]:.4g}' + (f' ± {row["std"]:.2g}' if row["std"] else "") + f' {row["unit"] or ""}'
         parts.append(f'<circle cx="{at:.1f}" cy="{y:.1f}" r="2.6" class="{colours[row["vehicle_type"] or ""]}"><title>{html.escape(told)}</title></circle>')
     return "".join(parts)

@@ -62,7 +62,6 @@ def one_life(processes, programs, state, drive, chance):
     time.sleep(chance.uniform(0.0, 0.4))
     node.kill()
     node.wait()
-    processes.started.remove(node)
     home = os.path.dirname(state)
     return taken, [name for name in os.listdir(home) if name != os.path.basename(state)]
 

@@ -1,5 +1,6 @@
 """A roscore, nodes and players of their own for one run, on loopback, each ended by its process id; samples, and what the node reports."""
 
+import contextlib
 import functools
 import logging
 import math
@@ -23,11 +24,12 @@ def is_listening(port):
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-class Processes:
+class Processes(contextlib.ExitStack):
     """Everything started here ends here, the last first."""
 
     def __init__(self, folder):
-        self.folder, self.started = folder, []
+        super().__init__()
+        self.folder = folder
 
     def __enter__(self):
         logging.getLogger("rosout").setLevel(logging.ERROR)  # rospy reports of every service it waits for
@@ -37,23 +39,20 @@ class Processes:
         wait_until(lambda: is_listening(port), 10.0, "roscore")
         return self
 
-    def __exit__(self, *_):
-        for process in reversed(self.started):
-            end(process)
-
     def start(self, *command, **more):
         log = os.path.join(self.folder, os.path.basename(command[0]) + ".log")
         with open(log, "a") as file:
-            self.started.append(subprocess.Popen(command, stdout=file, stderr=file, stdin=subprocess.DEVNULL, **more))
-        return self.started[-1]
+            process = subprocess.Popen(command, stdout=file, stderr=file, stdin=subprocess.DEVNULL, **more)
+        self.callback(end, process)
+        return process
 
 
-def end(process, patience_s=20.0):
+def end(process):
     """Interrupted, killed when that is not enough."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
         try:
-            process.wait(timeout=patience_s)
+            process.wait(timeout=20.0)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
