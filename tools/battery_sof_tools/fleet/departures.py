@@ -42,12 +42,12 @@ def coordinate(name, value, std):
 def of_type(vehicle_type, name, by_battery, unit):
     """Departures, found or not, with their p, of one parameter."""
     names = sorted(by_battery)
-    value = [float(np.median([one[0] for one in by_battery[battery]])) for battery in names]
-    std = [float(np.median([one[1] for one in by_battery[battery]])) for battery in names]
-    x, s = np.array([coordinate(name, *pair) for pair in zip(value, std)]).T
+    middle = [np.median(by_battery[battery], axis=0).tolist() for battery in names]  # value, std
+    x, s = np.array([coordinate(name, *pair) for pair in middle]).T
     away = x - np.median(x)
     z = away / np.sqrt((1.4826 * np.median(np.abs(away)))**2 + s**2 + LEAST_STD**2)
-    return [Departure(battery, vehicle_type, name, v, unit, float(np.median(value)), float(one), False) for battery, v, one in zip(names, value, z)]
+    median = float(np.median([value for value, _ in middle]))
+    return [Departure(battery, vehicle_type, name, value, unit, median, float(one), False) for battery, (value, _), one in zip(names, middle, z)]
 
 
 def departures(base):

@@ -93,8 +93,9 @@ def node_on_disks(programs, folder, disk, recording):
     os.mkdir(os.path.dirname(state))
     with Processes(folder) as processes:
         node = WatchedNode(programs, processes, state, recording)
-
-        def look(what):
+        for what, happens in (("sound", lambda: None), ("full", disk.fill), ("room again", disk.free), ("read-only", lambda: disk.set_writable(False)),
+                              ("writable again", lambda: disk.set_writable(True)), ("folder gone", lambda: shutil.rmtree(os.path.dirname(state)))):
+            happens()
             written, said = node.saved()
             taken = node.status.message.accepted
             node.drive.publish()
@@ -102,17 +103,6 @@ def node_on_disks(programs, folder, disk, recording):
             whole = programs.reads(state) if os.path.exists(state) else None
             rows.append((what, "yes" if written else "no", {True: "yes", False: "NO", None: "none there"}[whole],
                          "yes" if node.node.poll() is None else "NO", said.replace(disk.path, "DISK")))
-        look("sound")
-        disk.fill()
-        look("full")
-        disk.free()
-        look("room again")
-        disk.set_writable(False)
-        look("read-only")
-        disk.set_writable(True)
-        look("writable again")
-        shutil.rmtree(os.path.dirname(state))
-        look("folder gone")
     return rows
 
 

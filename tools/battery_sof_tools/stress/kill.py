@@ -1,5 +1,6 @@
 """The node killed (-9) at random moments of a drive, its writing of the state included, and started again."""
 
+import itertools
 import math
 import os
 import random
@@ -18,17 +19,12 @@ class Drive:
     """Samples of a recording, one after the other, over and over, on the node's topic; stamps go on."""
 
     def __init__(self, path, rospy):
-        self.rows = read_plain(path).T.tolist()
+        rows = read_plain(path).T.tolist()
         self.samples = Samples(rospy)
-        self.at, self.origin = 0, 1000.0
+        self.rows = ((1000.0 + lap * (rows[-1][0] + 0.01) + instant, current, voltage) for lap in itertools.count() for instant, current, voltage in rows)
 
     def publish(self):
-        if self.at == len(self.rows):
-            self.origin += self.rows[-1][0] + 0.01
-            self.at = 0
-        instant, current, voltage = self.rows[self.at]
-        self.at += 1
-        self.samples.send(self.origin + instant, current, voltage)
+        self.samples.send(*next(self.rows))
 
 
 def samples_until_answered(drive):

@@ -1,10 +1,13 @@
 """A node under load: samples at a rate, questions of some clients, work beside."""
 
 import collections
+import concurrent.futures
 import multiprocessing
 import subprocess
 import threading
 import time
+
+import numpy as np
 
 from ..recordings import read_plain
 from .ros import NODE, ResponseTimes, Samples, node_of_this_process, perform
@@ -29,23 +32,18 @@ def publish(load, ready):
     """After what is learnt the drive is linear between its rows."""
     samples = Samples(node_of_this_process("publisher"))
     samples.until_connected()
-    rows = [row for row in read_plain(load.drive).T.tolist() if row[0] >= load.first]
+    t, i, u = drive = read_plain(load.drive)
     begin = load.first + load.learnt
-    at = sum(row[0] <= begin for row in rows) - 1
-    for row in rows[:at + 1]:
+    for row in drive[:, (t >= load.first) & (t <= begin)].T:
         samples.send(*row)
         time.sleep(0.0001)
     ready.set()
     begun, sent = time.monotonic(), 0
     while time.monotonic() < begun + load.duration + 20.0:
         due = int((time.monotonic() - begun) * load.rate)
-        for sent in range(sent, due):
-            stamp = begin + sent / load.rate
-            while rows[at + 1][0] < stamp:
-                at += 1
-            row, after = rows[at:at + 2]
-            share = (stamp - row[0]) / (after[0] - row[0])
-            samples.send(stamp, *(a + share * (b - a) for a, b in zip(row[1:], after[1:])))
+        stamps = begin + np.arange(sent, due) / load.rate
+        for row in zip(stamps, np.interp(stamps, t, i), np.interp(stamps, t, u)):
+            samples.send(*row)
         sent = max(sent, due)
         time.sleep(0.001)
 
@@ -85,11 +83,8 @@ def ask(load, told):
                     outside[0] += not LIMITS[0] < answer.u_min < LIMITS[1]
             asked += 1
 
-    threads = [threading.Thread(target=one) for _ in range(load.clients)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with concurrent.futures.ThreadPoolExecutor(load.clients) as pool:
+        list(pool.map(lambda _: one(), range(load.clients)))
     told.put((codes, outside[0], sorted(waits)))
 
 

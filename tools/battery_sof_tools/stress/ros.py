@@ -133,16 +133,12 @@ def perform(name):
 
 
 class Newest:
-    """The newest message of a topic, and how many came."""
+    """The newest message of a topic."""
 
     def __init__(self, topic, kind):
         import rospy
-        self.message, self.count = None, 0
-        self.subscriber = rospy.Subscriber(topic, kind, self.add)
-
-    def add(self, message):
-        self.message = message
-        self.count += 1
+        self.message = None
+        self.subscriber = rospy.Subscriber(topic, kind, lambda message: setattr(self, "message", message))
 
 
 def use_of(process):
