@@ -16,6 +16,7 @@ import sys
 
 from .files import ROOT, pages_of_docs, read_text, write_text
 
+HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = {"README.md": "index.md", "CONTRIBUTING.md": "CONTRIBUTING.md"}  # pages outside docs/, and what they are called in the site
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
 FILES = "files"
@@ -24,37 +25,6 @@ docs_dir: {pages}
 site_dir: {site}
 hooks: [{hooks}]
 """
-HEADERS = """PROJECT_NAME = battery_sof
-INPUT = "{root}/include/battery_sof"
-OUTPUT_DIRECTORY = "{folder}"
-HTML_OUTPUT = headers
-GENERATE_LATEX = NO
-STRIP_FROM_PATH = "{root}/include"
-STRIP_FROM_INC_PATH = "{root}/include"
-EXTRACT_ALL = YES
-DISABLE_INDEX = YES
-GENERATE_TREEVIEW = YES
-FULL_SIDEBAR = YES
-SORT_MEMBER_DOCS = NO
-HTML_TIMESTAMP = NO
-HAVE_DOT = NO
-QUIET = YES
-WARN_IF_UNDOCUMENTED = NO
-WARN_IF_INCOMPLETE_DOC = NO
-WARN_AS_ERROR = FAIL_ON_WARNINGS
-"""
-# Anchors as they are in the pages' links: python-markdown's own join hyphens and number headings differently.
-HOOKS = '''import re
-
-
-def slug(text, separator):
-    return re.sub(r"[^\\w\\- ]", "", text).lower().replace(" ", separator)
-
-
-def on_config(config):
-    config["mdx_configs"]["toc"] = dict(config["mdx_configs"].get("toc") or {}, slugify=slug)
-    return config
-'''
 
 
 def place_in_site(path):
@@ -114,15 +84,13 @@ def main():
     work = site + ".work"
     shutil.rmtree(work, ignore_errors=True)
     os.makedirs(work)
-    pages, hooks, settings = (os.path.join(work, name) for name in ("pages", "hooks.py", "mkdocs.yml"))
+    pages, settings = (os.path.join(work, name) for name in ("pages", "mkdocs.yml"))
     assemble(pages)
-    # The public headers become pages in pages/headers.
-    headers = subprocess.run(["doxygen", "-"], input=HEADERS.format(root=ROOT, folder=pages), capture_output=True, text=True, check=False)
+    headers = subprocess.run(["doxygen", os.path.join(HERE, "headers.doxyfile")], env=dict(os.environ, ROOT=ROOT, PAGES=pages), capture_output=True, text=True, check=False)
     if headers.returncode:
         print(headers.stderr, file=sys.stderr)
         return 1
-    write_text(hooks, HOOKS)
-    write_text(settings, SETTINGS.format(settings=os.path.join(ROOT, "mkdocs.yml"), pages=pages, site=site, hooks=hooks))
+    write_text(settings, SETTINGS.format(settings=os.path.join(ROOT, "mkdocs.yml"), pages=pages, site=site, hooks=os.path.join(HERE, "mkdocs_hooks.py")))
     # Quiet, it would not say which link leads nowhere.
     done = subprocess.run(["mkdocs", "build", "--strict", "-f", settings], capture_output=True, text=True, check=False)
     shutil.rmtree(work)

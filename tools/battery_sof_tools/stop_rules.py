@@ -22,7 +22,7 @@ import numpy as np
 import yaml
 
 from . import recordings
-from .files import ROOT
+from .files import ROOT, read_text, write_text
 from .progress import followed
 from .sof import call, program, rows_of
 from .tables import table
@@ -90,8 +90,7 @@ def decide(experiment, path, columns, stops, options):
 
 def weakening(sof, seed, path):
     """A drive of a battery that weakens from part to part, written as CSV; the parts follow each other without a gap."""
-    with open(os.path.join(ROOT, "config", "scenarios", "city_drive.yaml")) as file:
-        scenario = yaml.safe_load(file)
+    scenario = yaml.safe_load(read_text(os.path.join(ROOT, "config", "scenarios", "city_drive.yaml")))
     whole = []
     with tempfile.TemporaryDirectory() as folder:
         for part in range(PARTS):
@@ -99,8 +98,7 @@ def weakening(sof, seed, path):
             scenario["battery"] = {"r_ohmic_ohm": 0.004 + 0.01 * part / (PARTS - 1)}
             scenario["profile"]["net_charge_ah"] = -2.0
             plan, made = os.path.join(folder, "part.yaml"), os.path.join(folder, "part.csv")
-            with open(plan, "w") as file:
-                yaml.safe_dump(scenario, file)
+            write_text(plan, yaml.safe_dump(scenario))
             call([sof, "simulate", plan, made])
             t, i, u = recordings.read(made)
             whole.append((t + part * PART_S, i, u))

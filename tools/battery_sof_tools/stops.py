@@ -31,6 +31,15 @@ def rows_of(binary, name, data):
         return sof.rows_of([binary, path, "--capacity", str(STOPS[name])])
 
 
+def fitted(rows):
+    """Stops that a window of this trip was fitted before."""
+    return [row for row in rows if row["kind"] == "stop" and row["basis"] == "this_trip"]
+
+
+def modelled_rms(stops):
+    return rms([row["measured"] - row["modelled"] for row in stops])
+
+
 def intervals(rows):
     """Count, RMS error, share inside and above the lower bound [%], median width."""
     one = pooled(rows)
@@ -39,10 +48,10 @@ def intervals(rows):
 
 def figures(rows):
     kind = lambda name: [row for row in rows if row["kind"] == name]
-    fitted = [row for row in kind("stop") if row["basis"] == "this_trip"]
+    stops = fitted(rows)
     longest = [row for row in kind("longest") if row["look_s"] >= 10.0]
     valid = [row for row in longest if row["valid"]]
-    return {"before": intervals(fitted), "modelled_rms": rms([row["measured"] - row["modelled"] for row in fitted]),
+    return {"before": intervals(stops), "modelled_rms": modelled_rms(stops),
             "profile_before": intervals([row for row in kind("voltage") if row["look_s"] < 10.0]),
             "during": intervals([row for row in kind("voltage") if row["look_s"] >= 10.0]),
             "crank_before": intervals([row for row in kind("crank") if row["look_s"] < 10.0]),
@@ -55,16 +64,13 @@ def walk_rms(drives, walk, noise):
     errors = []
     for rows in drives:
         level, variance = 0.0, 0.15**2
-        for row in rows:
-            if row["kind"] != "stop" or row["basis"] != "this_trip":
-                continue
+        for row in fitted(rows):
             error = row["measured"] - row["modelled"]
             errors.append(error - level)
-            if row["ahead_s"] > 10.0:
-                continue
-            gain = variance / (variance + noise**2)
-            level += gain * (error - level)
-            variance = (1.0 - gain) * variance + walk**2
+            if row["ahead_s"] <= 10.0:
+                gain = variance / (variance + noise**2)
+                level += gain * (error - level)
+                variance = (1.0 - gain) * variance + walk**2
     return rms(errors)
 
 
@@ -76,9 +82,9 @@ def leave_one_out(rows):
     for car, drives in cars.items():
         others = [drive for name, some in cars.items() if name != car for drive in some]
         best = min(grid, key=lambda one: walk_rms(others, *one))
-        alone = rms([row["measured"] - row["modelled"] for drive in drives for row in drive if row["kind"] == "stop" and row["basis"] == "this_trip"])
-        out.append([car, f"{1e3 * best[0]:.0f}, {1e3 * best[1]:.0f}", *(f"{1e3 * one:.0f}" for one in (
-            alone, walk_rms(drives, *best), walk_rms(drives, 0.02, 0.04), walk_rms(drives, 0.04, 0.08), walk_rms(drives, 0.08, 0.16)))])
+        alone = modelled_rms([stop for drive in drives for stop in fitted(drive)])
+        followed = [walk_rms(drives, *one) for one in (best, (0.02, 0.04), (0.04, 0.08), (0.08, 0.16))]
+        out.append([car, f"{1e3 * best[0]:.0f}, {1e3 * best[1]:.0f}", *(f"{1e3 * one:.0f}" for one in (alone, *followed))])
     return out
 
 

@@ -19,7 +19,7 @@ import sqlite3
 import sys
 import time
 
-from ..files import printable, write_json
+from ..files import printable, write_json, write_text
 from ..sof import product_digest, program
 from . import database, engine, plan
 
@@ -120,7 +120,7 @@ def run(args):
 def report(args):
     from . import page  # statsmodels takes its time
     out = args.out or os.path.join(args.folder, "report.html")
-    page.write(args.folder, out, args.nulls)
+    write_text(out, page.make(args.folder, args.nulls))
     print(printable(out))
 
 

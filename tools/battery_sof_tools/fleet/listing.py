@@ -6,7 +6,7 @@ import os
 
 import yaml
 
-from ..files import require_regular
+from ..files import read_text, require_regular
 
 KINDS = (".csv", ".bag")
 LISTS = (".yaml", ".yml")
@@ -62,8 +62,7 @@ def csv_rows(path):
 
 
 def yaml_rows(path):
-    with open(path) as file:
-        rows = yaml.safe_load(file)
+    rows = yaml.safe_load(read_text(path))
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise SystemExit(f"{path}: a list is meant: - path: ...")
     return rows

@@ -6,32 +6,10 @@ import os
 
 import numpy as np
 
-from ..files import ROOT, read_text, write_text
+from ..files import ROOT, read_text
 from . import database, departures, discoveries, page_plots, plan
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-HEAD = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
-<title>{title}</title>
-<style>
-{style}
-</style>
-</head>
-<body>
-<main>
-"""
-FOOT = """</main>
-<script>
-{script}
-</script>
-</body>
-</html>
-"""
 MOST_ROWS = 3000  # of recordings on the page; the database has all
 LEAST_POINTS = 3  # of a parameter, to be drawn
 WORDS = {"acceptance": "charge acceptance", "side_reactions": "side reactions", "acid": "acid transport", "open_circuit": "open-circuit voltage", "structure": "the circuit's structure",
@@ -212,11 +190,6 @@ def make(folder, nulls=None):
     page_css = read_text(os.path.join(ROOT, "src", "report", "page", "page.css"))
     style = page_css + read_text(os.path.join(HERE, "page.css"))
     origin = f'<header><p class="origin">{html.escape(title)}, <strong>{html.escape(os.path.basename(os.path.abspath(folder)))}</strong></p><h1>{html.escape(headline(found, told, nulls is not None))}</h1>'
-    parts = [HEAD.format(title=html.escape(title), style=style), origin, figures(base, found), "</header>", mechanisms(base, told, len(found), null_gains),
-             departing(base, *departures.departures(base)), parameters(base), predictions(base), recordings(base, {one.name for one in found if one.found}),
-             FOOT.format(script=read_text(os.path.join(HERE, "page.js")))]
-    return "\n".join(parts)
-
-
-def write(folder, out, nulls=None):
-    write_text(out, make(folder, nulls))
+    parts = [origin, figures(base, found), "</header>", mechanisms(base, told, len(found), null_gains),
+             departing(base, *departures.departures(base)), parameters(base), predictions(base), recordings(base, {one.name for one in found if one.found})]
+    return read_text(os.path.join(HERE, "page.html")).format(title=html.escape(title), style=style, body="\n".join(parts), script=read_text(os.path.join(HERE, "page.js")))

@@ -19,8 +19,6 @@ from ..files import write_json
 from ..sof import completed
 from . import listing, plan, stored
 
-NEEDED = {"predict": "identify"}  # a step that needs the model of another
-
 
 class Recording:
     """One recording on its way through the steps."""
@@ -90,8 +88,8 @@ def answered(recording, step, patience_s):
     reason = recording.entry["unreadable"] or plan.unreadable(recording.entry["path"])
     if reason:
         return None, None, reason
-    if step in NEEDED and not os.path.exists(recording.file("model.yaml")):
-        return None, None, f"not taken: {NEEDED[step]} gave no model"
+    if step == "predict" and not os.path.exists(recording.file("model.yaml")):
+        return None, None, "not taken: identify gave no model"
     if step == "convert" and not recording.is_bag:
         return None, None, "not needed: the recording is CSV"
     if step == "convert":  # reports nothing in JSON

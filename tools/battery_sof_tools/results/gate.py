@@ -69,11 +69,8 @@ def held(before, now):
     rows, worse = [], 0
     for figure in FIGURES:
         old, new = value_of(before, figure.id), value_of(now, figure.id)
-        if new is None:
-            rows.append((figure.id, told(old), "", "", "", "not measured"))
-            continue
-        if old is None:
-            rows.append((figure.id, "", told(new), "", "", "new"))
+        if new is None or old is None:
+            rows.append((figure.id, told(old), told(new), "", "", "not measured" if new is None else "new"))
             continue
         scatter = scatter_of(figure, before)
         is_worse = loss(figure.better, old, new) > scatter
