@@ -1,5 +1,5 @@
 """A law put into a measured recording by `draw_scenario`, and how much of it no parameter of the base circuit can follow; effects of the catalogue,
-put in at a known strength by equations of their own, see changed().
+put in at a known strength by equations of their own that share no code with the product, see changed().
 
 Of those nothing is integrated across a gap (longer than three times the median interval): a memory decays with the time that passed, a charge stays.
 A step back of the clock counts as no time.
