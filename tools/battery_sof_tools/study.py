@@ -21,7 +21,7 @@ from .files import ROOT, write_json
 from .rates import pooled
 from .recordings import CAR, column_options
 from .sof import program, rows_of, side_by_side, simulate
-from .tables import table
+from .tables import grouped, table
 
 SETS, SEEDS = (1, 2, 3), range(1, 9)
 REAL = ("drive_1", "drive_2", "other_car_1")
@@ -47,9 +47,7 @@ def correlation(rows, target):
 
 def within(rows, target):
     """Mean of the correlations inside each recording."""
-    names = sorted({row["recording"] for row in rows})
-    values = [correlation([row for row in rows if row["recording"] == name], target)
-              for name in names]
+    values = [correlation(some, target) for some in grouped(rows, lambda row: row["recording"]).values()]
     values = [value for value in values if value is not None]
     return statistics.mean(values) if values else float("nan")
 

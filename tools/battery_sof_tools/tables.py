@@ -1,4 +1,14 @@
-"""Markdown tables."""
+"""Rows in groups, and Markdown tables."""
+
+import collections
+
+
+def grouped(rows, key):
+    """{key(row): rows} in the keys' order."""
+    groups = collections.defaultdict(list)
+    for one in rows:
+        groups[key(one)].append(one)
+    return dict(sorted(groups.items()))
 
 
 def table(head, rows):

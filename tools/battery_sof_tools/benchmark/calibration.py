@@ -13,12 +13,12 @@ import os
 
 from ..files import lines_of
 from ..sof import catalogue, program
-from ..tables import table
+from ..tables import grouped, table
 from .answers import asked
 from .generator import Generator
 from .preregistered import judged, score
 from .runner import ANSWERS, complete, kept_for
-from .scorers import grouped, share
+from .scorers import share
 
 # What is counted of a kind of case, and of those that no kind here names.
 OF_KIND = {"null": {"any verdict but no_mismatch": lambda case: case.verdict != "no_mismatch"},

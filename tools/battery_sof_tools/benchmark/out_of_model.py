@@ -21,7 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one process a case
 from ..files import finished, lines_of, read_json, require_same, write_text
 from ..recordings import read_plain
 from ..sof import Failure, catalogue, program
-from ..tables import table
+from ..tables import grouped, table
 from . import scorers
 from .answers import Case, asked
 from .generator import Generator, as_planned, seed_of
@@ -153,8 +153,8 @@ def as_markdown(cases, failed):
 
 def mechanism_table(others):
     """One row a mechanism and one a form."""
-    groups = scorers.grouped(others, lambda one: (one.label["mechanism"], ""))
-    groups.update(scorers.grouped(others, lambda one: (one.label["mechanism"], one.label["form"])))
+    groups = grouped(others, lambda one: (one.label["mechanism"], ""))
+    groups.update(grouped(others, lambda one: (one.label["mechanism"], one.label["form"])))
     return scorers.outcome_table("mechanism, form", [(f"- {form}" if form else f"**{mechanism}**", groups[mechanism, form]) for mechanism, form in sorted(groups)])
 
 

@@ -25,7 +25,7 @@ from ..files import append, lines_of, require_same, write_text
 from ..rates import wilson
 from ..recordings import MEASURED
 from ..sof import Failure, catalogue, program
-from ..tables import table
+from ..tables import grouped, table
 from . import answers, laws, scorers
 from .generator import Generator, seed_of
 from .runner import ANSWERS, complete, diagnose_samples, kept_for
@@ -277,7 +277,7 @@ def figures(cases):
 
 def by_group(cases, key, title):
     """One row a group: of what is judged, what was named; what of nothing was named new."""
-    groups = scorers.grouped(cases, key)
+    groups = grouped(cases, key)
 
     def before(name):
         return sum(one.truth is not None and not one.judged for one in groups[name])

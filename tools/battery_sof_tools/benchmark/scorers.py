@@ -89,14 +89,6 @@ def outcome_table(title, groups, more=()):
     return table([title, "cases", *OUTCOMES[:5], "taken for", "extended / base", "ridge / base", *(head for head, _ in more)], rows)
 
 
-def grouped(cases, key):
-    """{key(case): cases} in the keys' order."""
-    groups = collections.defaultdict(list)
-    for one in cases:
-        groups[key(one)].append(one)
-    return dict(sorted(groups.items()))
-
-
 def reliability(cases):
     """(bin, claims that are right, claims) by stated probability; a mechanism that is named of a null is wrong."""
     claims, rows = [claim for one in cases for claim in one.claims], []

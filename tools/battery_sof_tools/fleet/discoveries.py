@@ -11,6 +11,8 @@ import math
 import numpy as np
 from statsmodels.stats.multitest import multipletests
 
+from ..tables import grouped
+
 RATE = 0.1
 TRIED = 50      # things that a diagnosis tries (docs/diagnosis.md): the best of them is taken
 LEAST_LOG = -700.0  # of a probability, exp() of less is 0
@@ -37,17 +39,13 @@ def p_of_battery(values, nulls):
 
 def batteries(base, nulls=None):
     """Every battery with a judged recording, the surest finding first. nulls: gains of recordings that lack nothing."""
-    by_name = collections.defaultdict(list)
-    for row in gains(base):
-        by_name[row[0]].append(row)
+    by_name = grouped(gains(base), lambda row: row[0])
     if not by_name:
         return []
-    names = sorted(by_name)
-    p = [p_of_battery([row[4] for row in by_name[name]], nulls) for name in names]
+    p = [p_of_battery([row[4] for row in rows], nulls) for rows in by_name.values()]
     found = multipletests(p, alpha=RATE, method="fdr_bh")[0]
     made = []
-    for name, value, is_found in zip(names, p, found):
-        rows = by_name[name]
+    for (name, rows), value, is_found in zip(by_name.items(), p, found):
         told = max(rows, key=lambda row: (row[4], row[3] or 0.0))
         made.append(Battery(name, told[1], len(rows), told[2], told[3], value, bool(is_found and told[2])))
     return sorted(made, key=lambda one: (not one.found, one.p, one.name))
@@ -56,8 +54,7 @@ def batteries(base, nulls=None):
 def mechanisms(found):
     """By family: batteries reported, those that stand in the fleet, how many of them are expected to be of that family, and the median probability."""
     counted = []
-    for name in sorted({one.family for one in found if one.family}):
-        told = [one for one in found if one.family == name]
+    for name, told in grouped([one for one in found if one.family], lambda one: one.family).items():
         standing = [one for one in told if one.found]
         sure = [one.probability or 0.0 for one in standing]
         counted.append((name, len(told), standing, sum(sure), float(np.median(sure)) if sure else None))

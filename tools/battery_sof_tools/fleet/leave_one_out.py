@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from ..files import finished, write_json
-from ..tables import table
+from ..tables import grouped, table
 from . import database, plan, priors, scoring, steps
 
 FAR = 3.0  # times the median error
@@ -75,11 +75,8 @@ def compare(folder, jobs, sof=None):
     setting = plan.setting_of(folder, kept)
     setting["sof"] = sof or setting["sof"]
     old, baseline = before(database.open_read(folder))
-    by_battery = collections.defaultdict(list)
-    for entry in recordings:
-        if entry["battery"] in old:
-            by_battery[entry["battery"]].append(entry)
-    todo = [(folder, battery, by_battery[battery], setting) for battery in sorted(by_battery)]
+    by_battery = grouped([entry for entry in recordings if entry["battery"] in old], lambda entry: entry["battery"])
+    todo = [(folder, battery, entries, setting) for battery, entries in by_battery.items()]
     new = dict(finished(jobs, scored, todo, "battery"))
     write_json(os.path.join(folder, "leave_one_out.json"), {battery: [[*place, *value] for place, value in sorted(found.items())] for battery, found in new.items()})
     head = ["battery", "windows", "straight lines: share [%]", "no prior: share [%]", "cranks [mV]", "blow-ups", "rank", "prior of the others: share [%]", "cranks [mV]", "blow-ups", "rank"]

@@ -1,12 +1,12 @@
 """The page of a fleet: one HTML file that needs no network, in the style of the diagnosis page. Its sections are made from the database or what was counted in it."""
 
-import collections
 import html
 import os
 
 import numpy as np
 
 from ..files import ROOT, read_text
+from ..tables import grouped
 from . import database, departures, discoveries, page_plots, plan
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -60,10 +60,7 @@ def recordings_of(base):
 
 
 def by_battery(base):
-    found = collections.defaultdict(list)
-    for row in recordings_of(base):
-        found[row["battery"]].append(row)
-    return found
+    return grouped(recordings_of(base), lambda row: row["battery"])
 
 
 def battery_list(standing, rows):
@@ -110,15 +107,13 @@ def parameters(base):
     """Parameters over age and temperature where they are known, and by type of vehicle."""
     rows = base.execute("SELECT p.name, p.value, p.std, p.unit, r.age_years, r.temperature_min_c, r.temperature_max_c, r.vehicle_type, r.battery FROM parameter p "
                         f"JOIN recording r USING (recording) WHERE {departures.OF_RECORDING} ORDER BY r.battery").fetchall()
-    counted = collections.Counter(row["name"] for row in rows)
-    names = sorted(name for name in counted if counted[name] >= LEAST_POINTS)
-    if not names:
+    drawn = [page_plots.parameter(name, some) for name, some in grouped(rows, lambda row: row["name"]).items() if len(some) >= LEAST_POINTS]
+    if not drawn:
         return section("parameters", "Parameters", "<p>No parameter was determined by three recordings.</p>")
-    figures = "".join(page_plots.parameter(name, [row for row in rows if row["name"] == name]) for name in names[:12])
     ages = any(1 for row in rows if row["age_years"] is not None)
     heat = any(1 for row in rows if row["temperature_min_c"] is not None)
     note = "" if ages and heat else f'<p class="note">{"" if ages else "No battery has an age (age_years in the list of recordings). "}{"" if heat else "No recording has a temperature."}</p>'
-    return section("parameters", "Parameters", f'<div class="plots">{figures}</div>', note)
+    return section("parameters", "Parameters", f'<div class="plots">{"".join(drawn[:12])}</div>', note)
 
 
 def predictions(base):

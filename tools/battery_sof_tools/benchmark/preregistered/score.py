@@ -5,7 +5,7 @@ import json
 import statistics
 
 from ...rates import rate
-from ...tables import table
+from ...tables import grouped, table
 from .. import scorers
 from ..answers import class_of, counted, first_class
 from ..scorers import Figure, entry, written
@@ -134,7 +134,7 @@ CLASS = ("in the first class, at most three", judged.class_true)
 def by_mechanism(cases):
     """Counts by level of what has a mechanism; (mechanisms named, cases) where none of the catalogue's is true; and how often stated probabilities are right."""
     levels = {}
-    for level, mine in scorers.grouped(cases, lambda case: case.level).items():
+    for level, mine in grouped(cases, lambda case: case.level).items():
         if level in LEVELS:
             found = counted(mine)
             text, right = BY_NAME.get(level, CLASS)
