@@ -10,6 +10,8 @@
 
 namespace battery_sof {
 
+class OnlineSession;
+
 /// What a session has to know of its battery.
 struct SessionSettings {
   double capacity = 50.0;  ///< [Ah], nominal
@@ -52,8 +54,7 @@ class Session {
   std::string reason() const;
 
  private:
-  class Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  std::unique_ptr<OnlineSession> session_;
 };
 
 }  // namespace battery_sof

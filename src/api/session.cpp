@@ -16,44 +16,39 @@ SessionOptions optionsOf(const SessionSettings& settings) {
 
 }  // namespace
 
-class Session::Implementation : public OnlineSession {
- public:
-  using OnlineSession::OnlineSession;
-};
-
 Session::Session(const SessionSettings& settings)
-    : implementation_(std::make_unique<Implementation>(optionsOf(settings))) {}
+    : session_(std::make_unique<OnlineSession>(optionsOf(settings))) {}
 Session::~Session() = default;
 Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 
-void Session::restore(const Model& model) { implementation_->restore(model.fitted()); }
+void Session::restore(const Model& model) { session_->restore(model.fitted()); }
 
-void Session::push(const RawSample& sample) { implementation_->push(sample); }
+void Session::push(const RawSample& sample) { session_->push(sample); }
 
 std::optional<std::string> Session::identifyWhenDue() {
-  const auto job = implementation_->takeDueJob();
+  const auto job = session_->takeDueJob();
   if (!job) return std::nullopt;
-  return implementation_->finish(runIdentification(*job)).message;
+  return session_->finish(runIdentification(*job)).message;
 }
 
 CrankingAnswer Session::predictCranking(const CrankingQuery& query) const {
-  return implementation_->live().predictCranking(query);
+  return session_->live().predictCranking(query);
 }
 
 StopTimeAnswer Session::predictStopTime(const StopTimeQuery& query) const {
-  return implementation_->live().predictStopTime(query);
+  return session_->live().predictStopTime(query);
 }
 
 ChargeAcceptanceAnswer Session::predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
-  return implementation_->live().predictChargeAcceptance(query);
+  return session_->live().predictChargeAcceptance(query);
 }
 
 std::optional<Model> Session::model() const {
-  auto model = implementation_->model();
+  auto model = session_->model();
   return model ? std::optional<Model>(Model(*std::move(model))) : std::nullopt;
 }
 
-std::string Session::reason() const { return implementation_->status().reason; }
+std::string Session::reason() const { return session_->status().reason; }
 
 }  // namespace battery_sof

@@ -10,7 +10,6 @@
 #include <system_error>
 #include <vector>
 
-#include "bag/bag_structure.hpp"
 #include "bag/battery_state_message.hpp"
 #include "battery_sof/intake.hpp"
 #include "util/files.hpp"
@@ -61,13 +60,13 @@ void requireBatteryState(const std::vector<const rosbag::ConnectionInfo*>& conne
   using Traits = ros::message_traits::DataType<sensor_msgs::BatteryState>;
   using Checksum = ros::message_traits::MD5Sum<sensor_msgs::BatteryState>;
   for (const rosbag::ConnectionInfo* connection : connections) {
+    const std::string topic =
+        path.string() + ": topic '" + shortened(connection->topic) + "' carries ";
     if (connection->datatype != Traits::value())
-      throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) +
-                           "' carries " + shortened(connection->datatype) + ", expected " +
+      throw RecordingError(topic + shortened(connection->datatype) + ", expected " +
                            Traits::value());
     if (connection->md5sum != Checksum::value())
-      throw RecordingError(path.string() + ": topic '" + shortened(connection->topic) +
-                           "' carries another version of " + Traits::value() + " (md5 " +
+      throw RecordingError(topic + "another version of " + Traits::value() + " (md5 " +
                            shortened(connection->md5sum) + ", expected " + Checksum::value() +
                            "); `rosbag fix` migrates it");
   }

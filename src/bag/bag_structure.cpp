@@ -1,5 +1,3 @@
-#include "bag/bag_structure.hpp"
-
 #include <algorithm>
 #include <boost/interprocess/file_mapping.hpp>
 #include <boost/interprocess/mapped_region.hpp>
@@ -10,6 +8,8 @@
 #include <string>
 #include <string_view>
 #include <unordered_set>
+
+#include "bag/bag_storage.hpp"
 
 namespace battery_sof {
 

@@ -2,13 +2,13 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
 #include <stdexcept>
 #include <string>
 
 #include "recording/events.hpp"
-#include "util/student.hpp"
 
 namespace battery_sof {
 namespace {
@@ -41,8 +41,8 @@ Bounds ninetyPercent(const std::vector<double>& errors, Bounds otherwise) {
   if (count >= kFewestForTails) return centralRange(errors, 0.05);
   if (count < 2) return otherwise;
   const double n = static_cast<double>(count);
-  const double width = studentQuantile(0.95, n - 1.0) * standardDeviation(errors) *
-                       std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
+  const double width = boost::math::quantile(boost::math::students_t(n - 1.0), 0.95) *
+                       standardDeviation(errors) * std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
   return {-width, width};
 }
 

@@ -1,9 +1,13 @@
 #include "command.hpp"
 
+#include <openssl/evp.h>
+
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <ostream>
+#include <string_view>
 #include <system_error>
 
 #include "estimation/identification.hpp"
@@ -28,20 +32,40 @@ bool isBag(const std::string& path) {
   return std::string(magic.data()) == "#ROSBAG";
 }
 
-void addFile(const std::string& path, Digest& digest) {
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, 65536> buffer{};
-  while (file.read(buffer.data(), buffer.size()) || file.gcount() > 0)
-    digest.add({buffer.data(), static_cast<std::size_t>(file.gcount())});
-}
+/// The SHA-256 digest of bytes that come one after the other.
+class Digest {
+ public:
+  Digest() { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
+  void add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
+  void addFile(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::array<char, 65536> buffer{};
+    while (file.read(buffer.data(), buffer.size()) || file.gcount() > 0)
+      add({buffer.data(), static_cast<std::size_t>(file.gcount())});
+  }
+  /// Ends it. @return "sha256:" and the digest in hexadecimal.
+  std::string text() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+    unsigned int length = 0;
+    EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
+    std::string text = "sha256:";
+    for (unsigned int k = 0; k < length; ++k) text += format("%02x", digest[k]);
+    return text;
+  }
 
-Recording readRecording(const RecordingArguments& arguments, Digest* digest) {
-  if (!isBag(arguments.path))
-    return readCsv(arguments.path, arguments.columns, [digest](std::string_view bytes) {
-      if (digest) digest->add(bytes);
-    });
-  Recording recording = readBag(arguments.path, arguments.topic);
-  if (digest) addFile(arguments.path, *digest);
+ private:
+  std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context_{EVP_MD_CTX_new(), &EVP_MD_CTX_free};
+};
+
+Recording readRecording(const RecordingArguments& arguments, std::string* hash) {
+  const bool is_bag = isBag(arguments.path);
+  Digest digest;
+  Recording recording = is_bag ? readBag(arguments.path, arguments.topic)
+                               : readCsv(arguments.path, arguments.columns,
+                                         [&digest](std::string_view bytes) { digest.add(bytes); });
+  if (!hash) return recording;
+  if (is_bag) digest.addFile(arguments.path);
+  *hash = digest.text();
   return recording;
 }
 
@@ -105,11 +129,11 @@ std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments) {
   return {};
 }
 
-Recording loadRecording(const RecordingArguments& arguments, Digest* digest) {
+Recording loadRecording(const RecordingArguments& arguments, std::string* hash) {
   if (!areSeriesBlocks(arguments.series_blocks))
     throw UsageError(format("--series-blocks is %g, expected ", arguments.series_blocks) +
                      kAllowedSeriesBlocks);
-  Recording recording = readRecording(arguments, digest);
+  Recording recording = readRecording(arguments, hash);
   recording.series = perBlock(std::move(recording.series), arguments.series_blocks);
   return recording;
 }
@@ -147,23 +171,6 @@ void emit(const CommandLine& line, const std::string& text, const nlohmann::json
 void complain(std::ostream& err, const std::string& what) {
   constexpr std::size_t kMost = 10000;  // [bytes]
   err << "sof: " << printable(shortened(what, kMost)) << "\n";
-}
-
-Digest::Digest() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
-  EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr);
-}
-
-void Digest::add(std::string_view bytes) {
-  EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size());
-}
-
-std::string Digest::text() {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int length = 0;
-  EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
-  std::string text = "sha256:";
-  for (unsigned int k = 0; k < length; ++k) text += format("%02x", digest[k]);
-  return text;
 }
 
 }  // namespace battery_sof

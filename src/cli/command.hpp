@@ -1,7 +1,5 @@
 #pragma once
 
-#include <openssl/evp.h>
-
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <iosfwd>
@@ -10,7 +8,6 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -117,22 +114,10 @@ void addWindowOptions(CLI::App& command, WindowArguments& arguments);
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments);
 void addJsonOption(CLI::App& command, std::string& json);
 
-/// The SHA-256 digest of bytes that come one after the other.
-class Digest {
- public:
-  Digest();
-  void add(std::string_view bytes);
-  /// Ends it. @return "sha256:" and the digest in hexadecimal.
-  std::string text();
-
- private:
-  std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context_;
-};
-
-/// Reads a bag or CSV file, with the voltage of one of its blocks. @throws RecordingError,
+/// Reads a bag or CSV file, with the voltage of one of its blocks. A pipe is read once, as CSV.
+/// @param hash takes "sha256:" and the digest of the bytes that were read. @throws RecordingError,
 /// UsageError.
-/// @param digest takes in the bytes that were read. A pipe is read once, as CSV.
-Recording loadRecording(const RecordingArguments& arguments, Digest* digest = nullptr);
+Recording loadRecording(const RecordingArguments& arguments, std::string* hash = nullptr);
 
 /// @return nothing without a file. @throws ModelFileError, UsageError.
 std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments);

@@ -31,12 +31,12 @@ struct Stretch {
 };
 
 Stretch stretchOf(const RecordingArguments& file, const WindowArguments& window) {
-  Digest digest;
-  Recording recording = loadRecording(file, &digest);
-  recording.series = atDesignRate(recording.series);
-  if (!recording.series.empty())
-    recording.series = slice(recording.series, rangeOf(window, recording.series));
-  return {std::move(recording), digest.text()};
+  Stretch stretch;
+  stretch.recording = loadRecording(file, &stretch.hash);
+  Series& series = stretch.recording.series;
+  series = atDesignRate(series);
+  if (!series.empty()) series = slice(series, rangeOf(window, series));
+  return stretch;
 }
 
 /// All of them before the minutes of work. What is wrong with one of several has its name.

@@ -69,8 +69,8 @@ IdentifyArguments withoutNone(IdentifyArguments arguments) {
 int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   const IdentifyArguments arguments = withoutNone(given);
   Progress progress(line.err);
-  Digest digest;
-  const Recording recording = loadRecording(arguments.recording, &digest);
+  std::string hash;
+  const Recording recording = loadRecording(arguments.recording, &hash);
   progress.stage("checking");
   warn(line, progress, recording);
   const Series series = atDesignRate(recording.series);
@@ -78,7 +78,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   const FitRequest request = requestOf(arguments, series);
   FittedModel model = fit(series, request);
   model.provenance.recording = recording.name;
-  model.provenance.recording_hash = digest.text();
+  model.provenance.recording_hash = hash;
   if (isUsable(model.fit)) carryToEnd(model, series, request);
   model.fit.series_blocks = arguments.recording.series_blocks;
   progress.end();

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <stdexcept>
 
 #include "diagnosis/random_bits.hpp"
 #include "diagnosis/whitened_fit.hpp"
 #include "recording/channel_statistics.hpp"
-#include "util/student.hpp"
 
 namespace battery_sof {
 namespace {
@@ -196,7 +196,7 @@ void takeMean(const std::vector<double>& values, RegimeFinding& finding) {
     for (std::size_t j = lag; j < values.size(); ++j)
       variance += weight * (values[j] - finding.value) * (values[j - lag] - finding.value);
   }
-  const double half = studentQuantile(0.975, count - 1.0) *
+  const double half = boost::math::quantile(boost::math::students_t(count - 1.0), 0.975) *
                       std::sqrt(std::max(0.0, variance) / (count * (count - 1.0)));
   finding.lower = finding.value - half;
   finding.upper = finding.value + half;

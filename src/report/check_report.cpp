@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "battery_sof/intake.hpp"
@@ -22,17 +23,10 @@ EventSummary summaryOf(const Recording& recording) {
   return summarise(recording.series, detectEvents(recording.series));
 }
 
-/// Lowest and highest.
-std::vector<double> extremesOf(const std::vector<double>& values) {
+/// Lowest and highest. @param zero where a scale begins that they are shown on.
+std::vector<double> extremesOf(const std::vector<double>& values, double zero = 0.0) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return {*low, *high};
-}
-
-/// The same of temperatures given in kelvin [degC].
-std::vector<double> celsiusOf(const std::vector<double>& kelvin) {
-  std::vector<double> extremes = extremesOf(kelvin);
-  for (double& end : extremes) end -= kZeroCelsius;
-  return extremes;
+  return {*low - zero, *high - zero};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -63,13 +57,9 @@ std::string entry(const std::string& label, const std::string& text) {
   return wrapped(lead, text);
 }
 
-std::string rangeText(const std::vector<double>& extremes, const std::string& unit) {
-  return number(extremes[0]) + " " + unit + " to " + number(extremes[1]) + " " + unit;
-}
-
-std::string describeRange(const std::vector<double>& values, std::optional<double> step,
-                          const std::string& unit) {
-  return rangeText(extremesOf(values), unit) +
+std::string rangeText(const std::vector<double>& extremes, const std::string& unit,
+                      const std::optional<double>& step = std::nullopt) {
+  return number(extremes[0]) + " " + unit + " to " + number(extremes[1]) + " " + unit +
          (step ? ", in steps of " + threeDigits(*step) + " " + unit : "");
 }
 
@@ -83,10 +73,11 @@ std::string overviewText(const Recording& recording, const CheckReport& report) 
                            " over " + duration(report.to - report.from) + ", " + rate) +
       entry("time", number(report.from) + " s to " + number(report.to) + " s") +
       entry("refused", recording.rejected.total() > 0 ? reasonsOf(recording.rejected) : "none") +
-      entry("current", describeRange(series.current, report.current_lsb, "A")) +
-      entry("voltage", describeRange(series.voltage, report.voltage_lsb, "V"));
+      entry("current", rangeText(extremesOf(series.current), "A", report.current_lsb)) +
+      entry("voltage", rangeText(extremesOf(series.voltage), "V", report.voltage_lsb));
   if (series.temperature.empty()) return text;
-  return text + entry("temperature", rangeText(celsiusOf(series.temperature), "degC"));
+  return text +
+         entry("temperature", rangeText(extremesOf(series.temperature, kZeroCelsius), "degC"));
 }
 
 std::string eventsText(const EventSummary& summary) {
@@ -149,19 +140,13 @@ void describe(Visit& visit, const EventSummary& summary) {
   for (const EventKind kind : kKinds) visit(toString(kind), summary.of(kind));
 }
 
-template <typename Visit>
-void describe(Visit& visit, const ControlModes& source) {
-  const double least = source.rule.min_current;
-  std::size_t stretches = 0;
-  for (const ControlModeTotals& totals : source.totals) stretches += totals.stretches;
-  visit("seen", source.seen);
-  visit("share", source.share);
-  visit("min_current", source.seen ? std::optional<double>(least) : std::nullopt, "a");
-  visit("charges_begin_with", toString(source.rule.charge_begins));
-  visit("stretches", stretches);
-  visit("reasons", source.totals);
-  visit("summary", source.summary);
-}
+DESCRIBED(ControlModes, MEMBERS("", seen, share, summary), visit("reasons", of.totals),
+          visit("min_current", of.seen ? std::optional(of.rule.min_current) : std::nullopt, "a"),
+          visit("charges_begin_with", toString(of.rule.charge_begins)),
+          visit("stretches", std::accumulate(of.totals.begin(), of.totals.end(), std::size_t{0},
+                                             [](std::size_t sum, const ControlModeTotals& totals) {
+                                               return sum + totals.stretches;
+                                             })))
 
 DESCRIBED(Finding, MEMBERS("", id, what, meaning, value, unit, samples), MEMBERS("s", at),
           visit("severity", toString(of.severity)))
@@ -186,7 +171,7 @@ nlohmann::json checkReportJson(const std::string& name, const Recording& recordi
                                const CheckReport& report) {
   const Series& series = recording.series;
   std::optional<std::vector<double>> celsius;
-  if (!series.temperature.empty()) celsius = celsiusOf(series.temperature);
+  if (!series.temperature.empty()) celsius = extremesOf(series.temperature, kZeroCelsius);
   JsonFields visit;
   describe(visit, report);
   visit("schema", "battery_sof/check/1");

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "diagnosis/diagnosis.hpp"
+#include "prediction/event_corrections.hpp"
 #include "prediction/questions.hpp"
 #include "wording.hpp"
 
@@ -78,8 +79,7 @@ struct IsVector : std::false_type {};
 template <typename Value>
 struct IsVector<std::vector<Value>> : std::true_type {};
 
-/// @return a number, text or list as it is; what is described as an object; what is called with
-/// JsonFields as the object that it makes.
+/// @return a number, text or list as it is; what is described as an object.
 template <typename Part>
 nlohmann::json jsonOf(const Part& part) {
   if constexpr (std::is_floating_point_v<Part>) {
@@ -95,10 +95,7 @@ nlohmann::json jsonOf(const Part& part) {
     return part;
   } else {
     JsonFields fields;
-    if constexpr (std::is_invocable_v<const Part&, JsonFields&>)
-      part(fields);
-    else
-      describe(fields, part);
+    describe(fields, part);
     return fields.json;
   }
 }
@@ -106,15 +103,18 @@ nlohmann::json jsonOf(const Part& part) {
 // ---------------------------------------------------------------------------------------------
 // answers
 
+/// An interval's value or one of its ends.
+inline std::optional<double> partOf(const std::optional<Interval>& interval,
+                                    double Interval::*part) {
+  return interval ? std::optional<double>(*interval.*part) : std::nullopt;
+}
+
 template <typename Visit, typename Access>
 void describeInterval(Visit& visit, const Field<Access>& name,
                       const std::optional<Interval>& interval) {
-  const auto part = [&](double Interval::*end) {
-    return interval ? std::optional<double>(*interval.*end) : std::nullopt;
-  };
-  visit(name, part(&Interval::value));
-  visit(FIELD(lower), part(&Interval::lower));
-  visit(FIELD(upper), part(&Interval::upper));
+  visit(name, partOf(interval, &Interval::value));
+  visit(FIELD(lower), partOf(interval, &Interval::lower));
+  visit(FIELD(upper), partOf(interval, &Interval::upper));
 }
 
 template <typename Visit>
@@ -147,49 +147,61 @@ struct MapResult {
   std::optional<ChargeAcceptanceMap> charge;
 };
 
-/// A map's answers as lists, row by row.
-struct MapColumns {
-  std::vector<std::optional<double>> value, lower, upper;
-  std::vector<int> code;
-
-  template <typename Answer>
-  MapColumns(const std::vector<Answer>& answers, std::optional<Interval> Answer::*number) {
-    for (const Answer& answer : answers) {
-      const std::optional<Interval>& interval = answer.*number;
-      value.push_back(interval ? std::optional(interval->value) : std::nullopt);
-      lower.push_back(interval ? std::optional(interval->lower) : std::nullopt);
-      upper.push_back(interval ? std::optional(interval->upper) : std::nullopt);
-      code.push_back(static_cast<int>(answer.code));
-    }
-  }
-};
+/// @return what `of` finds in each answer of a map, row by row.
+template <typename Answers, typename Of>
+auto columnOf(const Answers& answers, Of&& of) {
+  std::vector<std::decay_t<decltype(of(answers.front()))>> column;
+  for (const auto& answer : answers) column.push_back(of(answer));
+  return column;
+}
 
 template <typename Visit>
 void describe(Visit& visit, const MapResult& result) {
+  const auto code_of = [](const auto& answer) { return static_cast<int>(answer.code); };
   visit("schema", "battery_sof/map/1");
   if (result.cranking) {
-    const MapColumns u_min(result.cranking->answers, &CrankingAnswer::u_min);
-    std::vector<std::optional<bool>> capable;
-    for (const CrankingAnswer& answer : result.cranking->answers) capable.push_back(answer.capable);
+    const auto& answers = result.cranking->answers;
+    const auto u_min = [&](double Interval::*part) {
+      return columnOf(answers, [part](const auto& answer) { return partOf(answer.u_min, part); });
+    };
     visit(FIELD(i_load), result.i_load);
     visit(FIELD(t_stop), result.t_stop);
-    visit(FIELD(u_min), u_min.value);
-    visit(FIELD(u_min_lower), u_min.lower);
-    visit(FIELD(u_min_upper), u_min.upper);
-    visit(FIELD(u_min_code), u_min.code);
-    visit(FIELD(capable), capable);
+    visit(FIELD(u_min), u_min(&Interval::value));
+    visit(FIELD(u_min_lower), u_min(&Interval::lower));
+    visit(FIELD(u_min_upper), u_min(&Interval::upper));
+    visit(FIELD(u_min_code), columnOf(answers, code_of));
+    visit(FIELD(capable), columnOf(answers, [](const auto& answer) { return answer.capable; }));
   }
   if (result.charge) {
-    const MapColumns i_boost(result.charge->answers, &ChargeAcceptanceAnswer::i_boost);
+    const auto& answers = result.charge->answers;
+    const auto i_boost = [&](double Interval::*part) {
+      return columnOf(answers, [part](const auto& answer) { return partOf(answer.i_boost, part); });
+    };
     visit(FIELD(u_boost), result.u_boost);
     visit(FIELD(t_sof2), result.t_sof2);
-    visit(FIELD(i_boost), i_boost.value);
-    visit(FIELD(i_boost_lower), i_boost.lower);
-    visit(FIELD(i_boost_upper), i_boost.upper);
-    visit(FIELD(i_boost_code), i_boost.code);
+    visit(FIELD(i_boost), i_boost(&Interval::value));
+    visit(FIELD(i_boost_lower), i_boost(&Interval::lower));
+    visit(FIELD(i_boost_upper), i_boost(&Interval::upper));
+    visit(FIELD(i_boost_code), columnOf(answers, code_of));
   }
   const MapVerdict verdict = verdictOf(result.cranking, result.charge);
   describeCode(visit, verdict.code == AnswerCode::kOk, verdict.code, verdict.message);
+}
+
+/// A crank or a charge with what was expected of it.
+template <typename Visit>
+void describe(Visit& visit, const EventComparison& of) {
+  const bool is_charge = of.kind == PastEvent::Kind::kCharge;
+  const char* unit = is_charge ? "a" : "v";
+  visit(FIELD(time), of.time, "s");
+  if (is_charge)
+    visit(FIELD(duration), of.duration, "s");
+  else
+    visit("current", of.current, "a");
+  visit(FIELD_AS(is_charge ? "measured" : "measured_min", measured), of.measured, unit);
+  visit(FIELD_AS(is_charge ? "predicted" : "predicted_min", expected), of.expected.value, unit);
+  visit(FIELD(lower), of.expected.lower, unit);
+  visit(FIELD(upper), of.expected.upper, unit);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -201,16 +213,12 @@ DESCRIBED(ParameterEstimate, MEMBERS("", name, value, unit, held, at_bound, dete
 DESCRIBED(FitWindow, MEMBERS("s", from, to))
 
 /// What `sof identify` and ~model report of an identification.
-template <typename Visit>
-void describe(Visit& visit, const FittedModel& model) {
-  visit(FIELD(effects), model.fit.effects);
-  visit(FIELD(status), toString(model.fit.status));
-  visit(FIELD(message), model.fit.message);
-  visit(FIELD(q_dyn_percent), model.fit.scores.q_dyn_percent);
-  visit(FIELD(rmse), model.fit.scores.rmse, "v");
-  visit(FIELD(window_quality), model.fit.window_quality);
-  visit(FIELD(fit_ms), model.provenance.fit_ms);
-}
+DESCRIBED(FittedModel, visit(FIELD(effects), of.fit.effects),
+          visit(FIELD(status), toString(of.fit.status)), visit(FIELD(message), of.fit.message),
+          visit(FIELD(q_dyn_percent), of.fit.scores.q_dyn_percent),
+          visit(FIELD(rmse), of.fit.scores.rmse, "v"),
+          visit(FIELD(window_quality), of.fit.window_quality),
+          visit(FIELD(fit_ms), of.provenance.fit_ms))
 
 // ---------------------------------------------------------------------------------------------
 // diagnoses

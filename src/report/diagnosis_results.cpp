@@ -11,6 +11,8 @@
 namespace battery_sof {
 namespace {
 
+using Json = nlohmann::json;
+
 constexpr std::size_t kSegmentsTold = 8;        // of the text's list; JSON has all
 constexpr std::size_t kReportedCandidates = 6;  // of the text's list
 constexpr double kNotableZ = 4.0;               // of an absorption: 1 in 16,000 by chance alone
@@ -155,7 +157,7 @@ std::string comparisonText(const Diagnosis& d) {
   if (!crankCounts(d.fit).empty()) text += "  " + crankCounts(d.fit) + "\n";
   if (!baselineSentence(d).empty()) text += wrapped("  ", baselineSentence(d));
   for (const RegimeComparison& r : d.fit.regimes)
-    if (changeOf(r) == Change::kWorse)
+    if (changeOf(r) == "worse")
       text +=
           wrapped("  ", "became worse in " + plainName(r.regime) + ": " + millivolts(r.base_rmse) +
                             " to " + millivolts(r.extended_rmse) + " mV");
@@ -215,20 +217,11 @@ DESCRIBED(ParameterBias, MEMBERS("", parameter, regime, z, change))
 DESCRIBED(RegimeComparison, MEMBERS("", regime, samples),
           MEMBERS("v", base_rmse, extended_rmse, change, change_lower, change_upper))
 
-template <typename Visit>
-void describe(Visit& visit, const Comparison& fit) {
-  const auto parts = [](const ErrorMetrics& train, const ErrorMetrics& holdout) {
-    return [&](auto& side) {
-      side("train", train);
-      side("holdout", holdout);
-    };
-  };
-  visit("train", fit.train);
-  visit("holdout", fit.holdout);
-  visit("base", parts(fit.base_train, fit.base_holdout));
-  visit("extended", parts(fit.extended_train, fit.extended_holdout));
-  visit("regimes", fit.regimes);
-}
+DESCRIBED(Comparison, MEMBERS("", train, holdout, regimes),
+          visit("base",
+                Json{{"train", jsonOf(of.base_train)}, {"holdout", jsonOf(of.base_holdout)}}),
+          visit("extended", Json{{"train", jsonOf(of.extended_train)},
+                                 {"holdout", jsonOf(of.extended_holdout)}}))
 
 DESCRIBED(DiscrepancyAnswer, MEMBERS("s", time),
           MEMBERS("v", charging, discharging, charging_std, discharging_std))
@@ -274,11 +267,9 @@ nlohmann::json resultJson(const Diagnosis& of) {
                                                             : std::nullopt);
   visit("relevance", of.unexplained);
   visit("withheld_rmse", of.withheld_rmse, "v");
-  visit("evidence", [&](auto& evidence) {
-    evidence("base", of.evidence_base);
-    evidence("extended", of.evidence_extended);
-    evidence("effective_sample_fraction", of.effective_sample_fraction);
-  });
+  visit("evidence", Json{{"base", jsonOf(of.evidence_base)},
+                         {"extended", jsonOf(of.evidence_extended)},
+                         {"effective_sample_fraction", jsonOf(of.effective_sample_fraction)}});
   return visit.json;
 }
 

@@ -30,6 +30,18 @@ constexpr std::size_t kMaxLag = 100;      // [samples], ten seconds of the slowe
 // The parts of a file, described for both directions (yaml_fields.hpp): Part is const when it is
 // written.
 
+/// Does what throws std::invalid_argument; that is the file's fault.
+template <typename Work>
+void orFail(const FieldReader& file, const char* key, const std::string& what, Work&& work) {
+  std::string why;
+  try {
+    work();
+  } catch (const std::invalid_argument& error) {
+    why = error.what();
+  }
+  file.require(why.empty(), key, what + why);
+}
+
 /// Fits with a penalty go a little beyond the bounds, and bounds differ between versions: a decade,
 /// or as much again.
 Range rangeOf(const ParameterInfo& info) {
@@ -247,12 +259,8 @@ void describeSource(File& file, Model& fit) {
   file.number("max_gap_s", rule.max_gap, kTimes);
   if constexpr (File::kReads) {
     rule.present = true;
-    try {
-      ControlModeDetector sound(rule);
-    } catch (const std::invalid_argument& error) {
-      file.require(false, "min_current_a",
-                   std::string("and its neighbours cannot be used: ") + error.what());
-    }
+    orFail(file, "min_current_a",
+           "and its neighbours cannot be used: ", [&] { ControlModeDetector sound(rule); });
   }
   file.count("voltage_lag_samples", fit.voltage_lag, kMaxLag);
 }
@@ -373,18 +381,6 @@ void requireCorrelation(const FieldReader& root, const Eigen::MatrixXd& correlat
   const double least = eigen.eigenvalues().minCoeff();
   root.require(least >= kMinEigenvalue, "correlation",
                format("has the eigenvalue %g, expected none below 0", least));
-}
-
-/// Does what throws std::invalid_argument; that is the file's fault.
-template <typename Work>
-void orFail(const FieldReader& file, const char* key, const std::string& what, Work&& work) {
-  std::string why;
-  try {
-    work();
-  } catch (const std::invalid_argument& error) {
-    why = error.what();
-  }
-  file.require(why.empty(), key, what + why);
 }
 
 void readDiscrepancy(const FieldReader& file, Fit& fit) {

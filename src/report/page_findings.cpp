@@ -68,11 +68,11 @@ std::string headline(std::string text) {
 // where
 
 /// The regimes or parameters of a list, each once, in order of appearance.
-template <typename Item, typename Name>
-std::vector<std::string> namesOf(const std::vector<Item>& items, Name&& name) {
+template <typename Item>
+std::vector<std::string> namesOf(const std::vector<Item>& items, std::string Item::*name) {
   std::vector<std::string> names;
   for (const Item& item : items)
-    if (!contains(names, name(item))) names.push_back(name(item));
+    if (!contains(names, item.*name)) names.push_back(item.*name);
   return names;
 }
 
@@ -89,8 +89,7 @@ Cell findingCell(const std::vector<RegimeFinding>& findings, const std::string& 
 
 std::string regimeTable(const Diagnosis& d) {
   std::vector<std::vector<Cell>> rows;
-  for (const std::string& regime :
-       namesOf(d.regimes, [](const RegimeFinding& f) { return f.regime; })) {
+  for (const std::string& regime : namesOf(d.regimes, &RegimeFinding::regime)) {
     std::size_t episodes = 0;
     for (const RegimeFinding& f : d.regimes)
       if (f.regime == regime) episodes = std::max(episodes, f.episodes);
@@ -126,12 +125,11 @@ Cell parameterBiasCell(const std::vector<ParameterBias>& map, const std::string&
 
 std::string parameterBiasTable(const Diagnosis& d) {
   if (d.parameter_bias.empty()) return "";
-  const auto regimes = namesOf(d.parameter_bias, [](const ParameterBias& a) { return a.regime; });
+  const auto regimes = namesOf(d.parameter_bias, &ParameterBias::regime);
   std::vector<std::string> head = {"parameter"};
   for (const std::string& regime : regimes) head.push_back(escaped(plainName(regime)));
   std::vector<std::vector<Cell>> rows;
-  for (const std::string& parameter :
-       namesOf(d.parameter_bias, [](const ParameterBias& a) { return a.parameter; })) {
+  for (const std::string& parameter : namesOf(d.parameter_bias, &ParameterBias::parameter)) {
     rows.push_back({{code(parameter)}});
     for (const std::string& regime : regimes)
       rows.back().push_back(parameterBiasCell(d.parameter_bias, parameter, regime));
@@ -201,8 +199,11 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
 std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
   if (p.at_bound)
     return element("strong", "at the catalogue\xe2\x80\x99s bound: not plausible as it stands");
-  const ParameterInfo* info = parameterInfo(id, p.name);
-  if (info == nullptr) return kNone;
+  const EffectInfo* effect = catalogued(id);
+  if (effect == nullptr) return kNone;
+  const auto info = std::find_if(effect->parameters.begin(), effect->parameters.end(),
+                                 [&](const ParameterInfo& known) { return known.name == p.name; });
+  if (info == effect->parameters.end()) return kNone;
   const bool log = info->logarithmic && info->lower > 0.0 && p.value > 0.0;
   const auto at = [&](double x) { return log ? std::log(x) : x; };
   const double share =
@@ -290,8 +291,7 @@ std::string regimeComparisonTable(const Diagnosis& d) {
   if (d.effects.empty() || d.fit.regimes.empty()) return "";
   std::vector<std::vector<Cell>> rows;
   for (const RegimeComparison& r : d.fit.regimes) {
-    const Change change = changeOf(r);
-    const std::string kind = change == Change::kOpen ? "open" : toString(change),
+    const std::string change = changeOf(r), kind = change == "not decided" ? "open" : change,
                       by = (r.change > 0.0 ? "+" : "") + millivolts(r.change) + " mV",
                       range = millivolts(r.change_lower) + " to " + millivolts(r.change_upper);
     rows.push_back({{escaped(plainName(r.regime))},
@@ -299,7 +299,7 @@ std::string regimeComparisonTable(const Diagnosis& d) {
                     numberCell(millivolts(r.base_rmse)),
                     numberCell(millivolts(r.extended_rmse)),
                     {withMinusSigns(by) + element("small", withMinusSigns(range)), kNumber},
-                    {element("span.verdict-chip " + kind, toString(change))}});
+                    {element("span.verdict-chip " + kind, change)}});
   }
   return element("h3", "Regime by regime, on the hold-out") +
          table({"regime", "samples", "base, RMS [mV]", "extended, RMS [mV]", "change, 95 %", ""},

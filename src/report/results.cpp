@@ -101,10 +101,8 @@ nlohmann::json resultJson(const FittedModel& model) {
   visit("start", model.fit.start);
   visit("iterations", model.fit.iterations);
   visit("parameters", model.fit.estimates);
-  visit("state", [&](auto& state) {
-    state("time", model.state.time, "s");
-    state("u_c2", model.state.states[0], "v");
-  });
+  visit("state", nlohmann::json{{"time_s", jsonOf(model.state.time)},
+                                {"u_c2_v", jsonOf(model.state.states[0])}});
   return visit.json;
 }
 
@@ -130,21 +128,6 @@ std::string resultText(const FittedModel& model) {
   text += format("%s: %s (%.1f ms)\n", toString(model.fit.status).c_str(),
                  model.fit.message.c_str(), model.provenance.fit_ms);
   return text;
-}
-
-template <typename Visit>
-void describe(Visit& visit, const EventComparison& event) {
-  const bool is_charge = event.kind == PastEvent::Kind::kCharge;
-  const char* unit = is_charge ? "a" : "v";
-  visit("time", event.time, "s");
-  if (is_charge)
-    visit("duration", event.duration, "s");
-  else
-    visit("current", event.current, "a");
-  visit(is_charge ? "measured" : "measured_min", event.measured, unit);
-  visit(is_charge ? "predicted" : "predicted_min", event.expected.value, unit);
-  visit("lower", event.expected.lower, unit);
-  visit("upper", event.expected.upper, unit);
 }
 
 DESCRIBED(BothWaysScores, MEMBERS("", cranks), visit("crank_mae", of.crank_mean_abs_error, "v"),

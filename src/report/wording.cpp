@@ -25,14 +25,10 @@ std::string wrapped(const std::string& lead, const std::string& text) {
 
 std::string threeDigits(double value) { return format("%.3g", value); }
 
-std::string millivolts(double volts) {
-  if (!std::isfinite(volts)) return "-";
-  const double mv = 1e3 * volts;
-  return format(std::abs(mv) < 99.95 ? "%.1f" : "%.0f", mv);
-}
-
 std::string millivolts(const std::optional<double>& volts) {
-  return volts ? millivolts(*volts) : "-";
+  if (!volts || !std::isfinite(*volts)) return "-";
+  const double mv = 1e3 * *volts;
+  return format(std::abs(mv) < 99.95 ? "%.1f" : "%.0f", mv);
 }
 
 std::string whyNothingIsPromised(const UnexplainedPart& left) {
@@ -69,14 +65,6 @@ const EffectInfo* catalogued(const std::string& id) {
 std::string titleOf(const std::string& id) {
   const EffectInfo* effect = catalogued(id);
   return effect != nullptr ? effect->title : plainName(id);
-}
-
-const ParameterInfo* parameterInfo(const std::string& id, const std::string& parameter) {
-  const EffectInfo* effect = catalogued(id);
-  if (effect == nullptr) return nullptr;
-  for (const ParameterInfo& info : effect->parameters)
-    if (info.name == parameter) return &info;
-  return nullptr;
 }
 
 std::vector<MetricRow> metricRows(const Comparison& fit) {
@@ -129,14 +117,9 @@ std::string baselineSentence(const Diagnosis& diagnosis) {
   return text;
 }
 
-Change changeOf(const RegimeComparison& regime) {
-  if (regime.change_upper < 0.0) return Change::kBetter;
-  return regime.change_lower > 0.0 ? Change::kWorse : Change::kOpen;
-}
-
-std::string toString(Change change) {
-  if (change == Change::kOpen) return "not decided";
-  return change == Change::kBetter ? "better" : "worse";
+std::string changeOf(const RegimeComparison& regime) {
+  if (regime.change_upper < 0.0) return "better";
+  return regime.change_lower > 0.0 ? "worse" : "not decided";
 }
 
 }  // namespace battery_sof

@@ -20,7 +20,6 @@ std::string threeDigits(double value);
 
 /// @return a voltage given in [V] as millivolts without unit: a tenth below 100 mV, whole ones
 /// above; "-" for none.
-std::string millivolts(double volts);
 std::string millivolts(const std::optional<double>& volts);
 
 /// @return "1 to 2", "at least 1" or "at most 2"; empty without an end. @param text of one end.
@@ -51,9 +50,6 @@ const EffectInfo* catalogued(const std::string& id);
 /// @return the catalogue's title; the id as words where there is none.
 std::string titleOf(const std::string& id);
 
-/// @return what the catalogue knows of an effect's parameter; nullptr when it does not.
-const ParameterInfo* parameterInfo(const std::string& id, const std::string& parameter);
-
 /// A number of ErrorMetrics with its words, for tables.
 struct MetricRow {
   std::string title, unit;
@@ -72,11 +68,8 @@ std::string crankCounts(const Comparison& fit);
 /// when neither is known.
 std::string baselineSentence(const Diagnosis& diagnosis);
 
-/// How a regime's error changed, judged by the interval of the change.
-enum class Change { kBetter, kWorse, kOpen };
-Change changeOf(const RegimeComparison& regime);
-
-/// @return "better", "worse", "not decided".
-std::string toString(Change change);
+/// @return how a regime's error changed, judged by the interval of the change: "better", "worse" or
+/// "not decided".
+std::string changeOf(const RegimeComparison& regime);
 
 }  // namespace battery_sof

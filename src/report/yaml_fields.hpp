@@ -28,28 +28,14 @@ inline YAML::Node scalar(double value) {
   return YAML::Node(format("%.17g", value));
 }
 
-/// A number to be read from a document; .inf and .nan are numbers that are not finite.
-struct Decimal {
-  double value = 0.0;
-};
-
-}  // namespace battery_sof
-
-template <>
-struct YAML::convert<battery_sof::Decimal> {
-  static bool decode(const Node& node, battery_sof::Decimal& decimal) {
-    if (!node.IsScalar()) return false;
-    const std::string& text = node.Scalar();
-    const std::size_t sign = text.find_first_not_of("+-") == 1 ? 1 : 0;
-    const bool special =
-        text.compare(sign, 1, ".") == 0 && text.find_first_of("nN") != std::string::npos;
-    const auto value = battery_sof::numberOf(special ? text.substr(sign + 1) : text);
-    decimal.value = value.value_or(0.0);
-    return value.has_value();
-  }
-};
-
-namespace battery_sof {
+/// @return a number of a document, where .inf and .nan are numbers that are not finite; none for
+/// other text.
+inline std::optional<double> decimalOf(const std::string& text) {
+  const std::size_t sign = text.find_first_not_of("+-") == 1 ? 1 : 0;
+  const bool special =
+      text.compare(sign, 1, ".") == 0 && text.find_first_of("nN") != std::string::npos;
+  return numberOf(special ? text.substr(sign + 1) : text);
+}
 
 /// A list of numbers on one line.
 inline YAML::Node flow(const std::vector<double>& values) {
@@ -122,9 +108,8 @@ class FieldWriter {
   void flag(const char* key, bool value) { node_[key] = value; }
   void text(const char* key, const std::string& value) { node_[key] = printable(value); }
   void texts(const char* key, const std::vector<std::string>& values, const char*) {
-    node_[key] = YAML::Node(YAML::NodeType::Sequence);
+    node_[key] = values;
     node_[key].SetStyle(YAML::EmitterStyle::Flow);
-    for (const std::string& value : values) node_[key].push_back(value);
   }
   template <typename T, typename All, typename Name>
   void oneOf(const char* key, T value, const All&, Name&& name) {
@@ -200,7 +185,7 @@ class FieldReader {
   }
 
   void number(const std::string& key, double& value, Range range = {}) const {
-    value = get<Decimal>(key, "a number").value;
+    value = decimal(key, get<std::string>(key, "a number"), "a number");
     require(std::isfinite(value), key, "is not finite, expected a finite number");
     if (!range.holds(value)) fail(key, "is " + shown(value) + ", expected " + range.shown());
   }
@@ -210,9 +195,8 @@ class FieldReader {
   template <typename Count>
   void count(const std::string& key, Count& value, std::size_t most = 0) const {
     constexpr double kMost = std::min(1e15, static_cast<double>(std::numeric_limits<Count>::max()));
-    const double read = get<Decimal>(key, "a whole number").value;
-    if (!(read >= 0.0 && read <= kMost && read == std::floor(read)))
-      fail(key, "is \"" + textOf(at(key).node_) + "\", expected a whole number");
+    const double read = decimal(key, get<std::string>(key, "a whole number"), "a whole number");
+    if (!(read >= 0.0 && read <= kMost && read == std::floor(read))) misfit(key, "a whole number");
     value = static_cast<Count>(read);
     if (most > 0 && static_cast<std::size_t>(value) > most)
       fail(key, "is " + std::to_string(value) + ", expected 0 to " + std::to_string(most));
@@ -249,7 +233,7 @@ class FieldReader {
   void numbers(const char* key, Numbers& numbers, std::size_t count = 0,
                Range range = kNumbers) const {
     const std::string expected = (count > 0 ? std::to_string(count) + " " : "") + "numbers";
-    const auto values = valuesOf(get<std::vector<Decimal>>(key, expected.c_str()));
+    const auto values = decimals(key, get<std::vector<std::string>>(key, expected), expected);
     require(!isUnevenlySpaced(at(key).node_), key,
             "has some commas with a space behind them and some without" + std::string(kPoint));
     if (count > 0 && values.size() != count)
@@ -298,7 +282,7 @@ class FieldReader {
   template <typename Prepare, typename Describe>
   void list(const char* key, std::size_t, Prepare&& prepare, Describe&& describe) const {
     const FieldReader whole = at(key);
-    if (!whole.node_.IsSequence()) fail(key, "is \"" + textOf(whole.node_) + "\", expected a list");
+    if (!whole.node_.IsSequence()) misfit(key, "a list");
     prepare(whole.node_.size());
     for (std::size_t k = 0; k < whole.node_.size(); ++k) {
       const FieldReader file(whole.node_[k], source_, whole.path_ + "[" + std::to_string(k) + "]");
@@ -325,19 +309,34 @@ class FieldReader {
     require(has(key), key, "is missing");
     return {node_[key], source_, path_ + "." + key};
   }
+  [[noreturn]] void misfit(const std::string& key, const std::string& expected) const {
+    fail(key, "is \"" + textOf(at(key).node_) + "\", expected " + expected);
+  }
   template <typename T>
-  T get(const std::string& key, const char* expected) const {
+  T get(const std::string& key, const std::string& expected) const {
     const FieldReader field = at(key);
     try {
       return field.node_.as<T>();
     } catch (const YAML::Exception&) {
-      fail(key, "is \"" + textOf(field.node_) + "\", expected " + expected);
+      misfit(key, expected);
     }
+  }
+  double decimal(const std::string& key, const std::string& text,
+                 const std::string& expected) const {
+    const std::optional<double> value = decimalOf(text);
+    if (!value) misfit(key, expected);
+    return *value;
+  }
+  std::vector<double> decimals(const std::string& key, const std::vector<std::string>& texts,
+                               const std::string& expected) const {
+    std::vector<double> values;
+    for (const std::string& text : texts) values.push_back(decimal(key, text, expected));
+    return values;
   }
   std::vector<std::vector<double>> rowsOf(const char* key, const std::string& expected) const {
     std::vector<std::vector<double>> rows;
-    for (const auto& row : get<std::vector<std::vector<Decimal>>>(key, expected.c_str()))
-      rows.push_back(valuesOf(row));
+    for (const auto& row : get<std::vector<std::vector<std::string>>>(key, expected))
+      rows.push_back(decimals(key, row, expected));
     return rows;
   }
   void requireIn(const char* key, double value, Range range) const {
@@ -359,11 +358,6 @@ class FieldReader {
           list[k - 1].Mark().pos + static_cast<int>(list[k - 1].Scalar().size()) + 1)
         ++spaced;
     return spaced > 0 && spaced + 1 < list.size();
-  }
-  static std::vector<double> valuesOf(const std::vector<Decimal>& decimals) {
-    std::vector<double> values;
-    for (const Decimal& decimal : decimals) values.push_back(decimal.value);
-    return values;
   }
   static std::string textOf(const YAML::Node& node) {
     std::ostringstream text;

@@ -1,6 +1,13 @@
 #include "ros/background_work.hpp"
 
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <boost/asio/post.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <utility>
 
 #include "model/discrepancy_model.hpp"
 #include "model/effect.hpp"
@@ -21,6 +28,22 @@ std::string marked(std::vector<std::string> ids) {
 }
 
 }  // namespace
+
+BackgroundWorker::BackgroundWorker(int nice)
+    : thread_(std::make_unique<boost::asio::thread_pool>(1)) {
+  post([nice] { setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice); });
+}
+
+BackgroundWorker::~BackgroundWorker() { stop(); }
+
+void BackgroundWorker::post(std::function<void()> work) {
+  boost::asio::post(*thread_, std::move(work));
+}
+
+void BackgroundWorker::stop() {
+  thread_->stop();
+  thread_->join();
+}
 
 Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
   const bool names =

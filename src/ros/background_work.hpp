@@ -1,84 +1,37 @@
 #pragma once
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
-#include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
-#include <utility>
 #include <vector>
 
 #include "diagnosis/diagnosis.hpp"
 
-namespace battery_sof {
-
-/// Lets other threads go first: on Linux a nice value is a thread's own; threads it starts inherit
-/// it.
-inline void giveWay(int nice) {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
+namespace boost::asio {
+class thread_pool;
 }
 
-/// One thread that does jobs, one at a time, so that nothing else waits for them. The work is
-/// called on the worker's thread and throws nothing.
-template <typename Job>
+namespace battery_sof {
+
+/// One thread that does one piece of work after the other, so that nothing else waits for it. The
+/// work throws nothing.
 class BackgroundWorker {
  public:
-  using Work = std::function<void(Job)>;
+  /// @param nice 0 to 19; higher gives way to more. On Linux it is a thread's own; threads it starts
+  /// inherit it.
+  explicit BackgroundWorker(int nice);
+  /// Lets running work end, then joins.
+  ~BackgroundWorker();
 
-  /// @param nice 0 to 19; higher gives way to more.
-  BackgroundWorker(Work work, int nice)
-      : work_(std::move(work)), thread_([this, nice] { loop(nice); }) {}
-  /// Lets a running job end, then joins.
-  ~BackgroundWorker() { stop(); }
-
-  BackgroundWorker(const BackgroundWorker&) = delete;
-  BackgroundWorker& operator=(const BackgroundWorker&) = delete;
-
-  /// Hands over a job; none may be posted already. While one runs this one waits for its end. It is
-  /// dropped when the worker ends first.
-  void post(Job job) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    posted_.emplace(std::move(job));
-    changed_.notify_all();
-  }
-
+  /// Hands over work, which waits for what was posted before. It is dropped when the worker ends
+  /// first.
+  void post(std::function<void()> work);
   /// Begins nothing more and joins the thread.
-  void stop() {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      stopping_ = true;
-      changed_.notify_all();
-    }
-    if (thread_.joinable()) thread_.join();
-  }
+  void stop();
 
  private:
-  void loop(int nice) {
-    giveWay(nice);
-    std::unique_lock<std::mutex> lock(mutex_);
-    while (true) {
-      changed_.wait(lock, [this] { return stopping_ || posted_; });
-      if (stopping_) return;
-      Job job = std::move(*posted_);
-      posted_.reset();
-      lock.unlock();
-      work_(std::move(job));
-      lock.lock();
-    }
-  }
-
-  Work work_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<Job> posted_;
-  bool stopping_ = false;
-  std::thread thread_;
+  std::unique_ptr<boost::asio::thread_pool> thread_;
 };
 
 /// What a diagnosis came to.

@@ -43,11 +43,6 @@ class Errand : public ros::CallbackInterface {
   std::function<void()> work_;
 };
 
-ros::NodeHandle onQueue(ros::CallbackQueue& queue, ros::NodeHandle node) {
-  node.setCallbackQueue(&queue);
-  return node;
-}
-
 }  // namespace
 
 void callFrom(ros::CallbackQueue& queue, std::function<void()> work) {
@@ -61,21 +56,20 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
       node_(node),
       private_node_(private_node),
       session_(options_.session),
-      worker_([this](const Identification& work) { onIdentification(work); }, kIdentificationNice),
+      worker_(kIdentificationNice),
       diagnoses_(private_node_, options_,
                  [this](const Adoption& adoption, double from_driving) {
                    ahead([&] {
-                     const std::lock_guard<std::mutex> lock(mutex_);
                      session_.extendWith(adoption.effects, from_driving, adoption.discrepancy);
                    });
                  }),
       diagnostics_([this] { return snapshot(); }),
       identify_server_(
-          onQueue(actions_.queue, private_node_), "identify",
+          actions_.handleOf(private_node_), "identify",
           [this](const IdentifyServer::GoalHandle& goal) { onIdentifyGoal(goal); },
           [this](const IdentifyServer::GoalHandle& goal) { onIdentifyCancel(goal); }, false),
       diagnose_server_(
-          onQueue(actions_.queue, private_node_), "diagnose",
+          actions_.handleOf(private_node_), "diagnose",
           [this](const DiagnoseServer::GoalHandle& goal) { onDiagnoseGoal(goal); },
           [this](const DiagnoseServer::GoalHandle& goal) { diagnoses_.cancel(goal); }, false) {
   loadStateFile();
@@ -94,7 +88,10 @@ BatterySofNode::~BatterySofNode() {
 }
 
 void BatterySofNode::ahead(const std::function<void()>& work) {
-  const auto task = std::make_shared<std::packaged_task<void()>>(work);
+  const auto task = std::make_shared<std::packaged_task<void()>>([this, &work] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    work();
+  });
   const auto is_taken = std::make_shared<std::atomic_flag>();
   const auto once = [task, is_taken] {
     if (!is_taken->test_and_set()) (*task)();
@@ -106,48 +103,31 @@ void BatterySofNode::ahead(const std::function<void()>& work) {
   done.get();
 }
 
-template <typename Service>
-ros::ServiceServer BatterySofNode::serve(
-    const char* name, ros::CallbackQueue& queue,
-    bool (BatterySofNode::*callback)(typename Service::Request&, typename Service::Response&)) {
-  return onQueue(queue, private_node_).advertiseService(name, callback, this);
-}
-
 void BatterySofNode::advertise() {
   status_publisher_ = private_node_.advertise<SofStatus>("status", 10, true);
   model_publisher_ = private_node_.advertise<IdentifiedModel>("model", 10, true);
-  using Node = BatterySofNode;
-  services_ = {
-      serve<PredictCranking>("predict_cranking", questions_.queue, &Node::onPredictCranking),
-      serve<PredictStopTime>("predict_stop_time", questions_.queue, &Node::onPredictStopTime),
-      serve<PredictChargeAcceptance>("predict_charge_acceptance", questions_.queue,
-                                     &Node::onPredictChargeAcceptance),
-      serve<SetStandingQuery>("set_standing_query", questions_.queue, &Node::onSetStandingQuery),
-      serve<PredictMap>("predict_map", maps_.queue, &Node::onPredictMap),
-      serve<SimulateProfile>("simulate_profile", profiles_.queue, &Node::onSimulateProfile)};
+  advertiseQuestions();
   identify_server_.begin();
   diagnose_server_.begin();
   subscriber_ = node_.subscribe(kDefaultTopic, kQueueSize, &BatterySofNode::onBatteryState, this,
                                 ros::TransportHints().tcpNoDelay());
-  steady_timer_ = onQueue(questions_.queue, node_)
-                      .createSteadyTimer(ros::WallDuration(kStatusPeriod),
-                                         &BatterySofNode::onSteadyTimer, this);
+  steady_timer_ = questions_.handleOf(node_).createSteadyTimer(
+      ros::WallDuration(kStatusPeriod), &BatterySofNode::onSteadyTimer, this);
 }
 
 // ----------------------------------------------------------------------------------------------------
 // state file
 
 void BatterySofNode::loadStateFile() {
-  StateFile::Result result;
-  const std::optional<FittedModel> model = state_file_.read(result);
+  const StateFile::Result result = state_file_.read();
   if (result.is_fault) {
-    state_file_fault_ = result.said;
+    record_.state_file_fault = result.said;
     ROS_WARN("%s", result.said.c_str());
   } else if (!result.said.empty()) {
     ROS_INFO("%s", result.said.c_str());
   }
-  if (!model) return;
-  session_.restore(*model);
+  if (!result.model) return;
+  session_.restore(*result.model);
   stands_on_state_file_ = true;
 }
 
@@ -155,8 +135,7 @@ void BatterySofNode::saveStateFile(const FittedModel& model) {
   const StateFile::Result result = state_file_.save(model);
   if (result.is_fault) ROS_ERROR("%s", result.said.c_str());
   ahead([&] {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    state_file_fault_ = result.said;
+    record_.state_file_fault = result.said;
     stands_on_state_file_ = false;
   });
 }
@@ -167,8 +146,8 @@ void BatterySofNode::saveStateFile(const FittedModel& model) {
 void BatterySofNode::noteFault(const char* what, const char* why) {
   ROS_ERROR_THROTTLE(1.0, "%s failed: %s", what, printable(why).c_str());
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++internal_faults_;
-  internal_fault_ = std::string(what) + " failed: " + printable(why);
+  ++record_.internal_faults;
+  record_.internal_fault = std::string(what) + " failed: " + printable(why);
 }
 
 void BatterySofNode::beginAnew(const char* why) {
@@ -176,7 +155,8 @@ void BatterySofNode::beginAnew(const char* why) {
   const std::string aside = stands_on_state_file_ ? state_file_.setAside() : "";
   stands_on_state_file_ = false;
   if (!aside.empty())
-    state_file_fault_ = "the saved model could not be followed: " + printable(why) + "; " + aside;
+    record_.state_file_fault =
+        "the saved model could not be followed: " + printable(why) + "; " + aside;
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -202,11 +182,11 @@ void BatterySofNode::onBatteryState(const SampleEvent& event) {
 void BatterySofNode::take(const RawSample& sample) {
   last_arrival_ = ros::Time::now();
   const SessionEvents events = session_.push(sample);
-  events_.add(events);
+  record_.events.add(events);
   for (const EventComparison& crank : events.cranks) logCrank(crank);
   if (auto job = session_.takeDueJob()) {
     ROS_INFO("identification begins on %zu samples", job->series.size());
-    worker_.post({std::move(*job)});
+    worker_.post([this, job = std::move(*job)] { onIdentification(job, 0); });
   }
   diagnoses_.beginIfDue(session_.series(), subscriber_.getTopic(), session_.driving());
   announceWhoAnswers();
@@ -271,7 +251,7 @@ void BatterySofNode::demandStatus() {
   contents.counts = session_.counts();
   contents.standing = options_.standing;
   contents.standing.charge = options_.standing.chargeAt(session_.chargeVoltage());
-  contents.events = events_;
+  contents.events = record_.events;
   static_cast<IntervalCalibrations&>(contents.events) = session_.calibrations();
   last_status_time_ = contents.session.newest_time;
   last_status_steady_ = ros::SteadyTime::now();
@@ -311,14 +291,10 @@ DiagnosticsSnapshot BatterySofNode::snapshot() {
   const std::lock_guard<std::mutex> lock(mutex_);
   snapshot.status = statusNow();
   snapshot.counts = session_.counts();
-  snapshot.fit_ms = fit_ms_;
   snapshot.no_data_for = noDataFor();
-  snapshot.events = events_;
+  static_cast<NodeRecord&>(snapshot) = record_;
   static_cast<IntervalCalibrations&>(snapshot.events) = session_.calibrations();
   snapshot.state_file = options_.state_file.empty() ? "off" : options_.state_file;
-  snapshot.state_file_fault = state_file_fault_;
-  snapshot.internal_fault = internal_fault_;
-  snapshot.internal_faults = internal_faults_;
   return snapshot;
 }
 

@@ -81,16 +81,16 @@ class BatterySofNode {
   using DiagnoseServer = GoalServer<DiagnoseAction>;
   using IdentifyGoals = std::vector<IdentifyServer::GoalHandle>;
 
-  /// What the worker that identifies does.
-  struct Identification {
-    IdentificationJob job;
-    int request = 0;  // of which request_; 0: due by itself
-  };
-
   /// A callback queue and the thread that calls it.
   struct QueueThread {
     ros::CallbackQueue queue;
     ros::AsyncSpinner spinner{1, &queue};
+
+    /// @return a node's handle whose callbacks come on this thread.
+    ros::NodeHandle handleOf(ros::NodeHandle node) {
+      node.setCallbackQueue(&queue);
+      return node;
+    }
   };
 
   /// The last crank query that got numbers.
@@ -103,28 +103,22 @@ class BatterySofNode {
   void loadStateFile();
   void saveStateFile(const FittedModel& model);
   void advertise();
-  template <typename Service>
-  ros::ServiceServer serve(const char* name, ros::CallbackQueue& queue,
-                           bool (BatterySofNode::*callback)(typename Service::Request&,
-                                                            typename Service::Response&));
+  void advertiseQuestions();
+  template <typename Service, typename Ask>
+  void serve(const char* name, QueueThread& thread, const char* what, Ask ask);
 
   void onBatteryState(const SampleEvent& event);
   void onSteadyTimer(const ros::SteadyTimerEvent& event);
-  void onIdentification(const Identification& work);
-  IdentificationOutcome identified(const Identification& work);
-  IdentificationOutcome takenBack(IdentificationResult result, bool is_requested);
-  /// Does what needs mutex_ on the questions' thread and waits for it: a worker that gives way to
-  /// other programs while it holds the mutex keeps the samples waiting for as long as they run.
+  /// @param request of which request_; 0: due by itself.
+  void onIdentification(const IdentificationJob& job, int request);
+  IdentificationOutcome identified(const IdentificationJob& job, bool is_requested);
+  /// Does work with mutex_ held on the questions' thread and waits for it: a worker that gives way
+  /// to other programs while it holds the mutex keeps the samples waiting for as long as they run.
   /// What the work throws is thrown here.
   void ahead(const std::function<void()>& work);
 
-  bool onPredictCranking(PredictCranking::Request& request, PredictCranking::Response& response);
-  bool onPredictStopTime(PredictStopTime::Request& request, PredictStopTime::Response& response);
-  bool onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
-                                 PredictChargeAcceptance::Response& response);
+  CrankingAnswer answered(const PredictCranking::Request& request);
   bool onSetStandingQuery(SetStandingQuery::Request& request, SetStandingQuery::Response& response);
-  bool onPredictMap(PredictMap::Request& request, PredictMap::Response& response);
-  bool onSimulateProfile(SimulateProfile::Request& request, SimulateProfile::Response& response);
   void onIdentifyGoal(const IdentifyServer::GoalHandle& goal);
   void onIdentifyCancel(IdentifyServer::GoalHandle goal);
   void beginRequested();
@@ -132,6 +126,7 @@ class BatterySofNode {
   void onDiagnoseGoal(DiagnoseServer::GoalHandle goal);
 
   // These need mutex_ held.
+  IdentificationOutcome takenBack(IdentificationResult result, bool is_requested);
   void take(const RawSample& sample);
   void beginAnew(const char* why);
   bool isStatusDue() const;
@@ -155,8 +150,6 @@ class BatterySofNode {
   void noteFault(const char* what, const char* why);
   ModelSnapshot live();
   static WorkWatch patience();
-  template <typename Answer, typename Response, typename Ask>
-  bool answer(const char* what, Response& response, Ask ask);
   void publishDueStatus();
   DiagnosticsSnapshot snapshot();
 
@@ -173,11 +166,7 @@ class BatterySofNode {
   std::optional<StatusContents> due_status_;  // whose answers are still to be computed
   std::optional<ros::Time> last_arrival_;
   std::optional<Answered> last_answer_;
-  EventTallies events_;
-  std::optional<double> fit_ms_;
-  std::string state_file_fault_;
-  std::string internal_fault_;  // the last one
-  std::size_t internal_faults_ = 0;
+  NodeRecord record_;
   bool stands_on_state_file_ = false;
   bool extended_answered_ = false;  // when it was last announced
   bool is_request_wanted_ = false;  // the requested identification that runs has a goal
@@ -187,7 +176,7 @@ class BatterySofNode {
   int request_ = 0;  // the last identification that goals began
 
   ResponseClock response_clock_;
-  BackgroundWorker<Identification> worker_;
+  BackgroundWorker worker_;
   DiagnosisRunner diagnoses_;
   NodeDiagnostics diagnostics_;
   ros::Subscriber subscriber_;

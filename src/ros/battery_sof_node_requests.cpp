@@ -35,49 +35,58 @@ WorkWatch BatterySofNode::patience() {
   };
 }
 
-/// Answers a question; one that fails is answered too, without numbers. The time that a profile
-/// takes is none of a query's.
-template <typename Answer, typename Response, typename Ask>
-bool BatterySofNode::answer(const char* what, Response& response, Ask ask) {
-  const ros::SteadyTime begun = ros::SteadyTime::now();
-  const bool is_answered = guarded(what, [&] { response = messageAs<Response>(Answer(ask())); });
-  if (!std::is_same_v<Answer, ProfileAnswer>)
-    response_clock_.addQuery(1e3 * (ros::SteadyTime::now() - begun).toSec());
-  if (is_answered) return true;
-  Answer none;
-  none.code = AnswerCode::kNoModel;
-  none.message = std::string(what) + " failed; /diagnostics says why";
-  response = messageAs<Response>(none);
-  return true;
+/// Advertises a service whose response is the answer that `ask` gives to a request. A question that
+/// fails is answered too, without numbers. The time that a map or a profile takes is none of a
+/// query's.
+template <typename Service, typename Ask>
+void BatterySofNode::serve(const char* name, QueueThread& thread, const char* what, Ask ask) {
+  using Request = typename Service::Request;
+  using Response = typename Service::Response;
+  const boost::function<bool(Request&, Response&)> answer = [=, &thread](Request& request,
+                                                                         Response& response) {
+    const ros::SteadyTime begun = ros::SteadyTime::now();
+    const bool is_answered = guarded(what, [&] { response = messageAs<Response>(ask(request)); });
+    if (&thread == &questions_)
+      response_clock_.addQuery(1e3 * (ros::SteadyTime::now() - begun).toSec());
+    if (is_answered) return true;
+    response = messageAs<Response>(decltype(ask(request))());
+    response.code = Response::NO_MODEL;
+    response.message = std::string(what) + " failed; /diagnostics says why";
+    return true;
+  };
+  services_.push_back(thread.handleOf(private_node_).advertiseService(name, answer));
 }
 
-bool BatterySofNode::onPredictCranking(PredictCranking::Request& request,
-                                       PredictCranking::Response& response) {
-  return answer<CrankingAnswer>("the crank query", response, [&] {
-    const CrankingQuery query = queryOf(request);
-    const ModelSnapshot model = live();
-    const CrankingAnswer answer = model.predictCranking(query);
-    if (answer.u_min) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      last_answer_ = Answered{model.model().state.time, query, *answer.u_min};
-    }
-    ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time,
-              toString(answer.code).c_str(), answer.message.c_str());
-    return answer;
+void BatterySofNode::advertiseQuestions() {
+  serve<PredictCranking>("predict_cranking", questions_, "the crank query",
+                         [this](const auto& request) { return answered(request); });
+  serve<PredictStopTime>(
+      "predict_stop_time", questions_, "the stop time query",
+      [this](const auto& request) { return live().predictStopTime(queryOf(request)); });
+  serve<PredictChargeAcceptance>(
+      "predict_charge_acceptance", questions_, "the charge query",
+      [this](const auto& request) { return live().predictChargeAcceptance(queryOf(request)); });
+  serve<PredictMap>("predict_map", maps_, "the map",
+                    [this](const auto& request) { return mapsOf(live(), request, patience()); });
+  serve<SimulateProfile>("simulate_profile", profiles_, "the profile", [this](const auto& request) {
+    return live().simulateProfile(request.time, request.current, patience());
   });
+  services_.push_back(
+      questions_.handleOf(private_node_)
+          .advertiseService("set_standing_query", &BatterySofNode::onSetStandingQuery, this));
 }
 
-bool BatterySofNode::onPredictStopTime(PredictStopTime::Request& request,
-                                       PredictStopTime::Response& response) {
-  return answer<StopTimeAnswer>("the stop time query", response,
-                                [&] { return live().predictStopTime(queryOf(request)); });
-}
-
-bool BatterySofNode::onPredictChargeAcceptance(PredictChargeAcceptance::Request& request,
-                                               PredictChargeAcceptance::Response& response) {
-  return answer<ChargeAcceptanceAnswer>("the charge query", response, [&] {
-    return live().predictChargeAcceptance(queryOf(request));
-  });
+CrankingAnswer BatterySofNode::answered(const PredictCranking::Request& request) {
+  const CrankingQuery query = queryOf(request);
+  const ModelSnapshot model = live();
+  const CrankingAnswer answer = model.predictCranking(query);
+  if (answer.u_min) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    last_answer_ = Answered{model.model().state.time, query, *answer.u_min};
+  }
+  ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time,
+            toString(answer.code).c_str(), answer.message.c_str());
+  return answer;
 }
 
 bool BatterySofNode::onSetStandingQuery(SetStandingQuery::Request& request,
@@ -93,48 +102,33 @@ bool BatterySofNode::onSetStandingQuery(SetStandingQuery::Request& request,
   return true;
 }
 
-bool BatterySofNode::onPredictMap(PredictMap::Request& request, PredictMap::Response& response) {
-  if (guarded("the map", [&] { response = mapsOf(live(), request, patience()); })) return true;
-  response = {};
-  response.code = PredictMap::Response::NO_MODEL;
-  response.message = "the map failed; /diagnostics says why";
-  return true;
-}
-
-bool BatterySofNode::onSimulateProfile(SimulateProfile::Request& request,
-                                       SimulateProfile::Response& response) {
-  return answer<ProfileAnswer>("the profile", response, [&] {
-    return live().simulateProfile(request.time, request.current, patience());
-  });
-}
-
 // ----------------------------------------------------------------------------------------------------
 // identification
 
-void BatterySofNode::onIdentification(const Identification& work) {
+void BatterySofNode::onIdentification(const IdentificationJob& job, int request) {
   IdentifyResult result;
   result.code = IdentifyResult::REFUSED;
   result.message = "the identification failed; /diagnostics says why";
-  guarded("the identification", [&] { result = resultOf(identified(work)); });
-  callFrom(actions_.queue, [this, result, request = work.request] {
+  guarded("the identification", [&] { result = resultOf(identified(job, request != 0)); });
+  callFrom(actions_.queue, [this, result, request] {
     guarded("the identification", [&] { endRequested(request, result); });
   });
 }
 
-IdentificationOutcome BatterySofNode::identified(const Identification& work) {
+IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job, bool is_requested) {
   const ros::SteadyTime begun = ros::SteadyTime::now();
   IdentificationResult result;
   try {
-    result = runIdentification(work.job);
+    result = runIdentification(job);
   } catch (const std::exception& error) {
-    result.epoch = work.job.epoch;
+    result.epoch = job.epoch;
     result.message = std::string("the identification failed: ") + error.what();
   }
   const double fit_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
   if (result.model) result.model->provenance.fit_ms = fit_ms;
   if (result.extended && result.extended->model) result.extended->model->provenance.fit_ms = fit_ms;
   IdentificationOutcome outcome;
-  ahead([&] { outcome = takenBack(std::move(result), work.request != 0); });
+  ahead([&] { outcome = takenBack(std::move(result), is_requested); });
   ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused",
            outcome.message.c_str());
   if (outcome.accepted) {
@@ -146,7 +140,6 @@ IdentificationOutcome BatterySofNode::identified(const Identification& work) {
 }
 
 IdentificationOutcome BatterySofNode::takenBack(IdentificationResult result, bool is_requested) {
-  const std::lock_guard<std::mutex> lock(mutex_);
   if (is_requested && !std::exchange(is_request_wanted_, false)) {
     result.model.reset();
     result.extended.reset();
@@ -154,7 +147,7 @@ IdentificationOutcome BatterySofNode::takenBack(IdentificationResult result, boo
   }
   if (result.model) {
     result.model->provenance.recording = subscriber_.getTopic();
-    fit_ms_ = result.model->provenance.fit_ms;
+    record_.fit_ms = result.model->provenance.fit_ms;
   }
   if (result.extended && result.extended->model)
     result.extended->model->provenance.recording = subscriber_.getTopic();
@@ -198,7 +191,8 @@ void BatterySofNode::beginRequested() {
     goal.publishFeedback(feedbackOf<IdentifyFeedback>("fitting"));
   }
   running_goals_ = std::move(goals);
-  worker_.post({std::move(*job), ++request_});
+  worker_.post(
+      [this, job = std::move(*job), request = ++request_] { onIdentification(job, request); });
 }
 
 void BatterySofNode::endRequested(int request, const IdentifyResult& result) {

@@ -20,7 +20,7 @@ DiagnosisRunner::DiagnosisRunner(ros::NodeHandle& private_node, const NodeOption
       adopt_(std::move(adopt)),
       publisher_(private_node.advertise<DiagnosisMessage>("diagnosis", 10, true)),
       next_due_(options.diagnose_period),
-      worker_([this](Job job) { run(std::move(job)); }, kDiagnosisNice) {}
+      worker_(kDiagnosisNice) {}
 
 bool DiagnosisRunner::begin(const Series& series, const std::string& name, const Goal& goal) {
   const std::string id = goal.getGoalID().id;
@@ -44,7 +44,10 @@ bool DiagnosisRunner::post(const Series& series, const std::string& name, double
   goal_id_.clear();
   cancelled_ = false;
   ROS_INFO("diagnosis begins on %zu samples", series.size());
-  worker_.post({{name, series, {}, series.size(), 0.0}, from_driving, goal});
+  worker_.post(
+      [this, job = Job{{name, series, {}, series.size(), 0.0}, from_driving, goal}]() mutable {
+        run(std::move(job));
+      });
   return true;
 }
 

@@ -79,7 +79,7 @@ class DiagnosisRunner {
   std::string goal_id_;                 // of the running one; empty of a periodic one
   std::atomic<bool> cancelled_{false};  // the running one
   std::atomic<bool> stopped_{false};
-  BackgroundWorker<Job> worker_;
+  BackgroundWorker worker_;
 };
 
 }  // namespace battery_sof

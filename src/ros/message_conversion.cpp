@@ -29,8 +29,8 @@ ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request) {
   return asked(ChargeAcceptanceQuery{request.u_boost, request.t_sof2, request.i_limit});
 }
 
-PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request,
-                            const WorkWatch& watch) {
+MapResult mapsOf(const ModelSnapshot& model, const PredictMap::Request& request,
+                 const WorkWatch& watch) {
   MapResult result;
   if (!request.i_load.empty() || !request.t_stop.empty()) {
     const CrankingQuery query =
@@ -42,7 +42,7 @@ PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Reques
     query.i_limit = request.i_limit;
     result.charge = model.mapChargeAcceptance(asked(query), request.u_boost, request.t_sof2, watch);
   }
-  return messageAs<PredictMap::Response>(result);
+  return result;
 }
 
 DESCRIBED(CrankingQuery, MEMBERS("", i_load, t_stop, i_cranking, t_cranking, u_required))
@@ -188,14 +188,10 @@ EventRecord recordOf(const KindTally& kind, const IntervalCalibration& scale) {
   record.mean_abs_error = orNan(model.meanAbsError());
   record.baseline_mean_abs_error = orNan(baseline.meanAbsError());
   record.interval_factor = scale.factor;
-  const bool is_charge = last && last->kind == PastEvent::Kind::kCharge;
-  record.duration = is_charge ? last->duration : kNan;
-  record.time = last ? last->time : kNan;
+  record.time = record.duration = record.measured = kNan;
+  record.expected = record.lower = record.upper = kNan;
+  if (last) put(record, *last);
   record.stimulus = last ? last->stimulus() : kNan;
-  record.measured = last ? last->measured : kNan;
-  record.expected = last ? last->expected.value : kNan;
-  record.lower = last ? last->expected.lower : kNan;
-  record.upper = last ? last->expected.upper : kNan;
   return record;
 }
 

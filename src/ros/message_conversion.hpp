@@ -92,8 +92,8 @@ ChargeAcceptanceQuery queryOf(const PredictChargeAcceptance::Request& request);
 
 /// @return both maps of a request, those with lists, asked of a model. @param watch see
 /// mapCranking().
-PredictMap::Response mapsOf(const ModelSnapshot& model, const PredictMap::Request& request,
-                            const WorkWatch& watch = nullptr);
+MapResult mapsOf(const ModelSnapshot& model, const PredictMap::Request& request,
+                 const WorkWatch& watch = nullptr);
 
 /**
  * @brief The standing questions with what a request changes. NaN keeps what there is, and so does 0

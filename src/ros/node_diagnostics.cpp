@@ -7,6 +7,8 @@ namespace battery_sof {
 namespace {
 
 using Level = diagnostic_msgs::DiagnosticStatus;
+using Status = diagnostic_updater::DiagnosticStatusWrapper;
+using Snapshot = DiagnosticsSnapshot;
 
 constexpr double kLateSample = 100.0;  // [ms], ten samples of the design rate
 
@@ -15,8 +17,8 @@ std::string shown(const std::optional<double>& value, double factor = 1.0) {
 }
 
 /// How one kind of event compares with what was expected of it.
-void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& events,
-         const char* unit, const KindTally& kind, const IntervalCalibration& scale) {
+void add(Status& status, const std::string& events, const char* unit, const KindTally& kind,
+         const IntervalCalibration& scale) {
   const EventTally &tally = kind.model, &baseline = kind.baseline;
   status.add(events, tally.count);
   status.add(events + " inside their interval", tally.inside);
@@ -27,66 +29,47 @@ void add(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string&
   status.add(events + "' interval factor", scale.factor);
 }
 
-}  // namespace
-
-NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
-    : take_snapshot_(std::move(take_snapshot)) {
-  updater_.setHardwareID("battery");
-  updater_.add("data rate", this, &NodeDiagnostics::reportDataRate);
-  updater_.add("rejected samples", this, &NodeDiagnostics::reportRejected);
-  updater_.add("identification", this, &NodeDiagnostics::reportIdentification);
-  updater_.add("prediction error", this, &NodeDiagnostics::reportPredictionError);
-  updater_.add("response times", this, &NodeDiagnostics::reportResponseTimes);
-  updater_.add("diagnosis", this, &NodeDiagnostics::reportDiagnosis);
-}
-
-void NodeDiagnostics::publish() {
-  now_ = take_snapshot_();
-  updater_.force_update();
-  before_ = now_;
-}
-
-void NodeDiagnostics::reportDataRate(Status& status) {
-  const auto &before = before_.status.newest_time, &now = now_.status.newest_time;
+void reportDataRate(Status& status, const Snapshot& now, const Snapshot& before) {
+  const auto &then = before.status.newest_time, &newest = now.status.newest_time;
   std::optional<double> rate;  // [Hz] by the stamps, since the last look
-  if (before && now && *now > *before)
-    rate = static_cast<double>(now_.counts.accepted - before_.counts.accepted) / (*now - *before);
-  if (!now) {
-    status.summary(Level::WARN, now_.status.state == SessionState::kNoSample ? now_.status.reason
-                                                                             : "no sample yet");
-  } else if (now_.no_data_for) {
-    status.summaryf(Level::ERROR, "no sample for %.1f s", *now_.no_data_for);
+  if (then && newest && *newest > *then)
+    rate = static_cast<double>(now.counts.accepted - before.counts.accepted) / (*newest - *then);
+  if (!newest) {
+    status.summary(Level::WARN, now.status.state == SessionState::kNoSample ? now.status.reason
+                                                                            : "no sample yet");
+  } else if (now.no_data_for) {
+    status.summaryf(Level::ERROR, "no sample for %.1f s", *now.no_data_for);
   } else {
     status.summary(Level::OK, rate ? "samples arrive" : "no new sample since the last look");
   }
   status.add("rate by stamps [Hz]", shown(rate));
-  status.add("accepted", now_.counts.accepted);
-  status.add("clock restarts", now_.counts.clock_restarts);
+  status.add("accepted", now.counts.accepted);
+  status.add("clock restarts", now.counts.clock_restarts);
 }
 
-void NodeDiagnostics::reportRejected(Status& status) {
-  const std::size_t total = now_.counts.rejectedTotal();
-  const std::size_t fresh = total - before_.counts.rejectedTotal();
+void reportRejected(Status& status, const Snapshot& now, const Snapshot& before) {
+  const std::size_t total = now.counts.rejectedTotal();
+  const std::size_t fresh = total - before.counts.rejectedTotal();
   if (fresh > 0) {
     status.summaryf(Level::WARN, "%zu rejected since the last look, %zu in all", fresh, total);
   } else {
     status.summaryf(Level::OK, "%zu rejected in all", total);
   }
-  const RejectedCounts& rejected = now_.counts.rejected;
+  const RejectedCounts& rejected = now.counts.rejected;
   status.add("missing value", rejected.missing_value);
   status.add("not finite", rejected.not_finite);
   status.add("duplicate stamp", rejected.duplicate_stamp);
   status.add("clock step back", rejected.clock_step_back);
   status.add("out of range", rejected.out_of_range);
-  status.add("stamp ahead", now_.counts.stamp_ahead);
+  status.add("stamp ahead", now.counts.stamp_ahead);
 }
 
-void NodeDiagnostics::reportIdentification(Status& status) {
-  const SessionStatus& session = now_.status;
-  if (!now_.internal_fault.empty()) {
-    status.summary(Level::ERROR, now_.internal_fault);
-  } else if (!now_.state_file_fault.empty()) {
-    status.summary(Level::WARN, now_.state_file_fault);
+void reportIdentification(Status& status, const Snapshot& now, const Snapshot&) {
+  const SessionStatus& session = now.status;
+  if (!now.internal_fault.empty()) {
+    status.summary(Level::ERROR, now.internal_fault);
+  } else if (!now.state_file_fault.empty()) {
+    status.summary(Level::WARN, now.state_file_fault);
   } else if (session.state == SessionState::kReady) {
     status.summary(Level::OK, session.reason);
   } else {
@@ -94,18 +77,18 @@ void NodeDiagnostics::reportIdentification(Status& status) {
   }
   status.add("model age [s]", shown(session.model_age));
   status.add("window quality", shown(session.window_quality));
-  status.add("last fit [ms]", shown(now_.fit_ms));
+  status.add("last fit [ms]", shown(now.fit_ms));
   status.add("source", session.charger_present ? "seen" : "not seen");
   status.add("samples with a controlled voltage [%]", shown(session.charger_share, 100.0));
   status.add("driven by now", session.voltage_controlled ? "voltage" : "current");
-  status.add("state file", now_.state_file);
-  status.add("internal faults", now_.internal_faults);
+  status.add("state file", now.state_file);
+  status.add("internal faults", now.internal_faults);
   status.add("extension", session.extension.empty() ? "none" : session.extension);
 }
 
-void NodeDiagnostics::reportPredictionError(Status& status) {
-  const BacktestScore& backtest = now_.status.backtest;
-  const EventTallies& events = now_.events;
+void reportPredictionError(Status& status, const Snapshot& now, const Snapshot&) {
+  const BacktestScore& backtest = now.status.backtest;
+  const EventTallies& events = now.events;
   if (!backtest.q_dyn_percent) {
     status.summary(Level::OK, "nothing to compare yet");
   } else if (*backtest.q_dyn_percent < 0.0) {
@@ -120,8 +103,8 @@ void NodeDiagnostics::reportPredictionError(Status& status) {
   add(status, "charges", "A", events.charges, events.charge_calibration);
 }
 
-void NodeDiagnostics::reportResponseTimes(Status& status) {
-  const ResponseTimes& times = now_.response_times;
+void reportResponseTimes(Status& status, const Snapshot& now, const Snapshot&) {
+  const ResponseTimes& times = now.response_times;
   if (times.sample_longest_ms > kLateSample) {
     status.summaryf(Level::WARN, "a sample waited %.0f ms", times.sample_longest_ms);
   } else {
@@ -135,8 +118,8 @@ void NodeDiagnostics::reportResponseTimes(Status& status) {
   status.add("sample delay longest since the last look [ms]", times.sample_longest_ms);
 }
 
-void NodeDiagnostics::reportDiagnosis(Status& status) {
-  const DiagnosisLine& line = now_.diagnosis;
+void reportDiagnosis(Status& status, const Snapshot& now, const Snapshot&) {
+  const DiagnosisLine& line = now.diagnosis;
   if (!line.fault.empty()) {
     status.summary(Level::WARN, line.fault);
   } else if (line.verdict.empty()) {
@@ -150,6 +133,28 @@ void NodeDiagnostics::reportDiagnosis(Status& status) {
   status.add("left out", line.skipped);
   status.add("last diagnosis [ms]", shown(line.duration_ms));
   status.add("adoption", line.adoption.empty() ? "none" : line.adoption);
+}
+
+}  // namespace
+
+NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
+    : take_snapshot_(std::move(take_snapshot)) {
+  updater_.setHardwareID("battery");
+  const auto add = [this](const char* name, auto* report) {
+    updater_.add(name, [this, report](Status& status) { report(status, now_, before_); });
+  };
+  add("data rate", reportDataRate);
+  add("rejected samples", reportRejected);
+  add("identification", reportIdentification);
+  add("prediction error", reportPredictionError);
+  add("response times", reportResponseTimes);
+  add("diagnosis", reportDiagnosis);
+}
+
+void NodeDiagnostics::publish() {
+  now_ = take_snapshot_();
+  updater_.force_update();
+  before_ = now_;
 }
 
 }  // namespace battery_sof

@@ -11,19 +11,23 @@
 
 namespace battery_sof {
 
-/// What the diagnostics are made of, taken at one moment.
-struct DiagnosticsSnapshot {
-  SessionStatus status;
-  StreamCounts counts;
-  std::optional<double> fit_ms;       ///< [ms], of the last identification
-  std::optional<double> no_data_for;  ///< [s] of ROS time, when samples have stopped
+/// What the node has seen since its start.
+struct NodeRecord {
   EventTallies events;
-  ResponseTimes response_times;
-  DiagnosisLine diagnosis;
-  std::string state_file;      ///< its path, or "off"
-  std::string internal_fault;  ///< what failed last inside the node; empty when nothing did
+  std::optional<double> fit_ms;  ///< [ms], of the last identification
+  std::string internal_fault;    ///< what failed last inside the node; empty when nothing did
   std::size_t internal_faults = 0;
   std::string state_file_fault;  ///< empty when the last access went well
+};
+
+/// What the diagnostics are made of, taken at one moment.
+struct DiagnosticsSnapshot : NodeRecord {
+  SessionStatus status;
+  StreamCounts counts;
+  std::optional<double> no_data_for;  ///< [s] of ROS time, when samples have stopped
+  ResponseTimes response_times;
+  DiagnosisLine diagnosis;
+  std::string state_file;  ///< its path, or "off"
 };
 
 /// Publishes data rate, rejected samples by reason, identification, prediction error, response
@@ -38,15 +42,6 @@ class NodeDiagnostics {
   void publish();
 
  private:
-  using Status = diagnostic_updater::DiagnosticStatusWrapper;
-
-  void reportDataRate(Status& status);
-  void reportRejected(Status& status);
-  void reportIdentification(Status& status);
-  void reportPredictionError(Status& status);
-  void reportResponseTimes(Status& status);
-  void reportDiagnosis(Status& status);
-
   TakeSnapshot take_snapshot_;
   diagnostic_updater::Updater updater_;
   DiagnosticsSnapshot before_, now_;

@@ -3,10 +3,9 @@
 #include <ros/ros.h>
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
-#include <mutex>
+#include <future>
 #include <thread>
 
 namespace battery_sof {
@@ -21,38 +20,31 @@ namespace battery_sof {
  */
 class ShutdownLimit {
  public:
-  ShutdownLimit() : watcher_([this] { watch(); }) {}
   /// The end was reached in time.
   ~ShutdownLimit() {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      is_over_ = true;
-      changed_.notify_all();
-    }
+    end_.set_value();
     watcher_.join();
   }
-  ShutdownLimit(const ShutdownLimit&) = delete;
-  ShutdownLimit& operator=(const ShutdownLimit&) = delete;
 
  private:
   static constexpr std::chrono::milliseconds kLook{50};
   // roscpp takes up to 0.1 s to see a signal
   static constexpr std::chrono::milliseconds kGrace{700};
 
-  void watch() {
-    std::unique_lock<std::mutex> lock(mutex_);
+  static void watch(const std::future<void>& end) {
+    const auto comes_within = [&end](std::chrono::milliseconds time) {
+      return end.wait_for(time) == std::future_status::ready;
+    };
     while (!ros::isShuttingDown())
-      if (changed_.wait_for(lock, kLook, [this] { return is_over_; })) return;
-    if (changed_.wait_for(lock, kGrace, [this] { return is_over_; })) return;
+      if (comes_within(kLook)) return;
+    if (comes_within(kGrace)) return;
     std::fputs("battery_sof_node: ended in the middle of a computation, of which nothing is kept\n",
                stderr);
     std::_Exit(EXIT_SUCCESS);
   }
 
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  bool is_over_ = false;
-  std::thread watcher_;
+  std::promise<void> end_;
+  std::thread watcher_{watch, end_.get_future()};
 };
 
 }  // namespace battery_sof

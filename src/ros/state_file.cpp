@@ -53,26 +53,17 @@ fs::path freeName(const fs::path& file) {
 
 }  // namespace
 
-std::optional<FittedModel> StateFile::read(Result& result) const {
-  if (path_.empty()) return std::nullopt;
-  const std::string fault = faultOf(path_);
-  if (!fault.empty()) {
-    result = {"no saved model: " + fault, true};
-    return std::nullopt;
-  }
+StateFile::Result StateFile::read() const {
+  if (path_.empty()) return {};
+  const std::string fault = faultOf(path_), name = printable(path_.string());
+  if (!fault.empty()) return {"no saved model: " + fault, true};
   try {
     removeDrafts(linkTarget(path_));
-    if (!fs::exists(path_)) {
-      result.said = "no saved model in " + printable(path_.string()) + " yet";
-      return std::nullopt;
-    }
-    FittedModel model = readModelFile(path_);
-    result.said = "read the saved model in " + printable(path_.string());
-    return model;
+    if (!fs::exists(path_)) return {"no saved model in " + name + " yet"};
+    return {"read the saved model in " + name, false, readModelFile(path_)};
   } catch (const std::exception& error) {
-    result = {"the saved model is not used: " + printable(error.what()) + "; " + setAside(), true};
+    return {"the saved model is not used: " + printable(error.what()) + "; " + setAside(), true};
   }
-  return std::nullopt;
 }
 
 StateFile::Result StateFile::save(const FittedModel& model) const {

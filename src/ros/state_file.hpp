@@ -23,12 +23,13 @@ class StateFile {
 
   /// What came of it, one sentence; `is_fault` when somebody should look.
   struct Result {
-    std::string said;
+    std::string said = "";
     bool is_fault = false;
+    std::optional<FittedModel> model = std::nullopt;  ///< that was read
   };
 
-  /// @return the saved model; none when there is no file or it was refused: see `result`.
-  std::optional<FittedModel> read(Result& result) const;
+  /// @return without a model where there is no file, or it was refused.
+  Result read() const;
 
   /// Writes the model whole or not at all, and only where read() would take it back.
   Result save(const FittedModel& model) const;

@@ -1,7 +1,6 @@
 #include <rosbag/bag.h>
 
 #include "bag/bag_storage.hpp"
-#include "bag/bag_structure.hpp"
 #include "fuzzed.hpp"
 
 /// A bag is refused with a sentence that names it, or read; what was read is in order.

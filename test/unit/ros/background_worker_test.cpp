@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <future>
 #include <mutex>
 #include <thread>
@@ -21,16 +22,16 @@ TEST(BackgroundWorker, DoesOneJobAfterTheOtherWhoeverPostsThem) {
   int running = 0, sum = 0;  // guarded by there being one job at a time
   for (int k = 0; k < 200; ++k) {
     std::promise<void> first, second;
-    BackgroundWorker<int> worker(
-        [&](int job) {
-          EXPECT_EQ(++running, 1);
-          if (job == 1) worker.post(2);
-          sum += job;
-          --running;
-          (job == 1 ? first : second).set_value();
-        },
-        0);
-    std::thread([&] { worker.post(1); }).join();
+    std::function<void(int)> work;
+    BackgroundWorker worker(0);
+    work = [&](int job) {
+      EXPECT_EQ(++running, 1);
+      if (job == 1) worker.post([&] { work(2); });
+      sum += job;
+      --running;
+      (job == 1 ? first : second).set_value();
+    };
+    std::thread([&] { worker.post([&] { work(1); }); }).join();
     first.get_future().get();
     second.get_future().get();
   }
@@ -40,12 +41,12 @@ TEST(BackgroundWorker, DoesOneJobAfterTheOtherWhoeverPostsThem) {
 TEST(BackgroundWorker, DropsWhatItHasNotBegunWhenItEnds) {
   for (int k = 0; k < 100; ++k) {
     std::atomic<int> done{0};
-    BackgroundWorker<int> worker([&](int) { ++done; }, 0);
-    worker.post(k);
+    BackgroundWorker worker(0);
+    worker.post([&] { ++done; });
     worker.stop();
     const int before = done;
     EXPECT_LE(before, 1);
-    worker.post(k);
+    worker.post([&] { ++done; });
     EXPECT_EQ(done, before);
   }
 }
@@ -63,14 +64,13 @@ TEST(BackgroundWorker, FitsASessionThatTakesSamplesAndIsAsked) {
   std::mutex mutex;
   std::atomic<bool> ends{false};
   std::atomic<int> fitted{0};
-  BackgroundWorker<IdentificationJob> worker(
-      [&](const IdentificationJob& job) {
-        IdentificationResult result = runIdentification(job);
-        const std::lock_guard<std::mutex> lock(mutex);
-        session.finish(std::move(result));  // accepted or not
-        ++fitted;
-      },
-      0);
+  const auto fit = [&](const IdentificationJob& job) {
+    IdentificationResult result = runIdentification(job);
+    const std::lock_guard<std::mutex> lock(mutex);
+    session.finish(std::move(result));  // accepted or not
+    ++fitted;
+  };
+  BackgroundWorker worker(0);
   std::atomic<int> answered{0};  // while the drive goes on
   std::thread asks([&] {
     while (!ends) {
@@ -89,7 +89,7 @@ TEST(BackgroundWorker, FitsASessionThatTakesSamplesAndIsAsked) {
     const std::lock_guard<std::mutex> lock(mutex);
     session.push({drive.time[n], drive.current[n], drive.voltage[n], {}});
     if (auto job = session.takeDueJob()) {
-      worker.post(std::move(*job));
+      worker.post([&fit, job = std::move(*job)] { fit(job); });
       ++posted;
     }
   }

@@ -128,24 +128,28 @@ PredictMap::Request mapRequest() {
   return request;
 }
 
+PredictMap::Response mapMessage(const ModelSnapshot& model, const PredictMap::Request& request) {
+  return messageAs<PredictMap::Response>(mapsOf(model, request));
+}
+
 TEST(MapsOf, AnswersTheMapsThatHaveLists) {
   const ModelSnapshot model(test::knownModel(), std::nullopt, 50.0);
   PredictMap::Request request = mapRequest();
-  EXPECT_EQ(mapsOf(model, request).u_min.size(), 6u);
-  EXPECT_TRUE(mapsOf(model, request).i_boost.empty());
-  EXPECT_TRUE(mapsOf(model, request).valid);
+  EXPECT_EQ(mapMessage(model, request).u_min.size(), 6u);
+  EXPECT_TRUE(mapMessage(model, request).i_boost.empty());
+  EXPECT_TRUE(mapMessage(model, request).valid);
   request.u_boost = {13.0};
   request.t_sof2 = {1.0, -1.0};
-  const PredictMap::Response both = mapsOf(model, request);
+  const PredictMap::Response both = mapMessage(model, request);
   EXPECT_THAT(both.i_boost_code, ::testing::ElementsAre(0, 1));
   EXPECT_TRUE(std::isnan(both.i_boost[1]));
   EXPECT_EQ(both.code, PredictMap::Response::INVALID_QUERY);
-  EXPECT_EQ(mapsOf(model, PredictMap::Request()).code, PredictMap::Response::INVALID_QUERY);
+  EXPECT_EQ(mapMessage(model, PredictMap::Request()).code, PredictMap::Response::INVALID_QUERY);
 }
 
 TEST(MapsOf, WithoutAModelSaysTheSessionsReason) {
   const ModelSnapshot model({}, "nothing identified yet", 50.0);
-  const PredictMap::Response response = mapsOf(model, mapRequest());
+  const PredictMap::Response response = mapMessage(model, mapRequest());
   EXPECT_EQ(response.code, PredictMap::Response::NO_MODEL);
   EXPECT_EQ(response.message, "nothing identified yet");
 }

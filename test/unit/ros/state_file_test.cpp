@@ -24,8 +24,8 @@ class StateFileTest : public test::InFolder {
   StateFileTest() : InFolder("state file") {}
 
   static StateFile::Result resultOf(const std::string& file) {
-    StateFile::Result result;
-    EXPECT_FALSE(StateFile(file).read(result));
+    StateFile::Result result = StateFile(file).read();
+    EXPECT_FALSE(result.model);
     return result;
   }
 };
@@ -33,8 +33,8 @@ class StateFileTest : public test::InFolder {
 TEST_F(StateFileTest, KeepsAModelFromOneRunToTheNext) {
   const StateFile file(path("new folder/model.yaml"));
   EXPECT_FALSE(file.save(test::uncertainModel(0.02)).is_fault);
-  StateFile::Result result;
-  ASSERT_TRUE(file.read(result));
+  const StateFile::Result result = file.read();
+  ASSERT_TRUE(result.model);
   EXPECT_FALSE(result.is_fault);
   EXPECT_FALSE(resultOf(path("absent.yaml")).is_fault);
   EXPECT_FALSE(resultOf("").is_fault);
@@ -126,8 +126,8 @@ TEST_F(StateFileTest, IsWholeWheneverTheProcessIsKilled) {
         std::chrono::microseconds(static_cast<long>(random.uniform(0.0, 20000.0))));
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
-    StateFile::Result result;
-    ASSERT_TRUE(file.read(result)) << "round " << round << ": " << result.said;
+    const StateFile::Result result = file.read();
+    ASSERT_TRUE(result.model) << "round " << round << ": " << result.said;
   }
   std::size_t files = 0;
   for (const auto& entry : fs::directory_iterator(folder_)) files += entry.is_regular_file();
