@@ -148,14 +148,6 @@ EventComparison ofSeries(EventComparison event, double series_blocks) {
   return event;
 }
 
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
-
 std::optional<double> usualVoltage(const std::vector<PastEvent>& charges) {
   std::vector<double> voltages;
   for (const PastEvent& charge : charges) voltages.push_back(charge.voltage);

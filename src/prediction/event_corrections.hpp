@@ -87,9 +87,6 @@ struct ChargeEvidence {
 
 ChargeEvidence chargeEvidence(const EventHistory& event_history, double voltage, double duration);
 
-/// @return the middle of some values, of an even number the mean of both; 0 of none.
-double medianOf(std::vector<double> values);
-
 /// @return the median voltage [V] of past charges; none without any.
 std::optional<double> usualVoltage(const std::vector<PastEvent>& charges);
 
