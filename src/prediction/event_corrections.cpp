@@ -137,6 +137,12 @@ Interval around(double value, const std::vector<double>& errors, const IntervalC
 
 }  // namespace
 
+std::optional<Interval> expectedBy(const BaselinePredictor& baseline, const PastEvent& event) {
+  return event.kind == PastEvent::Kind::kCharge
+             ? baselineChargeCurrent(baseline, event.voltage, event.duration)
+             : baselineCrankMinimum(baseline, event.current);
+}
+
 EventComparison ofSeries(EventComparison event, double series_blocks) {
   const bool is_charge = event.kind == PastEvent::Kind::kCharge;
   for (double* voltage : is_charge ? std::array{&event.voltage, &event.first_voltage}

@@ -20,6 +20,9 @@ struct EventComparison : PastEvent {
   std::optional<Interval> baseline = std::nullopt;  ///< of measured, by the window's predictor
 };
 
+/// @return what the baseline predictors expect of a crank or a charge.
+std::optional<Interval> expectedBy(const BaselinePredictor& baseline, const PastEvent& event);
+
 /// @return what was compared of one block, of a row of them.
 EventComparison ofSeries(EventComparison of_one, double series_blocks);
 
