@@ -54,7 +54,7 @@ Pace track(const FittedModel& model, const Series& series) {
         tracker.follow(series.time[n], series.current[n], series.voltage[n]);
   });
   const double samples = static_cast<double>(series.size()) - kWindow * 100.0;
-  return {samples / (threadSeconds() - begin), samples / (1e-3 * wall), tracker.last().voltage};
+  return {samples / (threadSeconds() - begin), samples / (1e-3 * wall), tracker.last()->voltage};
 }
 
 nlohmann::json monitor() {

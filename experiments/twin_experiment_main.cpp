@@ -13,6 +13,7 @@
 #include <random>
 
 #include "estimation/identification.hpp"
+#include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
 #include "state/state_estimator.hpp"
 
@@ -173,12 +174,6 @@ void judge(const BatteryModel& model, const ModelPoint& truth, const Series& mea
   }
 }
 
-double medianOf(std::vector<double> x) {
-  if (x.empty()) return 0.0;
-  std::sort(x.begin(), x.end());
-  return x[x.size() / 2];
-}
-
 void print(const char* name, const Outcome& outcome) {
   int inside = 0, asked = 0;
   for (const auto& [parameter, tally] : outcome.parameters) {
@@ -190,10 +185,10 @@ void print(const char* name, const Outcome& outcome) {
       "(median error %.1f %%); %d refused\n",
       name, 100.0 * inside / std::max(asked, 1), asked,
       100.0 * outcome.near / std::max(outcome.charges, 1), outcome.charges,
-      100.0 * medianOf(outcome.charge_errors), outcome.refused);
+      100.0 * quantile(outcome.charge_errors, 0.5), outcome.refused);
   for (const auto& [parameter, tally] : outcome.parameters)
     std::printf("  %-24s %5.1f %%   median of error / standard error %+.2f\n", parameter.c_str(),
-                100.0 * tally.inside / tally.asked, medianOf(tally.ratios));
+                100.0 * tally.inside / tally.asked, quantile(tally.ratios, 0.5));
 }
 
 }  // namespace

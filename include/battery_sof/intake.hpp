@@ -70,8 +70,6 @@ class Intake {
   double largestStepBack() const { return largest_step_back_; }  ///< [s]
 
  private:
-  SampleFate judgeTime(double time) const;
-  SampleFate judgeValues(const RawSample& sample) const;
   SampleFate judgeOrder(double time, const std::optional<double>& last);
   void count(SampleFate fate);
 

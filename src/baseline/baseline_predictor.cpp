@@ -139,29 +139,26 @@ std::optional<BaselineHistory> chargesOver(const Series& series, IndexRange wind
 
 /// What a crank's minimum has beyond the line, from the first `count` cranks; recent ones weigh
 /// more, the line itself as one.
-double beyondLine(const std::vector<BaselineCrank>& cranks, std::size_t count,
-                  const BaselineLine& line) {
+double beyondLine(const std::vector<Event>& cranks, std::size_t count, const BaselineLine& line) {
   double weights = 0.0, weight = 1.0, sum = 0.0;
   for (std::size_t k = count; k-- > 0; weight *= kForgetting) {
     weights += weight;
-    sum += weight * (cranks[k].minimum - line.at(cranks[k].current));
+    sum += weight * (cranks[k].min_voltage - line.at(cranks[k].peak_current));
   }
   return sum / (weights + kLineWeight);
 }
 
-std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& events,
+std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& cranks,
                                              const std::optional<BaselineLine>& line) {
-  if (events.empty()) return std::nullopt;
-  std::vector<BaselineCrank> cranks;
+  if (cranks.empty()) return std::nullopt;
   std::vector<double> currents, minima;
-  for (const Event& event : events) {
-    cranks.push_back({event.peak_current, event.min_voltage});
-    currents.push_back(event.peak_current);
-    minima.push_back(event.min_voltage);
+  for (const Event& crank : cranks) {
+    currents.push_back(crank.peak_current);
+    minima.push_back(crank.min_voltage);
   }
   BaselineCranks baseline;
   baseline.events = cranks.size();
-  baseline.last = cranks.back();
+  baseline.last = {currents.back(), minima.back()};
   baseline.median = {quantile(currents, 0.5), quantile(minima, 0.5)};
   BaselineLine level;
   level.intercept = baseline.median.minimum;
@@ -170,8 +167,7 @@ std::optional<BaselineCranks> baselineCranks(const std::vector<Event>& events,
   baseline.intercept = known.intercept + beyondLine(cranks, cranks.size(), known);
   std::vector<double> errors;  // of each crank, predicted from those before
   for (std::size_t k = 0; k < cranks.size(); ++k)
-    errors.push_back(cranks[k].minimum - known.at(cranks[k].current) -
-                     beyondLine(cranks, k, known));
+    errors.push_back(minima[k] - known.at(currents[k]) - beyondLine(cranks, k, known));
   const double single = std::abs(errors.front());
   baseline.error = ninetyPercent(errors, {-single, single});
   return baseline;

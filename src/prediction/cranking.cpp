@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -181,9 +182,7 @@ CrankingQuery crankOf(const StopTimeQuery& query) {
           query.u_required, {},  query.crank,      query.temperature};
 }
 
-double of(const Interval& u, int bound) {
-  return bound == 0 ? u.lower : bound == 1 ? u.value : u.upper;
-}
+constexpr double Interval::*kBounds[] = {&Interval::lower, &Interval::value, &Interval::upper};
 
 /// Where one of the bounds stops to hold: somewhere between two stops, or never.
 struct Crossing {
@@ -233,7 +232,9 @@ class StopScan {
   /// Whether a crossing is still to be found.
   bool open() const { return !crossings_[2].failed; }
 
-  double spareOf(const Interval& u, int bound) const { return of(u, bound) - *crank_.u_required; }
+  double spareOf(const Interval& u, int bound) const {
+    return u.*kBounds[bound] - *crank_.u_required;
+  }
 
   Interval crankAfter(const Simulation& standing, double t) const {
     return lowestOfCrank(
@@ -354,13 +355,8 @@ StopTimeQuery asked(StopTimeQuery request) {
 }
 
 std::string toString(StopTimeOutcome outcome) {
-  switch (outcome) {
-    case StopTimeOutcome::kFinite: return "finite";
-    case StopTimeOutcome::kAtLeast: return "at_least";
-    case StopTimeOutcome::kAlways: return "always";
-    case StopTimeOutcome::kNever: return "never";
-  }
-  return "never";
+  constexpr std::array kNames = {"finite", "at_least", "always", "never"};
+  return kNames.at(static_cast<std::size_t>(outcome));
 }
 
 StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query,

@@ -137,6 +137,12 @@ Interval around(double value, const std::vector<double>& errors, const IntervalC
 
 }  // namespace
 
+std::optional<Interval> expectedBy(const BaselinePredictor& baseline, const PastEvent& event) {
+  return event.kind == PastEvent::Kind::kCharge
+             ? baselineChargeCurrent(baseline, event.voltage, event.duration)
+             : baselineCrankMinimum(baseline, event.current);
+}
+
 EventComparison ofSeries(EventComparison event, double series_blocks) {
   const bool is_charge = event.kind == PastEvent::Kind::kCharge;
   for (double* voltage : is_charge ? std::array{&event.voltage, &event.first_voltage}
@@ -146,14 +152,6 @@ EventComparison ofSeries(EventComparison event, double series_blocks) {
   event.expected = ofSeries(event.expected, series_blocks);
   if (event.baseline) event.baseline = ofSeries(*event.baseline, series_blocks);
   return event;
-}
-
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
 std::optional<double> usualVoltage(const std::vector<PastEvent>& charges) {

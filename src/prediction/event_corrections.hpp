@@ -20,6 +20,9 @@ struct EventComparison : PastEvent {
   std::optional<Interval> baseline = std::nullopt;  ///< of measured, by the window's predictor
 };
 
+/// @return what the baseline predictors expect of a crank or a charge.
+std::optional<Interval> expectedBy(const BaselinePredictor& baseline, const PastEvent& event);
+
 /// @return what was compared of one block, of a row of them.
 EventComparison ofSeries(EventComparison of_one, double series_blocks);
 
@@ -86,9 +89,6 @@ struct ChargeEvidence {
 };
 
 ChargeEvidence chargeEvidence(const EventHistory& event_history, double voltage, double duration);
-
-/// @return the middle of some values, of an even number the mean of both; 0 of none.
-double medianOf(std::vector<double> values);
 
 /// @return the median voltage [V] of past charges; none without any.
 std::optional<double> usualVoltage(const std::vector<PastEvent>& charges);

@@ -80,7 +80,8 @@ std::optional<EventComparison> ChargeWatch::add(const WatchedSample& at) {
 /// the charge puts it, once that is known.
 void ChargeWatch::judgeLast(const StateTracker& before) {
   if (!running_ || !running_->model.fit.source) return;
-  if (before.lastTime() == running_->model.state.time) running_->model = before.modelSettled();
+  if (before.last() && before.last()->time == running_->model.state.time)
+    running_->model = before.modelSettled();
   if (before.isVoltageControlled()) {
     ++running_->controlled;
     return;

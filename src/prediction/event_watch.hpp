@@ -56,7 +56,6 @@ class ChargeWatch {
   explicit ChargeWatch(double compare_after = 10.0) : compare_after_(compare_after) {}
   /// @return the comparison when this sample completes one.
   std::optional<EventComparison> add(const WatchedSample& at);
-  void reset() { *this = ChargeWatch(compare_after_); }
 
  private:
   /// A charge under way, or complete and waiting for what shows its voltages.

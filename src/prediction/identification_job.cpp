@@ -144,7 +144,7 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
       instrumentLimits(job.series),
       chargerControl(job.series)};
   static_cast<IdentificationTrial&>(result) =
-      tryFit(job.series, window, job.options, job.incumbent);
+      tryFit(job.series, window, job.identify, job.incumbent);
   if (job.extended_options)
     result.extended = tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
   return result;

@@ -48,15 +48,19 @@ class ChargerShare {
   std::deque<Block> blocks_;
 };
 
-/// Everything an identification needs, copied, so that any thread can run it.
-struct IdentificationJob {
-  int epoch = 0;                        ///< which run of the clock the samples belong to
-  Series series;                        ///< the buffered samples
+/// How a session's models are identified.
+struct IdentificationSettings {
   std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
-  double min_window_quality = 0.0;      ///< [0, 1], a window below it is not fitted
-  IdentifyOptions options;
-  EventLimits events;  ///< what counts as a crank
+  double min_window_quality = 0.2;      ///< [0, 1], a window below it is not fitted
+  EventLimits events;                   ///< what counts as a crank
   AnswerSteps steps;
+  IdentifyOptions identify;
+};
+
+/// Everything an identification needs, copied, so that any thread can run it.
+struct IdentificationJob : IdentificationSettings {
+  int epoch = 0;                         ///< which run of the clock the samples belong to
+  Series series;                         ///< the buffered samples
   std::optional<FittedModel> incumbent;  ///< the model in use, to be compared with
   /// of a second fit to the same window; none: not asked
   std::optional<IdentifyOptions> extended_options;

@@ -20,15 +20,7 @@ Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name
   const std::size_t cells = rows.size() * columns.size();
   for (const double row : rows)
     for (const double column : columns) {
-      const std::string why_end =
-          watch ? watch(static_cast<double>(map.answers.size()) / static_cast<double>(cells)) : "";
-      if (!why_end.empty()) {
-        map.message =
-            format("%zu of %zu answers were there when ", map.answers.size(), cells) + why_end;
-        map.code = AnswerCode::kInvalidQuery;
-        map.answers.clear();
-        return map;
-      }
+      if (isBrokenOff(map, watch, map.answers.size(), cells, "answers were there")) return map;
       map.answers.push_back(ask(row, column));
     }
   map.message = format("%zu answers", cells);

@@ -66,8 +66,9 @@ SessionEvents ModelMonitor::follow(const Sample& sample, double max_gap) {
   SessionEvents events = watch(sample, max_gap);
   tracker_->setCalibrations(calibrations_);
   const bool settled = tracker_->follow(sample.time, sample.current, sample.voltage);
-  if (settled && !tracker_->last().voltage_controlled)
-    compared_.push_back({tracker_->lastTime(), tracker_->lastVoltage(), tracker_->last().voltage});
+  const auto& last = tracker_->last();
+  if (settled && !last->voltage_controlled)
+    compared_.push_back({last->time, last->measured, last->voltage});
   while (!compared_.empty() && compared_.front().time < sample.time - kBacktestSpan)
     compared_.pop_front();
   return events;
@@ -76,22 +77,19 @@ SessionEvents ModelMonitor::follow(const Sample& sample, double max_gap) {
 SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
   SessionEvents events;
   const WatchedSample at = watch_.moveTo(sample, *tracker_, max_gap);
-  if (auto crank = watch_.cranks.add(at)) {
-    crank->baseline = baselineCrankMinimum(model_->fit.baseline, crank->current);
-    events.cranks.push_back(*crank);
-    if (steps_.calibration)
-      update(calibrations_.crank_calibration, crank->measured, crank->expected);
-    updateFrom(*crank);
-  }
-  if (auto charge = watch_.charges.add(at)) {
-    charge->baseline =
-        baselineChargeCurrent(model_->fit.baseline, charge->voltage, charge->duration);
-    events.charges.push_back(*charge);
-    if (steps_.calibration)
-      update(calibrations_.charge_calibration, charge->measured, charge->expected);
+  const auto take = [&](EventComparison event, IntervalCalibration& calibration,
+                        std::vector<EventComparison>& of_kind) {
+    event.baseline = expectedBy(model_->fit.baseline, event);
+    of_kind.push_back(event);
+    if (steps_.calibration) update(calibration, event.measured, event.expected);
+    updateFrom(event);
+  };
+  if (const auto crank = watch_.cranks.add(at))
+    take(*crank, calibrations_.crank_calibration, events.cranks);
+  if (const auto charge = watch_.charges.add(at)) {
     charge_voltages_.push_back(charge->voltage);
     if (charge_voltages_.size() > kChargesKept) charge_voltages_.pop_front();
-    updateFrom(*charge);
+    take(*charge, calibrations_.charge_calibration, events.charges);
   }
   if (!model_->fit.source) return events;
   if (const auto stop = watch_.stops.add(at)) {
@@ -176,7 +174,7 @@ void ModelSelector::add(const Sample& sample, const ModelMonitor& base,
   Block& block = blocks_.back();
   block.to = sample.time;
   if (interval <= kBlock) block.duration += interval;
-  if (base.tracker().hasSettled() && extended.tracker().hasSettled())
+  if (base.tracker().last() && extended.tracker().last())
     block.squares.add(std::pow(base.tracker().error(), 2), std::pow(extended.tracker().error(), 2));
   if (!base_events.cranks.empty() && !extended_events.cranks.empty())
     block.cranks.add(errorOf(base_events.cranks[0]), errorOf(extended_events.cranks[0]));

@@ -234,14 +234,7 @@ std::string OnlineSession::missingForFirst() const {
 
 IdentificationJob OnlineSession::makeJob() {
   job_ = JobOut{contenders_, driving_};
-  IdentificationJob job;
-  job.epoch = epoch_;
-  job.series = stream_.series();
-  job.window_length = options_.window_length;
-  job.min_window_quality = options_.min_window_quality;
-  job.options = options_.identify;
-  job.events = options_.events;
-  job.steps = options_.steps;
+  IdentificationJob job{options_, epoch_, stream_.series(), {}, {}, {}};
   const auto& [base, extended, selector] = contenders_;
   if (base.holdsModel()) job.incumbent = base.accepted();
   if (!extension_) return job;

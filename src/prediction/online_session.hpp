@@ -14,18 +14,13 @@
 namespace battery_sof {
 
 /// Settings of a session.
-struct SessionOptions {
-  double buffer = 1800.0;               ///< [s], past kept for identification
-  std::optional<double> window_length;  ///< [s]; else defaultWindowLength()
-  double min_window_quality = 0.2;      ///< [0, 1], a window below it is not fitted
-  double identify_period = 600.0;       ///< [s] of driving between identifications
-  double retry_period = 60.0;           ///< [s] of driving between tries while there is no model
-  double capacity = 50.0;               ///< [Ah], nominal
+struct SessionOptions : IdentificationSettings {
+  double buffer = 1800.0;          ///< [s], past kept for identification
+  double identify_period = 600.0;  ///< [s] of driving between identifications
+  double retry_period = 60.0;      ///< [s] of driving between tries while there is no model
+  double capacity = 50.0;          ///< [Ah], nominal
   /// 12 V blocks in series that samples, questions and answers are of (recording/series_blocks.hpp)
   double series_blocks = 1.0;
-  EventLimits events;
-  AnswerSteps steps;
-  IdentifyOptions identify;
 };
 
 /// What the session can do at present.

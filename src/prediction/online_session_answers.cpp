@@ -1,3 +1,4 @@
+#include <array>
 #include <utility>
 
 #include "prediction/online_session.hpp"
@@ -19,12 +20,8 @@ std::string inUseSentence(double age) {
 }  // namespace
 
 std::string toString(AnswerBasis basis) {
-  switch (basis) {
-    case AnswerBasis::kPopulation: return "population";
-    case AnswerBasis::kPreviousTrip: return "previous_trip";
-    case AnswerBasis::kThisTrip: return "this_trip";
-  }
-  return "population";
+  constexpr std::array kNames = {"population", "previous_trip", "this_trip"};
+  return kNames.at(static_cast<std::size_t>(basis));
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -171,11 +168,10 @@ FittedModel OnlineSession::ofRow(FittedModel model) const {
 }
 
 std::optional<ExpectedSample> OnlineSession::expectedSample() const {
-  if (!inUse().holdsModel() || !inUse().tracker().hasSettled()) return std::nullopt;
-  const FollowedSample& last = inUse().tracker().last();
-  const double time = inUse().tracker().lastTime();
-  if (last.voltage_controlled) return ExpectedSample{time, std::nullopt, last.current};
-  return ExpectedSample{time, last.voltage * options_.series_blocks, std::nullopt};
+  if (!inUse().holdsModel() || !inUse().tracker().last()) return std::nullopt;
+  const SettledSample& last = *inUse().tracker().last();
+  if (last.voltage_controlled) return ExpectedSample{last.time, std::nullopt, last.current};
+  return ExpectedSample{last.time, last.voltage * options_.series_blocks, std::nullopt};
 }
 
 SessionStatus OnlineSession::status() const {

@@ -1,6 +1,7 @@
 #include "prediction/pipeline.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "battery_sof/intake.hpp"
@@ -250,13 +251,8 @@ void update(IntervalCalibration& scale, double measured, const Interval& expecte
 }
 
 std::string toString(AnswerCode code) {
-  switch (code) {
-    case AnswerCode::kOk: return "ok";
-    case AnswerCode::kInvalidQuery: return "invalid_query";
-    case AnswerCode::kNoModel: return "no_model";
-    case AnswerCode::kExtrapolation: return "extrapolation";
-  }
-  return "unknown";
+  constexpr std::array kNames = {"ok", "invalid_query", "no_model", "extrapolation"};
+  return kNames.at(static_cast<std::size_t>(code));
 }
 
 }  // namespace battery_sof

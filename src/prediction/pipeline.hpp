@@ -177,6 +177,19 @@ bool isRefused(Answer& answer, const Fit& fit, const std::string& faults) {
   return true;
 }
 
+/// Asks a watch whether work goes on; broken off, the answer is emptied and says how far it came.
+/// @param what was done, behind the numbers.  @return whether it is broken off.
+template <typename Answer>
+bool isBrokenOff(Answer& answer, const WorkWatch& watch, std::size_t done, std::size_t all,
+                 const char* what) {
+  const std::string why = watch ? watch(static_cast<double>(done) / static_cast<double>(all)) : "";
+  if (why.empty()) return false;
+  answer = {};
+  answer.code = AnswerCode::kInvalidQuery;
+  answer.message = format("%zu of %zu %s when ", done, all, what) + why;
+  return true;
+}
+
 /// An answer without numbers: the model makes none that are finite of a question (kNoModel).
 template <typename Answer>
 Answer withoutNumbers() {

@@ -36,13 +36,6 @@ std::string emptiness(const Fit& fit, const PredictedVoltage& predicted) {
   return "";
 }
 
-ProfileAnswer brokenOff(std::size_t done, std::size_t samples, const std::string& why) {
-  ProfileAnswer none;
-  none.code = AnswerCode::kInvalidQuery;
-  none.message = format("%zu of %zu samples were done when ", done, samples) + why;
-  return none;
-}
-
 }  // namespace
 
 ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
@@ -58,9 +51,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   double time_before = 0.0;
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
-    const std::string why_end =
-        watch ? watch(static_cast<double>(n) / static_cast<double>(time.size())) : "";
-    if (!why_end.empty()) return brokenOff(n, time.size(), why_end);
+    if (isBrokenOff(answer, watch, n, time.size(), "samples were done")) return answer;
     InputStep step = inputStep(time_before, current_before, time[n], current[n],
                                std::numeric_limits<double>::infinity());
     step.time += model.state.time;

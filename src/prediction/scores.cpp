@@ -36,12 +36,7 @@ double missingAt(const FittedModel& model, const Series& series, std::size_t n) 
 /// first second; the effects' states at rest.
 FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
   FittedModel start = model;
-  start.state = {series.time.front(),
-                 series.current.front(),
-                 compositionOf(model.fit).restState(),
-                 std::nullopt,
-                 {},
-                 {},
+  start.state = {series.time.front(), series.current.front(), compositionOf(model.fit).restState(),
                  model.state.residual_state};
   std::vector<double> missing;
   for (std::size_t n = 0; n < series.size(); ++n) {
@@ -181,15 +176,21 @@ constexpr double kDurations[] = {10.0, 60.0};  // [s]
 
 /// Squared errors of one quantity over the samples in which it is the battery's answer.
 struct Errors {
+  bool is_predicted;
   std::size_t samples = 0;
   double squares = 0.0;   // of the errors
   double variance = 0.0;  // of what was measured
   bool judged() const { return samples >= kFewestSamples; }
+  /// squares in units of the variance; none where there is no share
+  std::optional<double> relative() const {
+    if (!is_predicted || !judged() || !(variance > 0.0)) return std::nullopt;
+    return squares / variance;
+  }
 };
 
 Errors errorsOf(const std::vector<double>& measured, const std::vector<double>& predicted,
                 IndexRange range, const std::vector<char>& voltage_controlled, bool of_voltage) {
-  Errors errors;
+  Errors errors{!predicted.empty()};
   double sum = 0.0;
   const auto each = [&](auto visit) {
     for (std::size_t k = range.first; k < range.last; ++k)
@@ -212,21 +213,6 @@ Errors errorsOf(const std::vector<double>& measured, const std::vector<double>& 
 /// 100 (1 - sqrt(mean of squared errors in units of the variance)).
 double percent(double relative_squares, std::size_t samples) {
   return 100.0 * (1.0 - std::sqrt(relative_squares / static_cast<double>(samples)));
-}
-
-std::optional<double> shareOf(const Errors& errors, bool is_predicted) {
-  if (!is_predicted || !errors.judged() || !(errors.variance > 0.0)) return std::nullopt;
-  return percent(errors.squares / errors.variance, errors.samples);
-}
-
-std::optional<double> combined(const Errors& current, std::optional<double> current_share,
-                               const Errors& voltage, std::optional<double> voltage_share) {
-  const bool missing = (current.judged() && !current_share) || (voltage.judged() && !voltage_share);
-  if (missing || (!current_share && !voltage_share)) return std::nullopt;
-  double relative = 0.0;
-  if (current_share) relative += current.squares / current.variance;
-  if (voltage_share) relative += voltage.squares / voltage.variance;
-  return percent(relative, current.samples + voltage.samples);
 }
 
 /// Mean over samples; the measured current where the current is controlled.
@@ -282,17 +268,19 @@ MixedScores scoreMixed(const Series& series, IndexRange range,
                        const std::vector<char>& voltage_controlled,
                        const MixedPrediction& predicted) {
   requireSizes(series, range, voltage_controlled, predicted);
-  const bool has_current = !predicted.current.empty(), has_voltage = !predicted.voltage.empty();
   const Errors current =
       errorsOf(series.current, predicted.current, range, voltage_controlled, true);
   const Errors voltage =
       errorsOf(series.voltage, predicted.voltage, range, voltage_controlled, false);
+  const auto of_current = current.relative(), of_voltage = voltage.relative();
   MixedScores scores;
-  scores.current_share_percent = shareOf(current, has_current);
-  scores.voltage_share_percent = shareOf(voltage, has_voltage);
-  scores.share_percent =
-      combined(current, scores.current_share_percent, voltage, scores.voltage_share_percent);
-  if (!has_current) return scores;
+  if (of_current) scores.current_share_percent = percent(*of_current, current.samples);
+  if (of_voltage) scores.voltage_share_percent = percent(*of_voltage, voltage.samples);
+  const bool is_missing = (current.judged() && !of_current) || (voltage.judged() && !of_voltage);
+  if (!is_missing && (of_current || of_voltage))
+    scores.share_percent = percent(of_current.value_or(0.0) + of_voltage.value_or(0.0),
+                                   current.samples + voltage.samples);
+  if (!current.is_predicted) return scores;
   if (current.samples > 0)
     scores.current_rmse = std::sqrt(current.squares / static_cast<double>(current.samples));
   for (const std::size_t first : chargeBeginnings(series, range, voltage_controlled))
@@ -314,42 +302,43 @@ std::vector<char> overSeries(const Series& series, IndexRange range,
   return mask;
 }
 
-}  // namespace
-
-BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range,
-                             const FollowedPrediction& predicted) {
+/// @param voltage that cranks' lowest voltages are taken from; none where it is empty.
+/// @param expect std::optional<Interval>(const EventComparison&): what is expected of a crank or a
+/// charge in place of what samples say.
+template <typename Expect>
+BothWaysScores bothWays(const Series& series, IndexRange range, const std::vector<char>& mask,
+                        const MixedPrediction& predicted, const PredictedVoltage& voltage,
+                        Expect&& expect) {
   BothWaysScores scores;
-  scores.mixed =
-      scoreMixed(series, range, overSeries(series, range, predicted.voltage_controlled), predicted);
-  for (EventComparison& charge : scores.mixed.charges)
-    charge.expected = correctChargePrediction(
-        model, {charge.voltage, charge.first_voltage, charge.duration}, charge.expected);
-  scores.cranks = scorePrediction(series, range,
-                                  {predicted.equations_voltage, predicted.voltage_lower,
-                                   predicted.voltage_upper})
-                      .cranks;
-  for (EventComparison& crank : scores.cranks)
-    crank.expected = correctCrankPrediction(model, crank.current, crank.expected);
+  scores.mixed = scoreMixed(series, range, mask, predicted);
+  if (!voltage.voltage.empty()) scores.cranks = scorePrediction(series, range, voltage).cranks;
+  for (auto* events : {&scores.mixed.charges, &scores.cranks})
+    for (EventComparison& event : *events) event.expected = expect(event).value_or(event.expected);
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
   return scores;
 }
 
+}  // namespace
+
+BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range,
+                             const FollowedPrediction& predicted) {
+  return bothWays(series, range, overSeries(series, range, predicted.voltage_controlled), predicted,
+                  {predicted.equations_voltage, predicted.voltage_lower, predicted.voltage_upper},
+                  [&](const EventComparison& event) -> std::optional<Interval> {
+                    if (event.kind == PastEvent::Kind::kCrank)
+                      return correctCrankPrediction(model, event.current, event.expected);
+                    return correctChargePrediction(
+                        model, {event.voltage, event.first_voltage, event.duration},
+                        event.expected);
+                  });
+}
+
 BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& series,
                              IndexRange range, const std::vector<char>& voltage_controlled) {
-  BothWaysScores scores;
   const std::vector<char> mask = overSeries(series, range, voltage_controlled);
   const MixedPrediction line = predictBaseline(baseline, series, range, mask);
-  scores.mixed = scoreMixed(series, range, mask, line);
-  for (EventComparison& charge : scores.mixed.charges)
-    if (const auto current = baselineChargeCurrent(baseline, charge.voltage, charge.duration))
-      charge.expected = *current;
-  if (line.voltage.empty()) return scores;
-  scores.cranks = scorePrediction(series, range, line.voltages()).cranks;
-  for (EventComparison& crank : scores.cranks)
-    if (const auto minimum = baselineCrankMinimum(baseline, crank.current))
-      crank.expected = *minimum;
-  scores.crank_mean_abs_error = meanAbsError(scores.cranks);
-  return scores;
+  return bothWays(series, range, mask, line, line.voltages(),
+                  [&](const EventComparison& event) { return expectedBy(baseline, event); });
 }
 
 namespace {

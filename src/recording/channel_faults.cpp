@@ -1,11 +1,12 @@
-#include "check_parts.hpp"
-
 #include <algorithm>
 #include <cmath>
 
+#include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
 #include "util/text.hpp"
 
+/// Where a channel's values are proven wrong, judged by what the other channel does meanwhile, and
+/// the findings that report it.
 namespace battery_sof::check_parts {
 namespace {
 
@@ -26,8 +27,55 @@ constexpr double kVoltageSpread = 0.1;  // of the drop at the extreme current
 constexpr double kLoad = 0.05;          // of the largest current
 // channels that mostly stand still do so together when the battery does
 constexpr double kMostlyStill = 0.8;
-constexpr double kFlickerShare = 0.1;  // of the recording
-constexpr double kChance = 1e-3;       // of one false claim in the whole recording
+constexpr double kFlickerShare = 0.1;        // of the recording
+constexpr double kChance = 1e-3;             // of one false claim in the whole recording
+constexpr double kCoarseVoltage = 0.005;     // [V], a crank's drop of 2 V in 400 steps
+constexpr double kVeryCoarseVoltage = 0.05;  // [V]
+// [A], the least current offset worth finding (docs/physics.md#current_offset)
+constexpr double kCoarseCurrent = 0.05;
+constexpr double kVeryCoarseCurrent = 1.0;  // [A]
+constexpr double kAlmost = 1.0 - 1e-3;      // of a limit: printed steps are rounded
+
+/// A change of a channel over stride samples, in the channel's unit.
+struct Move {
+  std::size_t stride;
+  double threshold;
+};
+
+/// Least move of the channel that neither noise nor quantisation of either channel explains.
+Move realMove(const Evidence& evidence, const Channel& channel) {
+  const bool is_voltage = &channel == &evidence.voltage;
+  const double resistance = evidence.edges ? std::abs(evidence.edges->resistance) : 0.0;
+  const double scale =
+      is_voltage ? resistance * evidence.largest_current : evidence.largest_current;
+  double threshold = std::max(
+      {kNoiseSigmas * channel.noise, kMoveSteps * channel.step.value_or(0.0), kMoveShare * scale});
+  if (!is_voltage && resistance > 0.0)
+    threshold = std::max(threshold, kMoveSteps * evidence.voltage.step.value_or(0.0) / resistance);
+  const double stride = evidence.interval > 0.0 ? kMoveDuration / evidence.interval : 1.0;
+  return {static_cast<std::size_t>(std::max(1L, std::lround(stride))), threshold};
+}
+
+const Channel& otherThan(const Evidence& evidence, const Channel& channel) {
+  return &channel == &evidence.current ? evidence.voltage : evidence.current;
+}
+
+/// @return ranges between gaps in which one exact value repeats at least min_samples times.
+std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel,
+                               std::size_t min_samples) {
+  std::vector<IndexRange> runs;
+  for (const IndexRange& stretch : evidence.stretches) {
+    const auto found = constantRuns(channel.values, stretch, min_samples);
+    runs.insert(runs.end(), found.begin(), found.end());
+  }
+  return runs;
+}
+
+std::size_t totalSamples(const std::vector<IndexRange>& runs) {
+  std::size_t samples = 0;
+  for (const IndexRange& run : runs) samples += run.size();
+  return samples;
+}
 
 /// How often another channel turns round during a run, but for the samples at its ends in which a
 /// shift between the channels shows the neighbours' edges.
@@ -53,15 +101,12 @@ bool isAtExtreme(const Channel& channel, IndexRange run, double extreme) {
 /// Flat tops during which the other channel turns round: the true peak lies beyond the limit.
 std::vector<IndexRange> flatTops(const Evidence& evidence, const Channel& channel, double extreme) {
   const Channel& other = otherThan(evidence, channel);
-  std::vector<IndexRange> tops;
-  for (const IndexRange& run :
-       runsOf(evidence, channel, std::max(kFlatSamples, 2 * evidence.hold))) {
-    if (!isAtExtreme(channel, run, extreme)) continue;
-    const bool is_brief = durationOf(evidence, run) <= kFlatDuration;
-    const std::size_t needed = is_brief ? 1 : kStuckReversals;
-    if (reversalsDuring(evidence, other, run) >= needed) tops.push_back(run);
-  }
-  return tops;
+  return thoseWhere(
+      runsOf(evidence, channel, std::max(kFlatSamples, 2 * evidence.hold)), [&](IndexRange run) {
+        const bool is_brief = durationOf(evidence, run) <= kFlatDuration;
+        return isAtExtreme(channel, run, extreme) &&
+               reversalsDuring(evidence, other, run) >= (is_brief ? 1 : kStuckReversals);
+      });
 }
 
 /// Whether two samples are of one reading, as far as the values tell.
@@ -74,18 +119,34 @@ double laplaceShare(std::size_t successes, std::size_t tries) {
   return static_cast<double>(successes + 1) / static_cast<double>(tries + 2);
 }
 
+/// Samples that repeat the one before, and those after which another one does.
+struct Repetitions {
+  std::size_t samples = 0, repeated = 0, begun = 0, gone_on = 0;
+};
+
+/// @param counts bool(k), of a sample and the one before it.
+template <typename Counts>
+Repetitions repetitionsUnderLoad(const Evidence& evidence, const Channel& channel,
+                                 Counts&& counts) {
+  Repetitions found;
+  for (std::size_t k = 2; k < channel.values.size(); ++k) {
+    if (!isUnderLoad(evidence, k) || !counts(k)) continue;
+    ++found.samples;
+    found.repeated += repeats(channel, k);
+    if (!repeats(channel, k - 1) || !counts(k - 1)) continue;
+    ++found.begun;
+    found.gone_on += repeats(channel, k);
+  }
+  return found;
+}
+
 /// Share of a channel's repetitions under load, away from its limits, that another one follows. Of
 /// white noise it is the chance of a repetition, of values that somebody holds it is nearly 1.
 double shareThatGoesOn(const Evidence& evidence, const Channel& channel) {
-  std::size_t begun = 0, gone_on = 0;
-  for (std::size_t k = 2; k < channel.values.size(); ++k) {
-    const bool is_limit =
-        channel.values[k - 1] == channel.lowest || channel.values[k - 1] == channel.highest;
-    if (is_limit || !isUnderLoad(evidence, k) || !repeats(channel, k - 1)) continue;
-    ++begun;
-    if (repeats(channel, k)) ++gone_on;
-  }
-  return laplaceShare(gone_on, begun);
+  const Repetitions found = repetitionsUnderLoad(evidence, channel, [&](std::size_t k) {
+    return channel.values[k - 1] != channel.lowest && channel.values[k - 1] != channel.highest;
+  });
+  return laplaceShare(found.gone_on, found.begun);
 }
 
 /// Whether the channel turns round at most of its moves under load, as noise does, be it of less
@@ -119,12 +180,12 @@ std::vector<IndexRange> silentTops(const Evidence& evidence, const Channel& chan
                                    double extreme) {
   if (evidence.interval >= kPileUpInterval || !flickersUnderLoad(evidence, channel)) return {};
   const double share = shareThatGoesOn(evidence, channel);
-  std::vector<IndexRange> tops;
-  for (const IndexRange& run : runsOf(evidence, channel, kFlatSamples)) {
-    if (!isAtExtreme(channel, run, extreme) || durationOf(evidence, run) > kFlatDuration) continue;
-    const double chance = std::pow(share, static_cast<double>(run.size() - 2));
-    if (static_cast<double>(channel.values.size()) * chance < kChance) tops.push_back(run);
-  }
+  std::vector<IndexRange> tops =
+      thoseWhere(runsOf(evidence, channel, kFlatSamples), [&](IndexRange run) {
+        const double chance = std::pow(share, static_cast<double>(run.size() - 2));
+        return isAtExtreme(channel, run, extreme) && durationOf(evidence, run) <= kFlatDuration &&
+               static_cast<double>(channel.values.size()) * chance < kChance;
+      });
   if (tops.size() == 1 && !isApproachedSteeply(evidence, channel, tops.front())) tops.clear();
   return tops;
 }
@@ -133,13 +194,11 @@ std::vector<IndexRange> silentTops(const Evidence& evidence, const Channel& chan
 /// on, are scattered and the voltages differ.
 std::vector<IndexRange> pileUp(const Evidence& evidence, double extreme) {
   if (evidence.interval < kPileUpInterval || !evidence.edges) return {};
-  std::vector<IndexRange> runs;
+  const std::vector<IndexRange> runs =
+      thoseWhere(runsOf(evidence, evidence.current, 1),
+                 [&](IndexRange run) { return isAtExtreme(evidence.current, run, extreme); });
   std::vector<double> voltages, crowd;
-  for (const IndexRange& run : runsOf(evidence, evidence.current, 1)) {
-    if (!isAtExtreme(evidence.current, run, extreme)) continue;
-    runs.push_back(run);
-    voltages.push_back(evidence.series.voltage[run.first]);
-  }
+  for (const IndexRange& run : runs) voltages.push_back(evidence.series.voltage[run.first]);
   for (const double value : evidence.current.values)
     if (value != extreme && value / extreme > 0.5) crowd.push_back(value);
   const std::size_t samples = totalSamples(runs), below = crowd.size();
@@ -172,59 +231,24 @@ std::vector<IndexRange> pairRuns(const Evidence& evidence) {
 /// moves: what a repeated message is, is not counted.
 double shareThatGoesOnAlone(const Evidence& evidence, const Channel& channel) {
   const Channel& other = otherThan(evidence, channel);
-  std::size_t begun = 0, gone_on = 0, samples = 0, repeated = 0;
-  for (std::size_t k = 2; k < channel.values.size(); ++k) {
-    if (!isUnderLoad(evidence, k) || repeats(other, k)) continue;
-    ++samples;
-    if (repeats(channel, k)) ++repeated;
-    if (!repeats(channel, k - 1) || repeats(other, k - 1)) continue;
-    ++begun;
-    if (repeats(channel, k)) ++gone_on;
-  }
+  const Repetitions found =
+      repetitionsUnderLoad(evidence, channel, [&](std::size_t k) { return !repeats(other, k); });
   // Of rare repetitions too few begin to tell how they go on.
   constexpr std::size_t kEnough = 30;
-  return begun >= kEnough ? laplaceShare(gone_on, begun) : laplaceShare(repeated, samples);
+  return found.begun >= kEnough ? laplaceShare(found.gone_on, found.begun)
+                                : laplaceShare(found.repeated, found.samples);
 }
 
-}  // namespace
-
-Move realMove(const Evidence& evidence, const Channel& channel) {
-  const bool is_voltage = &channel == &evidence.voltage;
-  const double resistance = evidence.edges ? std::abs(evidence.edges->resistance) : 0.0;
-  const double scale =
-      is_voltage ? resistance * evidence.largest_current : evidence.largest_current;
-  double threshold = std::max(
-      {kNoiseSigmas * channel.noise, kMoveSteps * channel.step.value_or(0.0), kMoveShare * scale});
-  if (!is_voltage && resistance > 0.0)
-    threshold = std::max(threshold, kMoveSteps * evidence.voltage.step.value_or(0.0) / resistance);
-  const double stride = evidence.interval > 0.0 ? kMoveDuration / evidence.interval : 1.0;
-  return {static_cast<std::size_t>(std::max(1L, std::lround(stride))), threshold};
-}
-
-const Channel& otherThan(const Evidence& evidence, const Channel& channel) {
-  return &channel == &evidence.current ? evidence.voltage : evidence.current;
-}
-
-std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel,
-                               std::size_t min_samples) {
-  std::vector<IndexRange> runs;
-  for (const IndexRange& stretch : evidence.stretches) {
-    const auto found = constantRuns(channel.values, stretch, min_samples);
-    runs.insert(runs.end(), found.begin(), found.end());
-  }
-  return runs;
-}
-
-double durationOf(const Evidence& evidence, IndexRange run) {
-  return evidence.series.time[run.last - 1] - evidence.series.time[run.first];
-}
-
-std::size_t totalSamples(const std::vector<IndexRange>& runs) {
-  std::size_t samples = 0;
-  for (const IndexRange& run : runs) samples += run.size();
-  return samples;
-}
-
+/**
+ * @brief Where the channel is cut off at its lowest or highest value.
+ *
+ * The extreme repeats while the other channel turns round, so the true peak lies beyond; or it
+ * repeats for longer than the channel's own noise would leave it unmoved, at most for 5 s at a
+ * time, in several places or between steep flanks; or, for the current at slow rates, separate
+ * samples share one extreme though those below it are scattered and the voltages differ. A value
+ * that a source or a regulator holds is not found.
+ * @param extreme the channel's lowest or highest value.
+ */
 std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
                                     double extreme) {
   std::vector<IndexRange> runs = flatTops(evidence, channel, extreme);
@@ -235,57 +259,15 @@ std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& cha
   return piled.size() > runs.size() ? piled : runs;
 }
 
-std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel) {
-  const Channel& other = otherThan(evidence, channel);
-  const std::vector<double> limits = provenLimits(evidence, channel);
-  std::vector<IndexRange> frozen =
-      runsOf(evidence, channel, std::max(kStuckSamples, 4 * evidence.hold));
-  frozen.erase(std::remove_if(frozen.begin(), frozen.end(),
-                              [&](const IndexRange& run) {
-                                return reversalsDuring(evidence, other, run) < kStuckReversals ||
-                                       contains(limits, channel.values[run.first]);
-                              }),
-               frozen.end());
-  return frozen;
-}
+/// Samples outside given ranges, and the share of them at which the channel turns round: 2/3 for
+/// white noise, little for curves.
+struct Flicker {
+  std::size_t samples = 0;
+  double turning = 0.0;
+  double size = 0.0;  ///< median change
+};
 
-std::vector<double> provenLimits(const Evidence& evidence, const Channel& channel) {
-  std::vector<double> limits;
-  for (const double extreme : {channel.lowest, channel.highest})
-    if (!clippedRuns(evidence, channel, extreme).empty()) limits.push_back(extreme);
-  return limits;
-}
-
-std::vector<IndexRange> repeatedRuns(const Evidence& evidence) {
-  std::vector<IndexRange> pairs = pairRuns(evidence);
-  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
-    const std::vector<double> limits = provenLimits(evidence, *channel);
-    pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                               [&](const IndexRange& pair) {
-                                 return contains(limits, channel->values[pair.first]);
-                               }),
-                pairs.end());
-  }
-  const bool is_fast = evidence.interval < kPileUpInterval;
-  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
-    const bool flickers = is_fast ? flickersUnderLoad(evidence, *channel)
-                                  : isNoisyOutside(*channel, flickerOutside(*channel, pairs));
-    if (!flickers) return {};
-  }
-  const double current_share = shareThatGoesOnAlone(evidence, evidence.current);
-  const double voltage_share = shareThatGoesOnAlone(evidence, evidence.voltage);
-  if (std::max(current_share, voltage_share) > kMostlyStill) return {};
-  const double chance = current_share * voltage_share;
-  const auto samples = static_cast<double>(evidence.series.size());
-  std::vector<IndexRange> repeated;
-  for (const IndexRange& pair : pairs) {
-    const auto repeats = static_cast<double>(pair.size() - 1);
-    if (samples * std::pow(chance, repeats) > kChance) continue;
-    repeated.push_back({pair.first + 1, pair.last});
-  }
-  return repeated;
-}
-
+/// @param runs in order.
 Flicker flickerOutside(const Channel& channel, const std::vector<IndexRange>& runs) {
   std::vector<double> changes;
   std::size_t turns = 0, next = 0;
@@ -301,12 +283,239 @@ Flicker flickerOutside(const Channel& channel, const std::vector<IndexRange>& ru
   return {changes.size(), turning, quantile(changes, 0.5)};
 }
 
+/// Whether the channel turns round at most samples outside the runs, by more than quantisation and
+/// rounding do.
 bool isNoisyOutside(const Channel& channel, const Flicker& flicker) {
   constexpr double kMinFlicker = 1e-5;  // of the largest value; less is rounding of computed data
   const double largest = std::max(std::abs(channel.lowest), std::abs(channel.highest));
   return flicker.samples > kFlickerShare * channel.values.size() && flicker.turning > kTurning &&
          flicker.size >= kMinFlicker * largest &&
          flicker.size >= kMoveSteps * channel.step.value_or(0.0);
+}
+
+}  // namespace
+
+double durationOf(const Evidence& evidence, IndexRange run) {
+  return evidence.series.time[run.last - 1] - evidence.series.time[run.first];
+}
+
+std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel) {
+  const Channel& other = otherThan(evidence, channel);
+  const std::vector<double> limits = provenLimits(evidence, channel);
+  return thoseWhere(runsOf(evidence, channel, std::max(kStuckSamples, 4 * evidence.hold)),
+                    [&](IndexRange run) {
+                      return reversalsDuring(evidence, other, run) >= kStuckReversals &&
+                             !contains(limits, channel.values[run.first]);
+                    });
+}
+
+std::vector<double> provenLimits(const Evidence& evidence, const Channel& channel) {
+  std::vector<double> limits;
+  for (const double extreme : {channel.lowest, channel.highest})
+    if (!clippedRuns(evidence, channel, extreme).empty()) limits.push_back(extreme);
+  return limits;
+}
+
+std::vector<IndexRange> repeatedRuns(const Evidence& evidence) {
+  std::vector<IndexRange> pairs = pairRuns(evidence);
+  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
+    const std::vector<double> limits = provenLimits(evidence, *channel);
+    pairs = thoseWhere(std::move(pairs), [&](IndexRange pair) {
+      return !contains(limits, channel->values[pair.first]);
+    });
+  }
+  const bool is_fast = evidence.interval < kPileUpInterval;
+  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
+    const bool flickers = is_fast ? flickersUnderLoad(evidence, *channel)
+                                  : isNoisyOutside(*channel, flickerOutside(*channel, pairs));
+    if (!flickers) return {};
+  }
+  const double current_share = shareThatGoesOnAlone(evidence, evidence.current);
+  const double voltage_share = shareThatGoesOnAlone(evidence, evidence.voltage);
+  if (std::max(current_share, voltage_share) > kMostlyStill) return {};
+  const double chance = current_share * voltage_share;
+  const auto samples = static_cast<double>(evidence.series.size());
+  std::vector<IndexRange> repeated = thoseWhere(std::move(pairs), [&](IndexRange pair) {
+    return samples * std::pow(chance, static_cast<double>(pair.size() - 1)) <= kChance;
+  });
+  for (IndexRange& pair : repeated) ++pair.first;
+  return repeated;
+}
+
+// ---------------------------------------------------------------------------------------------
+// what is found of it
+
+namespace {
+
+std::vector<double> startsOf(const Evidence& evidence, const std::vector<IndexRange>& runs) {
+  std::vector<double> starts;
+  for (const IndexRange& run : runs) starts.push_back(evidence.series.time[run.first]);
+  return someTimes(starts);
+}
+
+// ---------------------------------------------------------------------------------------------
+// quantisation
+
+Finding coarseStep(const Channel& channel, double very_coarse, const std::string& meaning) {
+  const double step = *channel.step;
+  return Finding{
+      "quantisation",
+      step < very_coarse * kAlmost ? Severity::kNote : Severity::kWarning,
+      std::string(channel.name) + " has steps of " + number(step) + " " + channel.unit,
+      "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning,
+      step,
+      channel.unit,
+      channel.values.size()};
+}
+
+// ---------------------------------------------------------------------------------------------
+// stuck values
+
+std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel) {
+  const Channel& other = otherThan(evidence, channel);
+  const std::vector<IndexRange> frozen = frozenRuns(evidence, channel);
+  if (frozen.empty()) return {};
+  double longest = 0.0;
+  for (const IndexRange& run : frozen) longest = std::max(longest, durationOf(evidence, run));
+  return {Finding{"stuck", Severity::kWarning,
+                  std::string(channel.name) + " repeats one value while " + other.name +
+                      " moves up and down: " + counted(frozen.size(), "time") + ", " +
+                      counted(totalSamples(frozen), "sample") + ", the longest " + number(longest) +
+                      " s",
+                  std::string("the ") + channel.name +
+                      " is not measured there (sensor asleep, or its last message repeated); leave "
+                      "these stretches out",
+                  longest, "s", totalSamples(frozen), startsOf(evidence, frozen)}};
+}
+
+/// Values that stand still for a minute and more although the channel flickers at nearly every
+/// sample elsewhere.
+std::vector<Finding> findEntered(const Evidence& evidence, const Channel& channel) {
+  constexpr double kShortest = 60.0;   // [s]
+  constexpr std::size_t kFewest = 20;  // samples
+  std::vector<IndexRange> runs = runsOf(evidence, channel, kFewest);
+  const Flicker flicker = flickerOutside(channel, runs);
+  runs = thoseWhere(std::move(runs),
+                    [&](IndexRange run) { return durationOf(evidence, run) >= kShortest; });
+  if (runs.empty() || !isNoisyOutside(channel, flicker)) return {};
+  const IndexRange longest = *std::max_element(
+      runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
+  const double duration = durationOf(evidence, longest);
+  return {Finding{
+      "stuck", Severity::kNote,
+      std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
+          channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
+          " s), though it flickers by " + number(flicker.size) + " " + channel.unit +
+          " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
+          counted(runs.size(), "such place"),
+      "set or entered there rather than measured; fits and counted charge take it as exact",
+      duration, "s", totalSamples(runs), startsOf(evidence, runs)}};
+}
+
+// ---------------------------------------------------------------------------------------------
+// held values
+
+/// Median length of the runs of one value under load, when most runs have it; 1 otherwise.
+std::size_t regularHold(const Evidence& evidence) {
+  constexpr std::size_t kFewestRuns = 50;
+  constexpr double kLongest = 50.0;
+  constexpr double kRegularShare = 0.8;
+  std::vector<double> lengths;
+  for (const IndexRange& run : runsOf(evidence, evidence.current, 1))
+    if (isUnderLoad(evidence, run.first)) lengths.push_back(static_cast<double>(run.size()));
+  const double typical = quantile(lengths, 0.5);
+  const auto regular = std::count_if(lengths.begin(), lengths.end(), [typical](double length) {
+    return std::abs(length - typical) <= 1.0;
+  });
+  const bool is_regular = lengths.size() >= kFewestRuns && typical <= kLongest &&
+                          regular >= kRegularShare * lengths.size();
+  return is_regular ? static_cast<std::size_t>(typical) : 1;
+}
+
+/// Whether the voltage often moves between two samples at which the current reads the same.
+bool movesWithoutCurrent(const Evidence& evidence) {
+  constexpr std::size_t kFewestMoves = 50;
+  constexpr double kUnexplainedShare = 0.4;
+  const auto &current = evidence.series.current, &voltage = evidence.series.voltage;
+  const double threshold = realMove(evidence, evidence.voltage).threshold;
+  std::size_t moves = 0, unexplained = 0;
+  for (std::size_t k = 1; k < current.size(); ++k) {
+    if (std::abs(voltage[k] - voltage[k - 1]) < threshold) continue;
+    ++moves;
+    if (current[k] == current[k - 1]) ++unexplained;
+  }
+  return moves >= kFewestMoves && unexplained > kUnexplainedShare * moves;
+}
+
+}  // namespace
+
+std::vector<Finding> findQuantisation(const Evidence& evidence) {
+  const Channel &voltage = evidence.voltage, &current = evidence.current;
+  std::vector<Finding> findings;
+  if (voltage.step && *voltage.step >= kCoarseVoltage * kAlmost)
+    findings.push_back(
+        coarseStep(voltage, kVeryCoarseVoltage,
+                   "differences between model and measurement below that say nothing sample by "
+                   "sample, and slow effects of a few mV show only in averages"));
+  if (current.step && *current.step >= kCoarseCurrent * kAlmost)
+    findings.push_back(coarseStep(current, kVeryCoarseCurrent,
+                                  "small rest and float currents are known no better"));
+  return findings;
+}
+
+std::vector<Finding> findClipping(const Evidence& evidence) {
+  std::vector<Finding> findings;
+  for (const Channel* channel : {&evidence.current, &evidence.voltage})
+    for (const double extreme : {channel->lowest, channel->highest}) {
+      const std::vector<IndexRange> runs = clippedRuns(evidence, *channel, extreme);
+      if (runs.empty()) continue;
+      findings.push_back(Finding{
+          "clipping", Severity::kWarning,
+          std::string(channel->name) + " is cut off at " + number(extreme) + " " + channel->unit +
+              ": " + counted(totalSamples(runs), "sample") + " in " +
+              counted(runs.size(), "place") + " read exactly that",
+          channel == &evidence.current
+              ? "the true current lay beyond: fits keep these samples, so their resistances come "
+                "out too large, and charge is missing"
+              : "the true voltage lay beyond: fits leave these samples out",
+          extreme, channel->unit, totalSamples(runs), startsOf(evidence, runs)});
+    }
+  return findings;
+}
+
+std::vector<Finding> findStuck(const Evidence& evidence) {
+  std::vector<Finding> findings;
+  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
+    std::vector<Finding> found = findFrozen(evidence, *channel);
+    if (found.empty()) found = findEntered(evidence, *channel);
+    findings.insert(findings.end(), found.begin(), found.end());
+  }
+  return findings;
+}
+
+std::vector<Finding> findRepeated(const Evidence& evidence) {
+  constexpr double kManyPercent = 0.5;
+  const std::vector<IndexRange> repeated = repeatedRuns(evidence);
+  if (repeated.empty()) return {};
+  const double percent = 100.0 * static_cast<double>(totalSamples(repeated)) /
+                         static_cast<double>(evidence.series.size());
+  double longest = 0.0;
+  for (const IndexRange& run : repeated)
+    longest = std::max(longest, durationOf(evidence, {run.first - 1, run.last}));
+  return {Finding{
+      "stuck", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
+      "current and voltage both repeat the sample before under load, though both flicker: " +
+          counted(repeated.size(), "time") + ", " + counted(totalSamples(repeated), "sample") +
+          " (" + twoDigits(percent) + " %), the longest " + number(longest) + " s",
+      "nothing is measured there (the last message repeated); leave these samples out of fits and "
+      "of scores",
+      longest, "s", totalSamples(repeated), startsOf(evidence, repeated)}};
+}
+
+std::size_t updateInterval(const Evidence& evidence) {
+  if (!evidence.fast || !evidence.edges) return 1;
+  const std::size_t hold = regularHold(evidence);
+  return hold > 1 && movesWithoutCurrent(evidence) ? hold : 1;
 }
 
 }  // namespace battery_sof::check_parts

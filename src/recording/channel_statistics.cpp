@@ -130,12 +130,8 @@ double noiseLevel(const std::vector<double>& values, std::optional<double> step)
 
 std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds,
                                      std::size_t min_samples) {
-  std::vector<IndexRange> runs =
-      cutWhere(bounds, [&](std::size_t k) { return values[k] == values[k - 1]; });
-  runs.erase(std::remove_if(runs.begin(), runs.end(),
-                            [&](const IndexRange& run) { return run.size() < min_samples; }),
-             runs.end());
-  return runs;
+  return thoseWhere(cutWhere(bounds, [&](std::size_t k) { return values[k] == values[k - 1]; }),
+                    [&](IndexRange run) { return run.size() >= min_samples; });
 }
 
 std::size_t countReversals(const std::vector<double>& values, IndexRange range, std::size_t stride,
@@ -160,17 +156,16 @@ double quantile(std::vector<double> values, double share) {
   return *nth;
 }
 
+double medianOf(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
 Bounds centralRange(const std::vector<double>& values, double tail) {
-  if (values.empty()) return {};
-  std::vector<double> sorted = values;
-  const auto nth = [&sorted](double share) {
-    return sorted.begin() + std::lround(share * static_cast<double>(sorted.size() - 1));
-  };
-  const auto lower = nth(tail), upper = nth(1.0 - tail);
-  std::nth_element(sorted.begin(), lower, sorted.end());
-  const double low = *lower;  // the next call may move it
-  std::nth_element(lower, upper, sorted.end());
-  return {low, *upper};
+  return {quantile(values, tail), quantile(values, 1.0 - tail)};
 }
 
 }  // namespace battery_sof

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -64,6 +66,13 @@ std::vector<IndexRange> rangesWhere(IndexRange bounds, Holds&& holds) {
   return ranges;
 }
 
+/// @return those of the ranges that hold, in order. @param holds bool(IndexRange).
+template <typename Holds>
+std::vector<IndexRange> thoseWhere(std::vector<IndexRange> ranges, Holds&& holds) {
+  ranges.erase(std::remove_if(ranges.begin(), ranges.end(), std::not_fn(holds)), ranges.end());
+  return ranges;
+}
+
 /// @return ranges within bounds in which one exact value repeats at least min_samples times, in
 /// order.
 std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds,
@@ -83,6 +92,9 @@ std::size_t countReversals(const std::vector<double>& values, IndexRange range, 
 /// @return the value below which the given share [0, 1] of values lies; 0 for no values.
 double quantile(std::vector<double> values, double share);
 
+/// @return the middle of some values, of an even number the mean of both; 0 of none.
+double medianOf(std::vector<double> values);
+
 /// Two ends of a range.
 struct Bounds {
   double lower = 0.0, upper = 0.0;
@@ -90,5 +102,29 @@ struct Bounds {
 
 /// @return quantile() of tail and of 1 - tail. @param tail [0, 0.5].
 Bounds centralRange(const std::vector<double>& values, double tail);
+
+/// Sums of a regression through the origin of changes of voltage on changes of current.
+struct ChangeSums {
+  std::size_t count = 0;
+  double current = 0.0, product = 0.0, voltage = 0.0;                       ///< [A^2], [AV], [V^2]
+  double slope() const { return current > 0.0 ? product / current : 0.0; }  ///< [Ohm]
+};
+
+/// @param stride samples that a change is over.
+/// @param taken bool(k, change of the current [A]), of the change that ends with sample k.
+template <typename Taken>
+ChangeSums changeSums(const Series& series, std::size_t stride, Taken&& taken) {
+  ChangeSums sums;
+  for (std::size_t k = stride; k < series.size(); ++k) {
+    const double di = series.current[k] - series.current[k - stride];
+    if (!taken(k, di)) continue;
+    const double dv = series.voltage[k] - series.voltage[k - stride];
+    ++sums.count;
+    sums.current += di * di;
+    sums.product += di * dv;
+    sums.voltage += dv * dv;
+  }
+  return sums;
+}
 
 }  // namespace battery_sof

@@ -4,7 +4,6 @@
 #include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
-#include "recording/spectral_line.hpp"
 
 /// Findings about current and voltage as a pair, and about what the pair can tell of a battery.
 namespace battery_sof::check_parts {

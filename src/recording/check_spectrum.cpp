@@ -1,15 +1,192 @@
 #include <Eigen/Dense>
+#include <unsupported/Eigen/FFT>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <complex>
 
 #include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
-#include "recording/spectral_line.hpp"
 #include "util/constants.hpp"
 
-/// Findings about tones in the voltage that the current does not explain.
+/// Tones, and findings about those in the voltage that the current does not explain.
 namespace battery_sof::check_parts {
+namespace {
+
+constexpr std::size_t kFirstBin = 8;
+constexpr std::size_t kLastBin = 120;
+constexpr std::size_t kGuard = 3;   // bins; the main lobe of the Hann window and half a bin
+constexpr std::size_t kReach = 16;  // bins to either side whose median is the local noise
+constexpr double kFalseAlarm = 0.01;
+constexpr double kShare = 0.8;
+constexpr double kSteadiness = 0.8;
+
+using Complex = std::complex<double>;
+
+struct Block {
+  std::size_t range;  ///< index of the range it lies in
+  std::vector<Complex> spectrum;
+  std::vector<double> excess;  ///< power over the threshold, by bin
+};
+
+/// The block's values without their linear trend, times the window.
+std::vector<double> windowed(const std::vector<double>& values, std::size_t first) {
+  static const auto window = [] {
+    std::array<double, kLineBlock> hann;
+    for (std::size_t k = 0; k < kLineBlock; ++k)
+      hann[k] = 0.5 - 0.5 * std::cos(2.0 * kPi * static_cast<double>(k) / kLineBlock);
+    return hann;
+  }();
+  constexpr double kMiddle = 0.5 * (kLineBlock - 1);
+  constexpr double kSquares = kLineBlock * (static_cast<double>(kLineBlock) * kLineBlock - 1) / 12;
+  double mean = 0.0, slope = 0.0;
+  for (std::size_t k = 0; k < kLineBlock; ++k) {
+    mean += values[first + k] / kLineBlock;
+    slope += (static_cast<double>(k) - kMiddle) * values[first + k] / kSquares;
+  }
+  std::vector<double> result(kLineBlock);
+  for (std::size_t k = 0; k < kLineBlock; ++k) {
+    const double trend = mean + slope * (static_cast<double>(k) - kMiddle);
+    result[k] = window[k] * (values[first + k] - trend);
+  }
+  return result;
+}
+
+/// Median power of the bins around one, but for those that a line there leaks into.
+double localMedian(const std::vector<double>& power, std::size_t bin) {
+  std::vector<double> around;
+  const std::size_t first = std::max(kGuard, bin - std::min(bin, kReach));
+  const std::size_t last = std::min(kLineBlock / 2 - kGuard, bin + kReach);
+  for (std::size_t k = first; k <= last; ++k) {
+    if (k + kGuard <= bin || k >= bin + kGuard) around.push_back(power[k]);
+  }
+  return quantile(std::move(around), 0.5);
+}
+
+std::vector<double> excessOf(const std::vector<Complex>& spectrum) {
+  constexpr double kBins = kLastBin - kFirstBin + 1;
+  static const double factor = std::log(kBins / kFalseAlarm) / std::log(2.0);
+  std::vector<double> power(kLineBlock / 2 + 1), excess(power.size(), 0.0);
+  for (std::size_t k = 0; k < power.size(); ++k) power[k] = std::norm(spectrum[k]);
+  for (std::size_t k = kFirstBin; k <= kLastBin; ++k) {
+    const double threshold = factor * localMedian(power, k);
+    excess[k] = threshold > 0.0 ? power[k] / threshold : 0.0;
+  }
+  return excess;
+}
+
+template <typename Visit>
+void forEachBlock(const std::vector<IndexRange>& ranges, Visit visit) {
+  for (std::size_t range = 0; range < ranges.size(); ++range) {
+    for (std::size_t k = ranges[range].first; k + kLineBlock <= ranges[range].last; k += kLineBlock)
+      visit(range, k);
+  }
+}
+
+std::vector<Block> transform(const std::vector<double>& values,
+                             const std::vector<IndexRange>& ranges) {
+  Eigen::FFT<double> fft;
+  std::vector<Block> blocks;
+  forEachBlock(ranges, [&](std::size_t range, std::size_t first) {
+    Block block{range, {}, {}};
+    fft.fwd(block.spectrum, windowed(values, first));
+    block.excess = excessOf(block.spectrum);
+    blocks.push_back(std::move(block));
+  });
+  return blocks;
+}
+
+double shareStandingOut(const std::vector<Block>& blocks, std::size_t bin) {
+  const auto count = std::count_if(blocks.begin(), blocks.end(),
+                                   [bin](const Block& block) { return block.excess[bin] > 1.0; });
+  return static_cast<double>(count) / static_cast<double>(blocks.size());
+}
+
+/// Mean of exp(i advance) of the phase from each block to the next in the same range.
+Complex meanAdvance(const std::vector<Block>& blocks, std::size_t bin) {
+  Complex sum = 0.0;
+  std::size_t pairs = 0;
+  for (std::size_t k = 1; k < blocks.size(); ++k) {
+    if (blocks[k].range != blocks[k - 1].range) continue;
+    const Complex advance = blocks[k].spectrum[bin] * std::conj(blocks[k - 1].spectrum[bin]);
+    if (std::abs(advance) > 0.0) sum += advance / std::abs(advance);
+    ++pairs;
+  }
+  return pairs > 0 ? sum / static_cast<double>(pairs) : 0.0;
+}
+
+double medianMagnitude(const std::vector<Block>& blocks, std::size_t bin) {
+  std::vector<double> magnitudes;
+  for (const Block& block : blocks) magnitudes.push_back(std::abs(block.spectrum[bin]));
+  return quantile(std::move(magnitudes), 0.5);
+}
+
+SpectralLine lineAt(const std::vector<Block>& blocks, std::size_t bin) {
+  constexpr double kWindowSum = 0.5 * kLineBlock;
+  const Complex advance = meanAdvance(blocks, bin);
+  const double offset = std::arg(advance) / (2.0 * kPi);
+  SpectralLine line;
+  line.frequency = (static_cast<double>(bin) + offset) / kLineBlock;
+  // magnitude of the Hann window's transform, offset [bins] from its centre, over that at it
+  const double gain = std::abs(offset) < 1e-6
+                          ? 1.0
+                          : std::sin(kPi * offset) / (kPi * offset) / (1.0 - offset * offset);
+  line.amplitude = 2.0 * medianMagnitude(blocks, bin) / kWindowSum / gain;
+  line.share = shareStandingOut(blocks, bin);
+  line.steadiness = std::abs(advance);
+  return line;
+}
+
+/// Bins at which a line stands out, the strongest of each group of neighbours.
+std::vector<std::size_t> standingBins(const std::vector<Block>& blocks) {
+  std::vector<std::size_t> bins;
+  for (std::size_t k = kFirstBin; k <= kLastBin; ++k) {
+    if (shareStandingOut(blocks, k) < kShare) continue;
+    const bool is_near = !bins.empty() && k - bins.back() < kGuard;
+    if (!is_near) {
+      bins.push_back(k);
+    } else if (medianMagnitude(blocks, k) > medianMagnitude(blocks, bins.back())) {
+      bins.back() = k;
+    }
+  }
+  return bins;
+}
+
+double magnitudeAt(const std::vector<double>& block, double frequency) {
+  Complex sum = 0.0;
+  for (std::size_t k = 0; k < block.size(); ++k)
+    sum += block[k] * std::polar(1.0, -2.0 * kPi * frequency * static_cast<double>(k));
+  return std::abs(sum);
+}
+
+}  // namespace
+
+LineSearch findSpectralLines(const std::vector<double>& values,
+                             const std::vector<IndexRange>& ranges) {
+  const std::vector<Block> blocks = transform(values, ranges);
+  LineSearch search;
+  search.blocks = blocks.size();
+  if (blocks.size() < kLineBlocksMin) return search;
+  for (const std::size_t bin : standingBins(blocks)) {
+    const SpectralLine line = lineAt(blocks, bin);
+    if (line.steadiness >= kSteadiness) search.lines.push_back(line);
+  }
+  std::sort(search.lines.begin(), search.lines.end(),
+            [](const auto& a, const auto& b) { return a.amplitude > b.amplitude; });
+  return search;
+}
+
+double amplitudeAt(const std::vector<double>& values, const std::vector<IndexRange>& ranges,
+                   double frequency) {
+  constexpr double kWindowSum = 0.5 * kLineBlock;
+  std::vector<double> amplitudes;
+  forEachBlock(ranges, [&](std::size_t, std::size_t first) {
+    amplitudes.push_back(2.0 / kWindowSum * magnitudeAt(windowed(values, first), frequency));
+  });
+  return quantile(std::move(amplitudes), 0.5);
+}
+
 namespace {
 
 constexpr double kUneven = 0.5;  // of an interval; more and the phase is lost

@@ -1,6 +1,7 @@
 #include "recording/checks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
@@ -84,12 +85,8 @@ constexpr Part kParts[] = {
 }  // namespace
 
 std::string toString(Severity severity) {
-  switch (severity) {
-    case Severity::kNote: return "note";
-    case Severity::kWarning: return "warning";
-    case Severity::kProblem: return "problem";
-  }
-  throw std::invalid_argument("describe: not a severity");
+  constexpr std::array kNames = {"note", "warning", "problem"};
+  return kNames.at(static_cast<std::size_t>(severity));
 }
 
 CheckReport checkRecording(const Recording& recording) {

@@ -1,6 +1,7 @@
 #include "recording/control_mode.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -36,35 +37,19 @@ constexpr std::size_t kFewestSamples = 5;
 constexpr std::size_t kFewestChanges = 30;
 constexpr double kFollows = 0.9;  // r^2 of changes of voltage on changes of current
 
-/// Sums of a regression through the origin of changes of voltage on changes of current.
-struct ChangeSums {
-  std::size_t count = 0;
-  double current = 0.0, product = 0.0, voltage = 0.0;
-  double slope() const { return product / current; }
-  double explained() const { return product * product / (current * voltage); }
-};
-
 /// Sizes of the changes that are looked at [A].
 struct ChangeSizes {
   double least = 0.0, most = 1e9;
 };
 
+/// @param within bool(current [A]), of both samples of a change.
 template <typename Within>
 ChangeSums changesWithin(const Series& series, const ControlModeRule& rule, ChangeSizes sizes,
                          Within within) {
-  ChangeSums sums;
-  for (std::size_t k = 1; k < series.size(); ++k) {
-    const double di = series.current[k] - series.current[k - 1];
-    const double dv = series.voltage[k] - series.voltage[k - 1];
-    const bool joined = series.time[k] - series.time[k - 1] <= rule.max_gap;
-    if (!joined || std::abs(di) < sizes.least || std::abs(di) > sizes.most) continue;
-    if (!within(series.current[k]) || !within(series.current[k - 1])) continue;
-    ++sums.count;
-    sums.current += di * di;
-    sums.product += di * dv;
-    sums.voltage += dv * dv;
-  }
-  return sums;
+  return changeSums(series, 1, [&](std::size_t k, double di) {
+    return series.time[k] - series.time[k - 1] <= rule.max_gap && std::abs(di) >= sizes.least &&
+           std::abs(di) <= sizes.most && within(series.current[k]) && within(series.current[k - 1]);
+  });
 }
 
 /// Charge into the battery above the noise, as a share of all that flows.
@@ -134,7 +119,7 @@ bool followsCurrent(const Series& series, const ControlModeRule& rule) {
   for (const double current : series.current) highest = std::max(highest, current);
   const auto sums = changesWithin(series, rule, {kEdgeShare * highest}, is_charge);
   return sums.count >= kFewestChanges && sums.voltage > 0.0 && sums.slope() > 0.0 &&
-         sums.explained() >= kFollows;
+         sums.product * sums.product / (sums.current * sums.voltage) >= kFollows;
 }
 
 struct Judged {
@@ -198,37 +183,28 @@ void requireValid(const ControlModeRule& rule) {
 }  // namespace
 
 std::string toString(ControlModeReason reason) {
-  switch (reason) {
-    case ControlModeReason::kNoSource: return "nothing in the recording charges the battery";
-    case ControlModeReason::kLoad: return "a load: the current is below what a source lets through";
-    case ControlModeReason::kConstantCurrent:
-      return "the current is held within its noise while the voltage moves one way";
-    case ControlModeReason::kRestApart: return "a rest apart from any source: the voltage relaxes";
-    case ControlModeReason::kChargeAsBefore:
-      return "a charge that begins as this recording's charges do, with a controlled current";
-    case ControlModeReason::kHeldVoltage: return "the voltage is held while the current moves";
-    case ControlModeReason::kSource:
-      return "a source is connected: the current is above what loads leave";
-  }
-  throw std::invalid_argument("describe: not a reason");
+  constexpr std::array kSentences = {
+      "nothing in the recording charges the battery",
+      "a load: the current is below what a source lets through",
+      "the current is held within its noise while the voltage moves one way",
+      "a rest apart from any source: the voltage relaxes",
+      "a charge that begins as this recording's charges do, with a controlled current",
+      "the voltage is held while the current moves",
+      "a source is connected: the current is above what loads leave"};
+  return kSentences.at(static_cast<std::size_t>(reason));
 }
 
 // ---------------------------------------------------------------------------------------------
 // the watch
 
-void ControlModeDetector::Run::begin(double time, double held, double other) {
-  *this = Run{};
-  samples = 1;
-  from = time;
-  lowest = highest = held;
-  last = other_lowest = other_highest = other;
-}
-
-double ControlModeDetector::Run::spreadWith(double held) const {
-  return std::max(highest, held) - std::min(lowest, held);
-}
-
-void ControlModeDetector::Run::extend(double held, double other) {
+bool ControlModeDetector::Run::add(double time, double held, double other, double band) {
+  const bool stays = samples > 0 && std::max(highest, held) - std::min(lowest, held) <= band;
+  if (!stays) {
+    *this = Run{};
+    from = time;
+    lowest = highest = held;
+    last = other_lowest = other_highest = other;
+  }
   ++samples;
   lowest = std::min(lowest, held);
   highest = std::max(highest, held);
@@ -238,6 +214,7 @@ void ControlModeDetector::Run::extend(double held, double other) {
   fall = std::max(fall, other_highest - other);
   largest_step = std::max(largest_step, std::abs(other - last));
   last = other;
+  return stays;
 }
 
 ControlModeDetector::ControlModeDetector(const ControlModeRule& rule) : rule_(rule) {
@@ -260,21 +237,10 @@ void ControlModeDetector::beginCharge() {
 }
 
 void ControlModeDetector::follow(double time, double current, double voltage) {
-  Run& by_current = steady_current_;
-  Run& by_voltage = steady_voltage_;
-  const bool current_stays =
-      by_current.samples > 0 && by_current.spreadWith(current) <= currentBand(current);
-  const bool voltage_stays =
-      by_voltage.samples > 0 && by_voltage.spreadWith(voltage) <= voltageBand(voltage);
-  voltage_fell_ = by_voltage.samples > 0 && !voltage_stays && voltage < by_voltage.lowest;
-  if (current_stays)
-    by_current.extend(current, voltage);
-  else
-    by_current.begin(time, current, voltage);
-  if (voltage_stays)
-    by_voltage.extend(voltage, current);
-  else
-    by_voltage.begin(time, voltage, current);
+  const bool may_fall = steady_voltage_.samples > 0 && voltage < steady_voltage_.lowest;
+  const bool current_stays = steady_current_.add(time, current, voltage, currentBand(current));
+  const bool voltage_stays = steady_voltage_.add(time, voltage, current, voltageBand(voltage));
+  voltage_fell_ = may_fall && !voltage_stays;
   if (!current_stays && rule_.charge_begins == ControlMode::kVoltage &&
       reason_ == ControlModeReason::kConstantCurrent)
     reason_ = ControlModeReason::kSource;

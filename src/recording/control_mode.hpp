@@ -107,9 +107,8 @@ class ControlModeDetector {
     double other_lowest = 0.0, other_highest = 0.0;
     double rise = 0.0, fall = 0.0, largest_step = 0.0;  // of the other one
     double spread() const { return highest - lowest; }
-    void begin(double time, double held, double other);
-    void extend(double held, double other);
-    double spreadWith(double held) const;
+    /// @return whether it stayed; else a new stretch begins here.
+    bool add(double time, double held, double other, double band);
   };
 
   void beginCharge();

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "recording/channel_statistics.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -89,17 +91,6 @@ std::vector<Window> windowsOf(double interval) {
   return windows;
 }
 
-double resistanceAtSteps(const Series& series) {
-  double products = 0.0, squares = 0.0;
-  for (std::size_t k = kStepSamples; k < series.size(); ++k) {
-    const double by = series.current[k] - series.current[k - kStepSamples];
-    if (std::abs(by) < kStep) continue;
-    products += by * (series.voltage[k] - series.voltage[k - kStepSamples]);
-    squares += by * by;
-  }
-  return squares > 0.0 ? products / squares : 0.0;
-}
-
 }  // namespace
 
 CurrentFlicker currentFlicker(const Series& series) {
@@ -107,7 +98,9 @@ CurrentFlicker currentFlicker(const Series& series) {
   const double interval = medianInterval(series);
   if (!(interval > 0.0) || interval > kSlowest) return flicker;
   const double noise = noiseOf(series.current);
-  const double resistance = resistanceAtSteps(series);
+  const double resistance = changeSums(series, kStepSamples, [](std::size_t, double di) {
+                              return !(std::abs(di) < kStep);
+                            }).slope();
   if (!(noise > 0.0)) return flicker;
   const std::vector<Window> windows = windowsOf(interval);
   double products = 0.0, squares = 0.0;

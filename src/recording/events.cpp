@@ -71,13 +71,8 @@ Event describeEvent(const Series& series, IndexRange range, EventKind kind) {
 }  // namespace
 
 std::string toString(EventKind kind) {
-  switch (kind) {
-    case EventKind::kCrank: return "crank";
-    case EventKind::kDischarge: return "discharge";
-    case EventKind::kCharge: return "charge";
-    case EventKind::kRest: return "rest";
-  }
-  throw std::invalid_argument("describe: not an event kind");
+  constexpr std::array kNames = {"crank", "discharge", "charge", "rest"};
+  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 bool isStopLoad(double current, double min_current) {

@@ -38,16 +38,14 @@ std::vector<IndexRange> stretchesAt(const std::vector<double>& limits,
 double resistanceNear(double limit, const Series& series, const InstrumentLimits& limits,
                       double interval) {
   const auto stride = static_cast<std::size_t>(std::max(1L, std::lround(kStride / interval)));
-  double products = 0.0, squares = 0.0;
-  for (std::size_t k = stride; k < series.size(); ++k) {
-    const double by = series.current[k] - series.current[k - stride];
-    const double reached = std::max(series.current[k] / limit, series.current[k - stride] / limit);
-    if (std::abs(by) < kStep || reached < kNear || limits.masked[k] || limits.masked[k - stride])
-      continue;
-    products += by * (series.voltage[k] - series.voltage[k - stride]);
-    squares += by * by;
-  }
-  return squares > 0.0 ? products / squares : 0.0;
+  return changeSums(series, stride,
+                    [&](std::size_t k, double di) {
+                      const double reached =
+                          std::max(series.current[k] / limit, series.current[k - stride] / limit);
+                      return !(std::abs(di) < kStep || reached < kNear || limits.masked[k] ||
+                               limits.masked[k - stride]);
+                    })
+      .slope();
 }
 
 void estimate(const Series& series, IndexRange stretch, double resistance, Series& estimated) {

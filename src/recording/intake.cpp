@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <stdexcept>
+#include <utility>
 
 #include "battery_sof/sample_list.hpp"
 #include "util/text.hpp"
@@ -32,6 +34,19 @@ void appendSample(Series& series, const RawSample& sample) {
     appendTemperature(series, sample.time, *sample.temperature);
 }
 
+/// @param values each with its largest magnitude.
+SampleFate judgeValues(std::initializer_list<std::pair<double, double>> values) {
+  const auto any = [&values](auto is_fault) {
+    return std::any_of(values.begin(), values.end(), is_fault);
+  };
+  if (any([](const auto& value) { return std::isnan(value.first); }))
+    return SampleFate::kMissingValue;
+  if (any([](const auto& value) { return std::isinf(value.first); })) return SampleFate::kNotFinite;
+  return any([](const auto& value) { return std::abs(value.first) > value.second; })
+             ? SampleFate::kOutOfRange
+             : SampleFate::kAccepted;
+}
+
 }  // namespace
 
 std::string reasonsOf(const RejectedCounts& rejected) {
@@ -51,30 +66,17 @@ std::string toString(const RejectedCounts& rejected) {
 SampleFate Intake::judge(const RawSample& sample) {
   const bool temperature_alone = isTemperatureAlone(sample);
   std::optional<double>& last = temperature_alone ? last_temperature_time_ : last_time_;
-  SampleFate fate = temperature_alone ? judgeTime(sample.time) : judgeValues(sample);
+  constexpr double kMaxTime = IntakeLimits::kMaxAbsTime;
+  SampleFate fate = temperature_alone
+                        ? judgeValues({{sample.time, kMaxTime}})
+                        : judgeValues({{sample.time, kMaxTime},
+                                       {sample.current, IntakeLimits::kMaxAbsCurrent},
+                                       {sample.voltage, IntakeLimits::kMaxAbsVoltage}});
   if (fate == SampleFate::kAccepted) fate = judgeOrder(sample.time, last);
   count(fate);
   if (fate != SampleFate::kAccepted) return fate;
   last = sample.time;
   return temperature_alone ? SampleFate::kTemperatureOnly : SampleFate::kAccepted;
-}
-
-SampleFate Intake::judgeTime(double time) const {
-  if (std::isnan(time)) return SampleFate::kMissingValue;
-  if (std::isinf(time)) return SampleFate::kNotFinite;
-  return std::abs(time) <= IntakeLimits::kMaxAbsTime ? SampleFate::kAccepted
-                                                     : SampleFate::kOutOfRange;
-}
-
-SampleFate Intake::judgeValues(const RawSample& sample) const {
-  if (std::isnan(sample.time) || std::isnan(sample.current) || std::isnan(sample.voltage))
-    return SampleFate::kMissingValue;
-  if (std::isinf(sample.time) || std::isinf(sample.current) || std::isinf(sample.voltage))
-    return SampleFate::kNotFinite;
-  const bool in_range = std::abs(sample.current) <= IntakeLimits::kMaxAbsCurrent &&
-                        std::abs(sample.voltage) <= IntakeLimits::kMaxAbsVoltage &&
-                        std::abs(sample.time) <= IntakeLimits::kMaxAbsTime;
-  return in_range ? SampleFate::kAccepted : SampleFate::kOutOfRange;
 }
 
 SampleFate Intake::judgeOrder(double time, const std::optional<double>& last) {

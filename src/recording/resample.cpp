@@ -34,10 +34,6 @@ Biquad sectionOf(const Complex& pole, double rate) {
   return {gain, 2.0 * gain, gain, a1, a2};
 }
 
-double interpolate(double before, double after, double weight) {
-  return before + weight * (after - before);
-}
-
 }  // namespace
 
 std::array<Biquad, 4> designBessel8(double cutoff, double rate) {
@@ -103,8 +99,8 @@ void Decimator::advance(const Sample& input, std::vector<Sample>& due) {
 Sample Decimator::between(const Sample& before, const Sample& after, double time) {
   const double span = after.time - before.time;
   const double weight = span > 0.0 ? std::min((time - before.time) / span, 1.0) : 1.0;
-  return {time, interpolate(before.current, after.current, weight),
-          interpolate(before.voltage, after.voltage, weight)};
+  return {time, before.current + weight * (after.current - before.current),
+          before.voltage + weight * (after.voltage - before.voltage)};
 }
 
 bool Decimator::isReached(double time, double now) const {

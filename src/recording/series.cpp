@@ -1,7 +1,7 @@
 #include "battery_sof/series.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
+#include <utility>
 
 #include "recording/channel_statistics.hpp"
 
@@ -58,11 +58,7 @@ double medianInterval(const std::vector<double>& time, IndexRange range) {
   std::vector<double> interval(range.size() - 1);
   std::transform(first + 1, last, first, interval.begin(),
                  [](double later, double earlier) { return later - earlier; });
-  const auto middle = interval.begin() + interval.size() / 2;
-  std::nth_element(interval.begin(), middle, interval.end());
-  if (interval.size() % 2 == 1) return *middle;
-  const Eigen::Map<const Eigen::ArrayXd> lower(interval.data(), middle - interval.begin());
-  return 0.5 * (*middle + lower.maxCoeff());
+  return medianOf(std::move(interval));
 }
 
 double gapThreshold(const Series& series) { return gapThreshold(medianInterval(series)); }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace battery_sof {
@@ -54,14 +55,9 @@ void EventHistory::moveBy(double moved) {
 }
 
 std::string toString(FitStatus status) {
-  switch (status) {
-    case FitStatus::kConverged: return "converged";
-    case FitStatus::kIterationLimit: return "iteration_limit";
-    case FitStatus::kStalled: return "stalled";
-    case FitStatus::kWindowTooShort: return "window_too_short";
-    case FitStatus::kNotExcited: return "not_excited";
-  }
-  return "unknown";
+  constexpr std::array kNames = {"converged", "iteration_limit", "stalled", "window_too_short",
+                                 "not_excited"};
+  return kNames.at(static_cast<std::size_t>(status));
 }
 
 bool isUsable(const Fit& fit) {
@@ -126,8 +122,8 @@ FittedModel rested(FittedModel model) {
   std::vector<double> memory;
   if (model.fit.discrepancy)
     memory = restedMemory(*model.fit.discrepancy, model.state.regressor_memory);
-  model.state = {model.state.time,          0.0, composition.restState(), std::nullopt, {}, memory,
-                 model.state.residual_state};
+  model.state = {model.state.time, 0.0, composition.restState(), model.state.residual_state,
+                 memory};
   const Eigen::Index states = composition.stateCount();
   model.fit.covariance.bottomRows(states).setZero();
   model.fit.covariance.rightCols(states).setZero();
@@ -135,13 +131,8 @@ FittedModel rested(FittedModel model) {
 }
 
 void takeState(FittedModel& model, const Simulation& simulation, double current) {
-  model.state = {simulation.time(),
-                 current,
-                 simulation.state(),
-                 std::nullopt,
-                 {},
-                 simulation.regressorMemory(),
-                 model.state.residual_state};
+  model.state = {simulation.time(), current, simulation.state(), model.state.residual_state,
+                 simulation.regressorMemory()};
   if (simulation.tangents() == 0) return;
   const Eigen::Index states = model.state.states.size(),
                      parameters = model.fit.covariance.rows() - states;

@@ -85,13 +85,13 @@ struct LiveState {
   double current = 0.0;  ///< [A], current at that time
   /// in the order of BatteryModel::states(): u_c2 [V], then the effects'
   Eigen::VectorXd states = Eigen::VectorXd::Zero(1);
+  ResidualState residual_state = {};  ///< at that time
+  /// of a discrepancy model, see Simulation::regressorMemory()
+  std::vector<double> regressor_memory = {};
   /// [K], of the battery at that time, when known
   std::optional<double> temperature = std::nullopt;
   /// what drove it lately; begun only where something was estimated
   InputMemory memory = {};
-  /// of a discrepancy model, see Simulation::regressorMemory()
-  std::vector<double> regressor_memory = {};
-  ResidualState residual_state = {};  ///< at that time
   /// of the discharge under way; a file does not have it
   MissedCrank missed_crank = {};
 };

@@ -63,8 +63,7 @@ void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residu
 
 Whitening::Whitening(const NoiseModel& noise, const std::vector<InputSample>& samples) {
   requireSound(noise);
-  NoiseFilter<double> filter(noise.white_std * noise.white_std, noise.ar_std * noise.ar_std,
-                             noise.ar_time, noise.walk_std * noise.walk_std);
+  NoiseFilter<double> filter = filterOf(noise);
   gains_.reserve(samples.size());
   for (std::size_t n = 0; n < samples.size(); ++n) {
     if (samples[n].count <= 0.0) {

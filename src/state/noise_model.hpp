@@ -84,6 +84,12 @@ class NoiseFilter {
   S p_dd_, p_da_, p_aa_;
 };
 
+/// @return the filter of a noise.
+inline NoiseFilter<double> filterOf(const NoiseModel& noise) {
+  return {noise.white_std * noise.white_std, noise.ar_std * noise.ar_std, noise.ar_time,
+          noise.walk_std * noise.walk_std};
+}
+
 /**
  * @brief Turns residuals of that noise into independent ones of unit variance: the innovations of a
  * Kalman filter.

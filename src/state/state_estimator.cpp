@@ -17,23 +17,16 @@ constexpr std::size_t kMinAverages = 30;
 constexpr double kStopError = 0.05, kLeastStopError = 0.02;  // [V]
 constexpr double kStopMemory = 5.0, kStopForgets = 8.0;      // [s]
 
-NoiseFilter<double> filterOf(const std::optional<NoiseModel>& noise,
-                             const ResidualState& residual_state) {
-  const NoiseModel n = noise.value_or(NoiseModel{1.0, 0.0, 1.0, 0.0});
-  NoiseFilter<double> filter(n.white_std * n.white_std, n.ar_std * n.ar_std, n.ar_time,
-                             n.walk_std * n.walk_std);
-  filter.setVariances(residual_state.p_dd, residual_state.p_da, residual_state.p_aa);
-  return filter;
-}
-
 }  // namespace
 
 ResidualFilter::ResidualFilter(const FittedModel& model, bool follows_stops)
     : noise_(model.fit.noise),
-      filter_(filterOf(model.fit.noise, model.state.residual_state)),
+      filter_(filterOf(model.fit.noise.value_or(NoiseModel{1.0, 0.0, 1.0, 0.0}))),
       drift_(model.state.residual_state.drift),
       colored_(model.state.residual_state.colored),
       next_stop_(model.intervals.event_history.nextStop(model.fit.scores.rmse)) {
+  const ResidualState& saved = model.state.residual_state;
+  filter_.setVariances(saved.p_dd, saved.p_da, saved.p_aa);
   if (model.fit.source && follows_stops) min_current_ = model.fit.source->min_current;
 }
 
@@ -150,10 +143,7 @@ void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
   for (std::size_t n = 0; n < missed.size(); ++n) {
     const double duration =
         n == 0 ? 0.0 : series.time[range.first + n] - series.time[range.first + n - 1];
-    if (missed[n])
-      tracker.update(duration, *missed[n]);
-    else
-      tracker.wait(duration);
+    missed[n] ? tracker.update(duration, *missed[n]) : tracker.wait(duration);
   }
   model.state.residual_state = tracker.residualState();
 }

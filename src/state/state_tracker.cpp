@@ -36,11 +36,8 @@ StateTracker::StateTracker(const FittedModel& model, double max_gap, bool follow
 
 void StateTracker::lookBack(const Series& series) {
   if (!watch_) return;
-  const auto end = std::upper_bound(series.time.begin(), series.time.end(), state().time);
-  const auto begin =
-      std::lower_bound(series.time.begin(), end, state().time - kControlModeLookBack);
-  for (auto at = begin; at != end; ++at) {
-    const auto n = static_cast<std::size_t>(at - series.time.begin());
+  const IndexRange past = indexRange(series, state().time - kControlModeLookBack, state().time);
+  for (std::size_t n = past.first; n < past.last; ++n) {
     recent_ = slice(series, {n, n + 1});
     controlled_ = {
         static_cast<char>(watch_->add(series.time[n], series.current[n], series.voltage[n]))};
@@ -67,20 +64,21 @@ bool StateTracker::follow(double time, double current, double voltage) {
 void StateTracker::settleOldest() {
   const std::size_t oldest = settled_count_;
   const InputSample sample = sampleAfter(settled_, oldest);
-  last_ = settled_.predict(sample);
-  const std::optional<double> left = learns_ ? learnFromSettled(sample) : std::nullopt;
-  settled_.update(sample, left.value_or(sample.voltage - last_.voltage));
-  last_voltage_ = sample.voltage;
-  error_ = sample.voltage_controlled ? kOhmsOfCurrentError * (sample.step.current - last_.current)
-                                     : sample.voltage - last_.voltage;
-  has_settled_ = true;
+  const FollowedSample followed = settled_.predict(sample);
+  const std::optional<double> left = learns_ ? learnFromSettled(sample, followed) : std::nullopt;
+  settled_.update(sample, left.value_or(sample.voltage - followed.voltage));
+  last_ = SettledSample{followed, settled_.state().time, sample.voltage,
+                        sample.voltage_controlled
+                            ? kOhmsOfCurrentError * (sample.step.current - followed.current)
+                            : sample.voltage - followed.voltage};
   if (needs_trace_) trace_.forgetBefore(settled_.state().time - kTraceKept);
   recent_.dropFirst(oldest);
   controlled_.erase(controlled_.begin(), controlled_.begin() + oldest);
   settled_count_ = 1;
 }
 
-Innovation StateTracker::innovationOf(const InputSample& sample) const {
+Innovation StateTracker::innovationOf(const InputSample& sample,
+                                      const FollowedSample& followed) const {
   const Simulation& simulation = settled_.simulation();
   const Fit& fit = model_.fit;
   const Eigen::MatrixXd begun = covarianceFactor(fit.covariance);
@@ -90,12 +88,12 @@ Innovation StateTracker::innovationOf(const InputSample& sample) const {
   innovation.factor << begun.topRows(begun.rows() - states.rows()), states;
   const bool is_crank = sample.step.current < EventLimits{}.crank_current;
   if (sample.voltage_controlled) {
-    innovation.error = sample.step.current - last_.current;
+    innovation.error = sample.step.current - followed.current;
     innovation.modelled = -simulation.currentErrorDerivatives();
     innovation.std_error =
         std::max(fit.scores.current_rmse.value_or(kUsualCurrentError), kLeastCurrentError);
   } else {
-    innovation.error = sample.voltage - last_.voltage;
+    innovation.error = sample.voltage - followed.voltage;
     innovation.modelled = simulation.voltageDerivatives();
     innovation.std_error = std::max(voltageError(fit, sample.step.current), kLeastVoltageError);
   }
@@ -103,7 +101,7 @@ Innovation StateTracker::innovationOf(const InputSample& sample) const {
   // discharge is the battery's own.
   if (fit.window.samples == 0 && sample.step.current > kOwnCurrent)
     innovation.rows = {sample.step.current > 0.0 ? kRowRCharge : kRowUDc};
-  if (!has_settled_) return innovation;
+  if (!last_) return innovation;
   // Errors of samples next to each other are one error: a fitted model's stay, those of the
   // population are its parameters' and are taken in.
   const double memory = is_crank || fit.window.samples == 0 ? kCrankMemory : kModelMemory;
@@ -112,7 +110,8 @@ Innovation StateTracker::innovationOf(const InputSample& sample) const {
   return innovation;
 }
 
-std::optional<double> StateTracker::learnFromSettled(const InputSample& sample) {
+std::optional<double> StateTracker::learnFromSettled(const InputSample& sample,
+                                                     const FollowedSample& followed) {
   Fit& fit = model_.fit;
   ExcitedRange& seen = fit.excited;
   seen.min_current = std::min(seen.min_current, sample.step.current);
@@ -124,13 +123,13 @@ std::optional<double> StateTracker::learnFromSettled(const InputSample& sample) 
   const double current = sample.step.current;
   const bool is_held = current <= 0.0 && current > kOwnCurrent && sample.voltage > kMostRested;
   if (fit.window.samples == 0 && is_held) return std::nullopt;
-  const Innovation innovation = innovationOf(sample);
+  const Innovation innovation = innovationOf(sample, followed);
   const double surprise = surpriseOf(innovation);
   if (!std::isfinite(surprise)) return std::nullopt;
-  if (!has_settled_ || sample.step.current < EventLimits{}.crank_current) {
-    if (!sample.voltage_controlled && (!has_settled_ || time - cranked_ > kCrankMemory))
+  if (!last_ || sample.step.current < EventLimits{}.crank_current) {
+    if (!sample.voltage_controlled && (!last_ || time - cranked_ > kCrankMemory))
       surprise_.add(surprise);
-    if (has_settled_) cranked_ = time;
+    if (last_) cranked_ = time;
   }
   FittedModel now = modelAt(settled_);
   const double left = battery_sof::takeIn(now, innovation);

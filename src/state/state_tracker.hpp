@@ -7,6 +7,14 @@
 
 namespace battery_sof {
 
+/// A settled sample as the model followed it.
+struct SettledSample : FollowedSample {
+  double time = 0.0;      ///< [s]
+  double measured = 0.0;  ///< [V], put right
+  /// measured less expected [V]; where the voltage is the input, the current's error through 10 mOhm
+  double error = 0.0;
+};
+
 /**
  * @brief Follows the model's state from sample to sample between identifications.
  *
@@ -51,14 +59,10 @@ class StateTracker {
   /// and what an earlier window saw (carryCranks()).
   void setKnown(const FittedModel& model);
 
-  // The last settled sample; meaningless before the first.
-  bool hasSettled() const { return has_settled_; }
-  const FollowedSample& last() const { return last_; }       ///< as the model followed it
-  double lastTime() const { return settled_.state().time; }  ///< [s]
-  double lastVoltage() const { return last_voltage_; }       ///< [V], measured, put right
-  /// @return measured less expected [V]; where the voltage is the input, the current's error
-  /// through 10 mOhm. 0 before the first.
-  double error() const { return error_; }
+  /// The last settled sample; none before the first.
+  const std::optional<SettledSample>& last() const { return last_; }
+  /// [V], of the last settled sample; 0 before the first.
+  double error() const { return last_ ? last_->error : 0.0; }
 
   /// @return the model with state and covariance moved to the newest sample.
   FittedModel modelNow() const { return modelAt(here()); }
@@ -88,8 +92,8 @@ class StateTracker {
   void settleOldest();
   /// Takes the settled sample into parameters and state. @return what the model still misses of it
   /// [V], [A]; none where nothing was taken in.
-  std::optional<double> learnFromSettled(const InputSample& sample);
-  Innovation innovationOf(const InputSample& sample) const;
+  std::optional<double> learnFromSettled(const InputSample& sample, const FollowedSample& followed);
+  Innovation innovationOf(const InputSample& sample, const FollowedSample& followed) const;
   void lookAhead();
 
   FittedModel model_;
@@ -105,9 +109,7 @@ class StateTracker {
   Series recent_;
   std::vector<char> controlled_;
   std::size_t settled_count_ = 0;  // at recent_'s beginning
-  bool has_settled_ = false;
-  FollowedSample last_;
-  double last_voltage_ = 0.0, error_ = 0.0;  // [V]
+  std::optional<SettledSample> last_;
   // an effect may ask for the current a little earlier or later than the sample
   bool needs_trace_;
   CurrentTrace trace_;

@@ -190,12 +190,12 @@ TEST_F(BothWays, TheLiveTrackerIsWhereCarryingTheStateOfflinePutsIt) {
                         inputs_->series.voltage[n]))
       continue;
     const double current = inputs_->series.current[n - 1];
-    live.push_back(tracker.last().voltage_controlled);
-    if (tracker.last().voltage_controlled) {
-      EXPECT_NEAR(tracker.error(), 0.01 * (current - tracker.last().current), 1e-12);
+    live.push_back(tracker.last()->voltage_controlled);
+    if (tracker.last()->voltage_controlled) {
+      EXPECT_NEAR(tracker.error(), 0.01 * (current - tracker.last()->current), 1e-12);
     } else {
-      EXPECT_EQ(tracker.last().current, current);
-      EXPECT_NEAR(tracker.error(), inputs_->series.voltage[n - 1] - tracker.last().voltage, 1e-12);
+      EXPECT_EQ(tracker.last()->current, current);
+      EXPECT_NEAR(tracker.error(), inputs_->series.voltage[n - 1] - tracker.last()->voltage, 1e-12);
     }
   }
   ASSERT_EQ(live.size(), rest().size() - 1);

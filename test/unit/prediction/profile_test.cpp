@@ -135,7 +135,7 @@ TEST(StateTracker, EqualsCarryingTheStateOffline) {
   EXPECT_DOUBLE_EQ(online.state.states[0], offline.state.states[0]);
   EXPECT_DOUBLE_EQ(online.state.time, offline.state.time);
   EXPECT_TRUE(online.fit.covariance.isApprox(offline.fit.covariance, 1e-9));
-  EXPECT_NEAR(tracker.last().voltage, series.voltage.back(), 0.02);
+  EXPECT_NEAR(tracker.last()->voltage, series.voltage.back(), 0.02);
 }
 
 TEST(StateTracker, RestsAcrossAGapAndRefusesToGoBack) {

@@ -68,11 +68,11 @@ TEST_P(SlowChannel, SettledSamplesAreThoseOfAPredictionOfTheWholeRecording) {
   std::size_t settled = 0, voltage_driven = 0;
   for (std::size_t n = 401; n < series.size(); ++n) {
     if (!tracker.follow(series.time[n], series.current[n], series.voltage[n])) continue;
-    ASSERT_EQ(tracker.lastTime(), series.time[401 + settled]);
-    ASSERT_EQ(tracker.last().voltage_controlled,
+    ASSERT_EQ(tracker.last()->time, series.time[401 + settled]);
+    ASSERT_EQ(tracker.last()->voltage_controlled,
               static_cast<bool>(offline.voltage_controlled[settled]));
-    ASSERT_NEAR(tracker.last().current, offline.current[settled], 1e-9) << settled;
-    if (tracker.last().voltage_controlled) ++voltage_driven;
+    ASSERT_NEAR(tracker.last()->current, offline.current[settled], 1e-9) << settled;
+    if (tracker.last()->voltage_controlled) ++voltage_driven;
     ++settled;
   }
   EXPECT_EQ(settled, series.size() - 401 - (lag + 1));
@@ -175,7 +175,7 @@ TEST(StateTracker, WithoutASourceEverySampleIsSettledAtOnce) {
   StateTracker tracker(knownModel(), 10.0);
   for (int n = 1; n < 20; ++n) {
     EXPECT_TRUE(tracker.follow(100.0 + n, -20.0, 12.4));
-    EXPECT_EQ(tracker.lastTime(), tracker.state().time);
+    EXPECT_EQ(tracker.last()->time, tracker.state().time);
     EXPECT_FALSE(tracker.isVoltageControlled());
   }
 }
@@ -189,7 +189,7 @@ TEST(StateTracker, AcrossAGapWhatWaitedIsSettledByWhatComesAfter) {
   for (std::size_t n = 0; n < 4; ++n)
     tracker.follow(series.time[200] + 1000.0 + static_cast<double>(n), 0.0, 12.8);
   EXPECT_EQ(tracker.state().time, series.time[200] + 1003.0);
-  EXPECT_EQ(tracker.lastTime(), series.time[200] + 1001.0);
+  EXPECT_EQ(tracker.last()->time, series.time[200] + 1001.0);
   EXPECT_THROW(tracker.follow(tracker.state().time, 0.0, 12.8), std::invalid_argument);
 }
 

@@ -1,4 +1,4 @@
-#include "recording/spectral_line.hpp"
+#include "recording/check_parts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "support/synthetic_recording.hpp"
 
-namespace battery_sof {
+namespace battery_sof::check_parts {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -97,4 +97,4 @@ TEST(AmplitudeAtAFrequency, IsThatOfTheTone) {
 }
 
 }  // namespace
-}  // namespace battery_sof
+}  // namespace battery_sof::check_parts
