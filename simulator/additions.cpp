@@ -33,11 +33,13 @@ double sulphateAfter(const Additions& a, double before, double charge, double st
 
 }  // namespace
 
-bool anyOn(const Additions& a) {
-  return a.second_electrode || a.fast_arc || a.acid_transport || a.ocv_hysteresis ||
-         a.high_rate_depletion || a.coup_de_fouet || a.sulphate_history || a.parameter_drift ||
-         a.parasitic_load_a != 0.0 || a.contact_step || a.memory_resistance || a.step_force ||
-         a.gated_tone || a.capacitance_fall || a.dead_zone || a.hysteretic_r;
+bool anyOn(Additions a) {
+  const Fields fields = fieldsOf(a);
+  return a.parasitic_load_a != 0.0 ||
+         std::any_of(fields.begin(), fields.end(), [](const Field& field) {
+           const auto* const flag = std::get_if<bool*>(&field.place);
+           return flag != nullptr && **flag;
+         });
 }
 
 AddedVoltages::AddedVoltages(const Additions& additions, double step)

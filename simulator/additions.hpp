@@ -92,7 +92,7 @@ struct Additions {
 };
 
 /// @return whether any of them is on.
-bool anyOn(const Additions& additions);
+bool anyOn(Additions additions);
 
 /// What the additions remember.
 struct AddedState {

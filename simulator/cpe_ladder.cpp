@@ -2,9 +2,8 @@
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
-#include "simulator/units.hpp"
+#include "simulator/fields.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -22,11 +21,9 @@ std::complex<double> analyticAdmittance(const Cpe& cpe, double omega) {
 
 CpeLadder::CpeLadder(const Cpe& cpe) {
   if (!(cpe.scale >= 0.0) || !std::isfinite(cpe.scale))
-    throw std::invalid_argument("CPE: scale is " + std::to_string(cpe.scale) +
-                                ", expected 0 or more");
+    throw std::invalid_argument(faultOf("CPE: scale", cpe.scale, "0 or more"));
   if (!(cpe.exponent > 0.0 && cpe.exponent <= 1.0))
-    throw std::invalid_argument("CPE: exponent is " + std::to_string(cpe.exponent) +
-                                ", expected above 0 to 1");
+    throw std::invalid_argument(faultOf("CPE: exponent", cpe.exponent, "above 0 to 1"));
   const double p = cpe.exponent;
   if (cpe.scale == 0.0 || p == 1.0) {
     capacitance_ = cpe.scale;

@@ -69,22 +69,6 @@ class Turns {
   bool rested_ = false;
 };
 
-class AlternatingPlan {
- public:
-  AlternatingPlan(const AlternatingOptions& options, double duration, std::uint64_t seed)
-      : options_(options), turns_(options, seed), pulses_(options.pulses, duration, seed) {}
-
-  Phase operator()(const Situation& now) {
-    if (pulses_.due(now.time)) return pulses_.next();
-    return turns_.near(now.charge_ah, options_.charge_target_ah);
-  }
-
- private:
-  AlternatingOptions options_;
-  Turns turns_;
-  Pulses pulses_;
-};
-
 class LongChargesPlan {
  public:
   LongChargesPlan(const LongChargesOptions& options, double duration, std::uint64_t seed)
@@ -232,9 +216,17 @@ class CityPlan {
 
 }  // namespace
 
+void appendCrank(std::vector<Phase>& phases, const CrankRanges& ranges, Dice& dice) {
+  phases.push_back(steady(kInrush, -dice.between(ranges.inrush_a)));
+  phases.push_back(steady(dice.between(ranges.plateau_s), -dice.between(ranges.plateau_a)));
+}
+
 DrivePlan planDrive(const ProfileOptions& profile, double duration, std::uint64_t seed) {
-  if (const auto* turns = std::get_if<AlternatingOptions>(&profile))
-    return AlternatingPlan(*turns, duration, seed);
+  if (const auto* options = std::get_if<AlternatingOptions>(&profile))
+    return [target = options->charge_target_ah, turns = Turns(*options, seed),
+            pulses = Pulses(options->pulses, duration, seed)](const Situation& now) mutable {
+      return pulses.due(now.time) ? pulses.next() : turns.near(now.charge_ah, target);
+    };
   if (const auto* charges = std::get_if<LongChargesOptions>(&profile))
     return LongChargesPlan(*charges, duration, seed);
   if (const auto* city = std::get_if<CityOptions>(&profile)) return CityPlan(*city, duration, seed);

@@ -24,6 +24,17 @@ struct Phase {
 
 inline Phase steady(double duration, double current) { return {duration, current, current}; }
 inline Phase rest(double duration) { return steady(duration, 0.0); }
+/// A charge [Ah] taken up, or given out when negative, at a current counted positive [A].
+inline Phase swing(double charge_ah, double current) {
+  return steady(std::abs(charge_ah) * kSecondsPerHour / current, std::copysign(current, charge_ah));
+}
+
+/// What a crank is drawn from: inrush for kInrush, then a plateau; currents counted positive.
+struct CrankRanges {
+  Range inrush_a, plateau_s, plateau_a;
+};
+constexpr double kInrush = 0.12;  // [s] (docs/physics.md#drives)
+void appendCrank(std::vector<Phase>& phases, const CrankRanges& ranges, Dice& dice);
 
 /// Where a drive stands when its next phase is chosen.
 struct Situation {

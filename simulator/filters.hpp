@@ -18,6 +18,22 @@ struct LowPass {
   double decay, delay;  ///< delay: tau / step
 };
 
+/// LowPass of a series that is linear between pushes; before the first it stood at that value.
+struct Lag {
+  LowPass law;
+  double last = 0.0, output = 0.0;
+  bool begun = false;
+
+  double push(double input) {
+    if (law.delay == 0.0) return input;
+    if (!begun) last = output = input;
+    begun = true;
+    output = law.advance(output, last, input);
+    last = input;
+    return output;
+  }
+};
+
 /// 8th-order Bessel low-pass, as in front of the paper's recordings (section V).
 ///     H(s) = theta_8(0) / theta_8(s w_3 / w_c)
 ///     theta_8: reverse Bessel polynomial,  w_3: its -3 dB frequency,  w_c: the cut-off

@@ -79,18 +79,6 @@ void writeRecording(const fs::path& path, const std::vector<RecordedSample>& sam
   writeWhole(path, [&](const fs::path& name) { writeBag(name, samples, temperature); });
 }
 
-void writeImpedance(const fs::path& path, const std::vector<ImpedancePoint>& spectrum) {
-  std::string text = "frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm\n";
-  char row[160];
-  for (const ImpedancePoint& point : spectrum) {
-    std::snprintf(row, sizeof row, "%.8g,%.8g,%.8g,%.8g,%.8g\n", point.frequency,
-                  point.simulated.real(), point.simulated.imag(), point.analytic.real(),
-                  point.analytic.imag());
-    text += row;
-  }
-  writeText(path, text);
-}
-
 void writeText(const fs::path& path, const std::string& text) {
   writeWhole(path, [&](const fs::path& name) {
     errno = 0;

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "simulator/impedance.hpp"
 #include "simulator/simulation.hpp"
 
 namespace battery_sof_simulator {
@@ -38,10 +37,6 @@ enum class Digits { kSensor, kMany };
 /// written.
 void writeRecording(const std::filesystem::path& path, const std::vector<RecordedSample>& samples,
                     Digits digits, const std::vector<double>& temperature = {});
-
-/// Writes frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm, whole or not at all.
-/// @throws std::runtime_error.
-void writeImpedance(const std::filesystem::path& path, const std::vector<ImpedancePoint>& spectrum);
 
 /// Writes a text file whole or not at all. @throws std::runtime_error.
 void writeText(const std::filesystem::path& path, const std::string& text);

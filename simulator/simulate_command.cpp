@@ -10,6 +10,7 @@
 #include <optional>
 #include <ostream>
 
+#include "simulator/impedance.hpp"
 #include "simulator/increasing_root.hpp"
 #include "simulator/program_frame.hpp"
 #include "simulator/recording_output.hpp"
@@ -100,7 +101,15 @@ void printSpectrum(const Scenario& scenario, const std::string& path, std::ostre
                              scenario.start.temperature};
   const auto frequencies =
       logarithmicFrequencies(kLowestFrequency, kHighestFrequency, kPointsPerDecade);
-  writeImpedance(path, impedance(scenario.battery, scenario.effects, point, frequencies));
+  std::string text = "frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm\n";
+  char row[160];
+  for (const auto& one : impedance(scenario.battery, scenario.effects, point, frequencies)) {
+    std::snprintf(row, sizeof row, "%.8g,%.8g,%.8g,%.8g,%.8g\n", one.frequency,
+                  one.simulated.real(), one.simulated.imag(), one.analytic.real(),
+                  one.analytic.imag());
+    text += row;
+  }
+  writeText(path, text);
   out << "impedance at " << point.current << " A, SOC " << point.soc << " written to "
       << shown(path) << "\n";
 }

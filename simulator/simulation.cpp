@@ -1,5 +1,6 @@
 #include "simulator/simulation.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "simulator/fields.hpp"
@@ -117,6 +118,13 @@ void requireValid(const Scenario& scenario, const SimulationOptions& options) {
 }
 
 }  // namespace
+
+void insertAt(Scenario& scenario, double at, const std::vector<Phase>& phases) {
+  std::vector<Insert>& all = scenario.inserts;
+  const auto after = std::upper_bound(all.begin(), all.end(), at,
+                                      [](double time, const Insert& one) { return time < one.at; });
+  all.insert(after, {at, phases});
+}
 
 Simulation simulate(const Scenario& scenario, const SimulationOptions& options) {
   requireValid(scenario, options);

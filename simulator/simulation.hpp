@@ -32,6 +32,9 @@ struct Scenario {
   std::optional<LaterPart> later;
 };
 
+/// Has a drive play phases from an instant on [s], among those that are there.
+void insertAt(Scenario& scenario, double at, const std::vector<Phase>& phases);
+
 /// What the sensors do not see, one entry every FullBattery::kStep; entry 0 stands at the start.
 struct Truth {
   std::vector<double> current;  ///< [A]

@@ -80,11 +80,11 @@ std::string exercisedBy(const Order& order, const std::string& id) {
 
 void makeAdded(CatalogueDraft& draft, const std::vector<std::string>& ids, Dice& effect,
                Dice& drive) {
-  addEffect(draft, ids.front(), effect, draft.scale.front());
+  addEffect(draft, ids.front(), effect, draft.order.scale.front());
   exercise(draft.scenario, exercisedBy(draft.order, ids.front()), drive);
   if (ids.size() < 2) return;
   exerciseMask(draft.scenario, ids.back(), drive);
-  addMask(draft, ids.back(), effect, draft.scale.back());
+  addMask(draft, ids.back(), effect, draft.order.scale.back());
 }
 
 /// The base circuit with its parameters, noise and quantisation drawn.
@@ -127,15 +127,15 @@ void drawStructure(CatalogueDraft& draft, Dice& dice) {
 void drawPorous(CatalogueDraft& draft, Dice& dice) {
   PorousParameters p;
   const double thickness = dice.between({0.9, 1.1});
-  p.negative_m *= thickness;
+  p.negative.thickness_m *= thickness;
   p.separator_m *= dice.between({0.85, 1.0}) * thickness;
-  p.positive_m *= thickness;
+  p.positive.thickness_m *= thickness;
   p.area_m2 *= dice.between({1.1, 1.2});
   p.grid_ohm = dice.between({2.5e-3, 5e-3});
-  p.negative_exchange_a_per_m2 = dice.logBetween({0.03, 0.12});
-  p.positive_exchange_a_per_m2 = dice.logBetween({0.002, 0.008});
-  p.negative_layer_f_per_m2 = dice.logBetween({0.2, 2.0});
-  p.positive_layer_f_per_m2 = dice.logBetween({0.75, 2.5});
+  p.negative.exchange_a_per_m2 = dice.logBetween({0.03, 0.12});
+  p.positive.exchange_a_per_m2 = dice.logBetween({0.002, 0.008});
+  p.negative.layer_f_per_m2 = dice.logBetween({0.2, 2.0});
+  p.positive.layer_f_per_m2 = dice.logBetween({0.75, 2.5});
   p.diffusion_factor = dice.between({0.8, 1.25});
   draft.scenario.porous = p;
   draft.structure = "porous";
@@ -171,7 +171,7 @@ CatalogueDraft drawCatalogue(const Order& order) {
   s.duration = order.duration.value_or(usualDuration(kind));
   s.acquisition.sample_rate_hz = order.rate.value_or(kUsualRate);
   s.acquisition.cutoff_hz = kCutoffShare * s.acquisition.sample_rate_hz;
-  draft.scale = scalesOf(kind, order.scale);
+  draft.order.scale = scalesOf(kind, order.scale);
   drawBase(draft, battery);
   if (kind.kind.rfind("porous", 0) == 0) drawPorous(draft, battery);
   if (kind.kind.rfind("structural", 0) == 0) drawStructure(draft, battery);
@@ -182,7 +182,7 @@ CatalogueDraft drawCatalogue(const Order& order) {
     makeAdded(draft, additionsOf(kind), effect, drive);
     return draft;
   }
-  addAbsent(draft, kind.id, effect, draft.scale.front());
+  addAbsent(draft, kind.id, effect, draft.order.scale.front());
   drawAbsentDrive(draft, kind.id, drive);
   return draft;
 }

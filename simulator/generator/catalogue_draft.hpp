@@ -12,11 +12,10 @@ namespace battery_sof_simulator {
 
 /// A scenario of the catalogue's equations while it is being drawn, and what is known about it.
 struct CatalogueDraft {
-  Order order;  ///< with everything filled in
+  Order order;  ///< with the scale of each addition filled in
   Scenario scenario;
   std::string structure = "base";          ///< of the truth: base, porous, or of drawStructure()
   std::map<std::string, double> strength;  ///< of what was added, by key of the scenario
-  std::vector<double> scale;               ///< times which each addition was made
   std::vector<std::string> effects;        ///< true effects, ids of the catalogue
   std::optional<double> regime_from;       ///< nothing earlier can show the effect [s]
 };

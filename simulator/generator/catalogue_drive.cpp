@@ -3,7 +3,6 @@
 #include <map>
 
 #include "simulator/generator/catalogue_draft.hpp"
-#include "simulator/generator/phases.hpp"
 
 namespace battery_sof_simulator {
 namespace {

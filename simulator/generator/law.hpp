@@ -43,25 +43,15 @@ struct Law {
   using Reading = std::function<double(const State&, const LawInstant&)>;
 
   State rested{};
-  /// the state a step later; empty: it stays
-  std::function<State(const State&, const LawInstant&)> moved;
-  Reading added;       ///< v [V]; empty: 0
-  Reading passing_by;  ///< i_side; empty: 0
+  /// the state a step later
+  std::function<State(const State&, const LawInstant&)> advance =
+      [](const State& x, const LawInstant&) { return x; };
+  Reading voltage = [](const State&, const LawInstant&) { return 0.0; };  ///< v [V]
+  Reading sideCurrent = voltage;  ///< i_side [A], >= 0: passes the double layer's reaction by
   /// of an instrument, empty otherwise
   std::function<Course(const Course& truth, double strength)> shown;
   /// beyond, its constants would be absurd
   double max_strength = 4.0;
-
-  State advance(const State& before, const LawInstant& now) const {
-    return moved ? moved(before, now) : before;
-  }
-  double voltage(const State& state, const LawInstant& now) const {
-    return added ? added(state, now) : 0.0;
-  }
-  /// @return i_side [A], >= 0: what passes the double layer's reaction by.
-  double sideCurrent(const State& state, const LawInstant& now) const {
-    return passing_by ? passing_by(state, now) : 0.0;
-  }
 };
 
 /// What is known of a drive before a law is drawn for it.
@@ -107,6 +97,16 @@ struct Memories {
     double sum = 0.0;
     for (double one : weight) sum += one;
     for (double& one : weight) one /= sum;
+  }
+  /// Times evenly spread in the logarithm, weights by a power of them.
+  static Memories powerLaw(double shortest, double longest, double power) {
+    Memories all;
+    for (std::size_t k = 0; k < count; ++k) {
+      all.time[k] = shortest * std::pow(longest / shortest, k / (count - 1.0));
+      all.weight[k] = std::pow(all.time[k], power);
+    }
+    all.normalise();
+    return all;
   }
   double mean(const Law::State& x) const {
     double sum = 0.0;

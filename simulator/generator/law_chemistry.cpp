@@ -22,7 +22,7 @@ Law crystalPopulation(Dice& dice, const Circumstances&) {
   };
   Law law;
   law.rested = {0.3 * stock, stock};
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double fine = surface(x[0]), coarse = 0.3 * surface(x[1]), all = fine + coarse + 1e-9;
     const double merged = x[0] * x[0] / (stock * merging);
     const double fine_next =
@@ -30,7 +30,7 @@ Law crystalPopulation(Dice& dice, const Circumstances&) {
     const double coarse_next = x[1] + now.step * (merged - now.charging() * coarse / all);
     return Law::State{std::max(fine_next, 0.0), std::clamp(coarse_next, 0.0, 3.0 * stock)};
   };
-  law.added = [=](const Law::State& x, const LawInstant& now) {
+  law.voltage = [=](const Law::State& x, const LawInstant& now) {
     return kShown * std::pow(now.charging() / kUsualCharge, power) /
            (free + surface(x[0]) + 0.3 * surface(x[1]));
   };
@@ -47,7 +47,7 @@ Law diffusionLayer(Dice& dice, const Circumstances&) {
                returned = dice.between({0.5, 1.0}), half = dice.between({0.1, 0.4});
   Law law;
   std::fill_n(law.rested.begin(), kSlices, 1.0);
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double rate = now.step * kSlices * kSlices / time;
     const double inflow = (returned * now.discharging() - now.charging()) / limit;
     Law::State next = x;
@@ -58,7 +58,7 @@ Law diffusionLayer(Dice& dice, const Circumstances&) {
     }
     return next;
   };
-  law.added = [=](const Law::State& x, const LawInstant& now) {
+  law.voltage = [=](const Law::State& x, const LawInstant& now) {
     return 2.0 * kShown * saturated(now.charging() / 20.0) * (1.0 - x[0]) / (x[0] + half);
   };
   return law;
@@ -74,12 +74,12 @@ Law freshnessGate(Dice& dice, const Circumstances&) {
                knee = dice.between({5.0, 25.0}), order = dice.between({2.0, 4.0});
   Law law;
   law.rested = {half};
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double taken = now.charging() * saturated(x[0] / half);
     const double lost = x[0] * x[0] / (half * time);
     return Law::State{std::max(0.0, x[0] + now.step * (now.discharging() - taken - lost))};
   };
-  law.added = [=](const Law::State& x, const LawInstant& now) {
+  law.voltage = [=](const Law::State& x, const LawInstant& now) {
     return 2.0 * kShown * saturated(now.charging() / knee) / (1.0 + std::pow(x[0] / half, order));
   };
   return law;
@@ -91,21 +91,15 @@ Law freshnessGate(Dice& dice, const Circumstances&) {
 ///     v = V Z / sqrt(1 + Z^2)
 /// Power law of memory from spread times (Schweidler 1907; Scher and Montroll 1975).
 Law spreadRefill(Dice& dice, const Circumstances& drive) {
-  static constexpr std::size_t kSites = 9;
   const double undoing = dice.between({2.0, 15.0}), shortest = dice.between({1.0, 4.0}),
                power = dice.between({-0.3, 0.3});
   const double longest = std::min(1500.0, 0.4 * drive.duration);
-  Memories<kSites> sites;
-  for (std::size_t k = 0; k < kSites; ++k) {
-    sites.time[k] = shortest * std::pow(longest / shortest, k / (kSites - 1.0));
-    sites.weight[k] = std::pow(sites.time[k], -power);
-  }
-  sites.normalise();
+  const auto sites = Memories<9>::powerLaw(shortest, longest, -power);
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     return sites.advance(x, now.step, now.charging(), 1.0 + now.discharging() / undoing);
   };
-  law.added = [=](const Law::State& x, const LawInstant&) {
+  law.voltage = [=](const Law::State& x, const LawInstant&) {
     const double filled = sites.mean(x) / 20.0;
     return 2.0 * kShown * filled / std::hypot(1.0, filled);
   };
@@ -142,11 +136,11 @@ Law dryingSeparator(Dice& dice, const Circumstances& drive) {
   const double onset = onsetOf(dice, drive), power = dice.between({1.3, 2.5}),
                time = dice.logBetween({30.0, 200.0});
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double opening = std::min(1.0, above(now, onset)) * (1.0 - x[0]);
     return Law::State{std::max(0.0, x[0] + now.step / time * (opening - 0.25 * x[0] * x[0]))};
   };
-  law.passing_by = [=](const Law::State& x, const LawInstant& now) {
+  law.sideCurrent = [=](const Law::State& x, const LawInstant& now) {
     return std::min(kMaxSide, 3.0 * std::pow(above(now, onset), power) * (1.0 + 2.0 * x[0]));
   };
   return law;
@@ -161,14 +155,14 @@ Law bubbleCover(Dice& dice, const Circumstances& drive) {
   const double onset = onsetOf(dice, drive), covering = dice.logBetween({5.0, 40.0}),
                leaving = dice.logBetween({5.0, 60.0}), resistance = dice.between({0.3e-3, 0.8e-3});
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double open = 1.0 - x[0], rising = std::min(2.0, above(now, onset)) * open * open;
     return Law::State{std::clamp(x[0] + now.step * (rising / covering - x[0] / leaving), 0.0, 0.9)};
   };
-  law.added = [=](const Law::State& x, const LawInstant& now) {
+  law.voltage = [=](const Law::State& x, const LawInstant& now) {
     return resistance * now.charging() * (std::pow(1.0 - x[0], -1.5) - 1.0);
   };
-  law.passing_by = [=](const Law::State& x, const LawInstant& now) {
+  law.sideCurrent = [=](const Law::State& x, const LawInstant& now) {
     return std::min(kMaxSide, 3.0 * std::pow(above(now, onset), 1.5) * (1.0 - x[0]));
   };
   return law;
@@ -185,13 +179,13 @@ Law pressureRecombination(Dice& dice, const Circumstances& drive) {
   const double onset = onsetOf(dice, drive), time = dice.logBetween({15.0, 120.0}),
                depth = dice.between({0.005, 0.02});
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     return throughVessels<kVessels>(x, now.step * kVessels / time, smoothStep(above(now, onset)));
   };
-  law.added = [=](const Law::State& x, const LawInstant&) {
+  law.voltage = [=](const Law::State& x, const LawInstant&) {
     return -depth * std::sqrt(std::max(0.0, x[kVessels - 1]));
   };
-  law.passing_by = [=](const Law::State&, const LawInstant& now) {
+  law.sideCurrent = [=](const Law::State&, const LawInstant& now) {
     return 6.0 * smoothStep(above(now, onset));
   };
   return law;
@@ -210,13 +204,13 @@ Law impurityShuttle(Dice& dice, const Circumstances& drive) {
   const auto side = [=](const Law::State& x, const LawInstant& now) {
     return 12.0 * smoothStep(above(now, onset)) * x[0];
   };
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double across = (x[1] - x[0]) / time;
     const double plate = x[0] + now.step * (across - side(x, now) / charge);
     const double acid = x[1] + now.step * ((1.0 - x[1]) / (5.0 * time) - across / 3.0);
     return Law::State{std::max(0.0, plate), acid};
   };
-  law.passing_by = side;
+  law.sideCurrent = side;
   return law;
 }
 
@@ -232,7 +226,7 @@ Law poreDiffusion(Dice& dice, const Circumstances& drive) {
                faster = dice.between({0.3, 1.0});
   Law law;
   std::fill_n(law.rested.begin(), kSlices, 1.0);
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double rate = now.step * kSlices * kSlices / time;
     double inflow = now.current / 100.0 / kSlices;
     Law::State next = x;
@@ -245,7 +239,7 @@ Law poreDiffusion(Dice& dice, const Circumstances& drive) {
     }
     return next;
   };
-  law.added = [](const Law::State& x, const LawInstant&) {
+  law.voltage = [](const Law::State& x, const LawInstant&) {
     const double more = x[0] - 1.0;
     return 0.1 * (more + 0.4 * more * std::abs(more));
   };
@@ -257,21 +251,15 @@ Law poreDiffusion(Dice& dice, const Circumstances& drive) {
 /// Twelve times from 1 s to a third of the drive. Anomalous diffusion in a disordered porous body:
 /// Bisquert and Compte, J. Electroanal. Chem. 499 (2001).
 Law anomalousDiffusion(Dice& dice, const Circumstances& drive) {
-  static constexpr std::size_t kTimes = 12;
   const double charging_share = dice.between({0.6, 1.0}), power = dice.between({0.3, 0.6});
   const double longest = drive.duration * dice.between({0.15, 0.35});
-  Memories<kTimes> memories;
-  for (std::size_t k = 0; k < kTimes; ++k) {
-    memories.time[k] = std::pow(longest, k / (kTimes - 1.0));
-    memories.weight[k] = std::pow(memories.time[k], power);
-  }
-  memories.normalise();
+  const auto memories = Memories<12>::powerLaw(1.0, longest, power);
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     return memories.advance(x, now.step,
                             now.current > 0.0 ? charging_share * now.current : now.current);
   };
-  law.added = [=](const Law::State& x, const LawInstant&) { return 3e-3 * memories.mean(x); };
+  law.voltage = [=](const Law::State& x, const LawInstant&) { return 3e-3 * memories.mean(x); };
   return law;
 }
 
@@ -285,13 +273,13 @@ Law poreExhaustion(Dice& dice, const Circumstances&) {
                mixing = dice.logBetween({100.0, 600.0}), half = dice.between({0.1, 0.5});
   Law law;
   law.rested = {1.0, 1.0};
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double exchange = std::pow(x[0], 1.5) * (x[1] - x[0]) / refilling;
     const double made = (0.7 * now.charging() - now.discharging()) / charge;
     return Law::State{std::clamp(x[0] + now.step * (made + exchange), 0.04, 1.5),
                       x[1] + now.step * ((1.0 - x[1]) / mixing - 0.2 * exchange)};
   };
-  law.added = [=](const Law::State& x, const LawInstant& now) {
+  law.voltage = [=](const Law::State& x, const LawInstant& now) {
     return -0.03 * saturated(now.discharging() / 40.0) * (1.0 / (x[0] + half) - 1.0 / (1.0 + half));
   };
   return law;
@@ -305,10 +293,10 @@ Law separatorDelay(Dice& dice, const Circumstances&) {
   static constexpr std::size_t kVessels = 10;
   const double delay = dice.logBetween({12.0, 90.0});
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     return throughVessels<kVessels>(x, now.step * kVessels / delay, now.current);
   };
-  law.added = [](const Law::State& x, const LawInstant&) {
+  law.voltage = [](const Law::State& x, const LawInstant&) {
     const double late = x[kVessels - 1];
     return 1.5e-3 * late / (1.0 + std::abs(late) / 80.0);
   };
@@ -333,7 +321,7 @@ Law bentEmf(Dice& dice, const Circumstances& drive) {
     return y * std::pow(y * y + 1e-3, 0.5 * (power - 1.0));
   };
   Law law;
-  law.added = [=](const Law::State&, const LawInstant& now) {
+  law.voltage = [=](const Law::State&, const LawInstant& now) {
     return 0.06 * (bend(now.charge) - bend(0.0));
   };
   return law;
@@ -350,13 +338,13 @@ Law sumOfPlays(Dice& dice, const Circumstances& drive) {
   for (std::size_t k = 0; k < kPlays; ++k)
     width[k] = widest * std::pow(0.02, 1.0 - k / (kPlays - 1.0));
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     Law::State next = x;
     for (std::size_t k = 0; k < kPlays; ++k)
       next[k] = std::clamp(x[k], now.charge - width[k], now.charge + width[k]);
     return next;
   };
-  law.added = [=](const Law::State& x, const LawInstant&) {
+  law.voltage = [=](const Law::State& x, const LawInstant&) {
     double sum = 0.0;
     for (std::size_t k = 0; k < kPlays; ++k) sum += x[k] / std::sqrt(width[k] * span);
     return 0.015 * sum;
@@ -380,7 +368,7 @@ Law preisachParts(Dice& dice, const Circumstances& drive) {
     below[k] = middle - half;
     law.rested[k] = 0.5 * (above[k] + below[k]) < 0.0 ? 1 : -1;
   }
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double moved = 2.0 * now.current * now.step / width;
     Law::State next = x;
     for (std::size_t k = 0; k < kParts; ++k) {
@@ -389,7 +377,7 @@ Law preisachParts(Dice& dice, const Circumstances& drive) {
     }
     return next;
   };
-  law.added = [](const Law::State& x, const LawInstant&) {
+  law.voltage = [](const Law::State& x, const LawInstant&) {
     double sum = 0.0;
     for (std::size_t k = 0; k < kParts; ++k) sum += x[k];
     return 0.06 * sum / kParts;
@@ -409,7 +397,7 @@ Law nucleationDip(Dice& dice, const Circumstances&) {
                erasing = dice.logBetween({0.1, 0.5}) * kSecondsPerHour;
   Law law;
   law.rested = {0.0, 0.5};
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double open = 1.0 - x[1];
     const double out = now.discharging() - now.charging() * x[0] / rise;
     const double ready =
@@ -417,7 +405,7 @@ Law nucleationDip(Dice& dice, const Circumstances&) {
     return Law::State{std::max(0.0, x[0] + now.step * out),
                       std::clamp(x[1] + now.step * ready, 0.0, 1.0)};
   };
-  law.added = [=](const Law::State& x, const LawInstant&) {
+  law.voltage = [=](const Law::State& x, const LawInstant&) {
     const double y = x[0] / rise;
     return -0.05 * x[1] * 2.0 * y / (1.0 + y * y);
   };

@@ -29,10 +29,10 @@ Law depressedArc(Dice& dice, const Circumstances& drive) {
   }
   memories.normalise();
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     return memories.advance(x, now.step, now.current);
   };
-  law.added = [=](const Law::State& x, const LawInstant&) { return 1.5e-3 * memories.mean(x); };
+  law.voltage = [=](const Law::State& x, const LawInstant&) { return 1.5e-3 * memories.mean(x); };
   return law;
 }
 
@@ -45,7 +45,7 @@ Law conductingFilm(Dice& dice, const Circumstances&) {
   static constexpr double kFloor = 0.01;
   const double scale = dice.logBetween({8.0, 60.0}), power = dice.between({0.35, 0.6});
   Law law;
-  law.added = [=](const Law::State&, const LawInstant& now) {
+  law.voltage = [=](const Law::State&, const LawInstant& now) {
     const double size = std::pow(std::abs(now.current) / scale + kFloor, power);
     return std::copysign(0.05 * (size - std::pow(kFloor, power)), now.current);
   };
@@ -60,12 +60,12 @@ Law adsorbedSites(Dice& dice, const Circumstances& drive) {
   const double charge = dice.logBetween({30.0, 300.0}),
                time = std::max(dice.logBetween({3.0, 60.0}), 4.0 * shortestShown(drive));
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double open = 1.0 - (now.current > 0.0 ? x[0] : -x[0]);
     const double rate = now.current / charge * open - x[0] * std::abs(x[0]) / time;
     return Law::State{std::clamp(x[0] + now.step * rate, -1.0, 1.0)};
   };
-  law.added = [](const Law::State& x, const LawInstant&) { return 0.05 * x[0]; };
+  law.voltage = [](const Law::State& x, const LawInstant&) { return 0.05 * x[0]; };
   return law;
 }
 
@@ -76,11 +76,11 @@ Law powerElectrode(Dice& dice, const Circumstances& drive) {
   const double charge = std::max(dice.logBetween({20.0, 500.0}), 40.0 * shortestShown(drive)),
                power = dice.between({1.7, 3.0});
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double back = 40.0 * x[0] * std::pow(std::abs(x[0]), power - 1.0);
     return Law::State{x[0] + now.step * (now.current - back) / charge};
   };
-  law.added = [](const Law::State& x, const LawInstant&) { return 0.05 * x[0]; };
+  law.voltage = [](const Law::State& x, const LawInstant&) { return 0.05 * x[0]; };
   return law;
 }
 
@@ -92,7 +92,7 @@ Law growingLayer(Dice& dice, const Circumstances& drive) {
   const double length = drive.duration,
                power = dice.share() < 0.5 ? dice.between({0.4, 0.7}) : dice.between({1.7, 2.5});
   Law law;
-  law.added = [=](const Law::State&, const LawInstant& now) {
+  law.voltage = [=](const Law::State&, const LawInstant& now) {
     return 2e-3 * now.current * std::pow(now.time / length, power);
   };
   return law;
@@ -109,12 +109,12 @@ Law warmingInside(Dice& dice, const Circumstances&) {
   const double across = dice.between({2.0, 20.0}), outwards = dice.between({1.0, 5.0}),
                power = dice.between({1.0, 3.0});
   Law law;
-  law.moved = [=](const Law::State& x, const LawInstant& now) {
+  law.advance = [=](const Law::State& x, const LawInstant& now) {
     const double heat = 8e-3 * now.current * now.current, flow = across * (x[0] - x[1]);
     return Law::State{x[0] + now.step * (heat - flow) / inside,
                       x[1] + now.step * (flow - outwards * x[1]) / outside};
   };
-  law.added = [=](const Law::State& x, const LawInstant& now) {
+  law.voltage = [=](const Law::State& x, const LawInstant& now) {
     return -5e-3 * now.current * (1.0 - std::pow(1.0 + std::max(0.0, x[0]) / 20.0, -power));
   };
   return law;
@@ -132,10 +132,10 @@ Law looseningContacts(Dice& dice, const Circumstances& drive) {
     width[k] = drive.throughput_as * dice.between({0.1, 0.3});
   }
   Law law;
-  law.moved = [](const Law::State& x, const LawInstant& now) {
+  law.advance = [](const Law::State& x, const LawInstant& now) {
     return Law::State{x[0] + now.step * std::abs(now.current)};
   };
-  law.added = [=](const Law::State& x, const LawInstant& now) {
+  law.voltage = [=](const Law::State& x, const LawInstant& now) {
     double loose = 0.0;
     for (std::size_t k = 0; k < kContacts; ++k) loose += smoothStep((x[0] - from[k]) / width[k]);
     return 2e-3 * now.current * loose / kContacts;
@@ -149,7 +149,7 @@ Law looseningContacts(Dice& dice, const Circumstances& drive) {
 Law fadingSurface(Dice& dice, const Circumstances& drive) {
   const double time = drive.duration * dice.between({0.5, 1.2}), order = dice.between({1.5, 3.0});
   Law law;
-  law.added = [=](const Law::State&, const LawInstant& now) {
+  law.voltage = [=](const Law::State&, const LawInstant& now) {
     return 0.4 * now.u2 * saturated(std::pow(now.time / time, order));
   };
   return law;

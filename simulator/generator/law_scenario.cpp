@@ -56,7 +56,7 @@ Order filledIn(Order order, Dice& dice) {
   const double mechanism = dice.share(), rate = dice.share();
   const double shortest = order.independent_drive ? kShortest : 600.0;
   const double duration = std::round(dice.logBetween({shortest, 3600.0}));
-  const std::string drive = dice.oneOf(lawDrives());
+  const std::string drive = dice.oneOf(kLawDrives);
   if (order.what.mechanism.empty() && order.what.id.empty() && order.what.kind == kOutOfCatalogue) {
     const auto all = mechanisms();
     order.what.mechanism =
@@ -211,7 +211,7 @@ void takeOtherDrive(LawScenario& one, std::uint64_t seed) {
   Dice base(seed, kBaseStream), drive(*one.order.drive_seed, kDriveStream);
   const std::string exercised = exercisedBy(one.order, seed);
   one.scenario = drawBase(one.order, exercised == "side_reactions", seed, base);
-  one.order.drive = drive.oneOf(lawDrives());
+  one.order.drive = drive.oneOf(kLawDrives);
   drawLawDrive(one.scenario, one.order.drive, exercisedBy(one.order, *one.order.drive_seed), drive);
 }
 

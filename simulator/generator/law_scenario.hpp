@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,8 +11,8 @@
 
 namespace battery_sof_simulator {
 
-/// Kinds of drives: city, start_stop, bench, motorway, turns.
-const std::vector<std::string>& lawDrives();
+/// Kinds of drives.
+constexpr std::array<const char*, 5> kLawDrives{"city", "start_stop", "bench", "motorway", "turns"};
 
 /// Gives a scenario a drive of a kind, with what a mechanism needs to be seen all through it. city:
 /// stop and go with recuperation. start_stop: a crank after every stop. bench: pulses and rests of

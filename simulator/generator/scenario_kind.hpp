@@ -16,7 +16,7 @@ struct ScenarioKind {
 };
 
 constexpr char kOutOfCatalogue[] = "out_of_catalogue", kControl[] = "control",
-               kRecorderControl[] = "control_with_recorder";
+               kRecorderControl[] = "control_with_recorder", kUnlistedLaw[] = "unlisted_law";
 
 /// All kinds of scenarios that a diagnosis can be tried on (docs/validation.md).
 ///
@@ -40,7 +40,7 @@ struct Order {
   std::uint64_t seed = 1;
   std::optional<double> duration;  ///< [s]
   std::optional<double> rate;      ///< of the recording [Hz], 1000 over a whole number
-  std::string drive;               ///< of lawDrives(); not of catalogue kinds
+  std::string drive;               ///< of kLawDrives; not of catalogue kinds
   /// times the strength of what is added; one number is every addition's
   std::vector<double> scale{1.0};
   bool quiet = false;  ///< recorded without noise and quantisation; of catalogue kinds
@@ -67,20 +67,5 @@ std::vector<std::string> additionsOf(const ScenarioKind& kind);
 
 /// @return how long a catalogue kind is unless asked otherwise [s].
 double usualDuration(const ScenarioKind& kind);
-
-/// What a kind is when nothing is left of its additions but what they need.
-/// @param effects that are true nevertheless, ids of the catalogue.
-ScenarioKind nestedKind(const ScenarioKind& kind, const std::vector<std::string>& effects);
-
-/// What a good diagnosis may say.
-struct Expectation {
-  std::vector<std::string> verdicts;  ///< any of them
-  std::vector<std::string> effects;   ///< those that are true
-  /// those that cannot be reported from them (docs/physics.md#effects-that-cannot-be-distinguished)
-  std::vector<std::string> ties;
-};
-
-/// @param kind of the catalogue.  @param effects true ones, ids of the catalogue.
-Expectation expectationOf(const ScenarioKind& kind, const std::vector<std::string>& effects);
 
 }  // namespace battery_sof_simulator
