@@ -113,8 +113,7 @@ class LongChargesPlan {
     const double current = -turns_.dice().between(options_.after_a);
     return steady(turns_.dice().between(options_.after_s), current);
   }
-  /// Turns, then charge until the highest charge is reached, then rest until the last minute
-  /// begins.
+  /// Turns, then charge up to the highest charge, then rest until the last minute begins.
   Phase approachFinal(const Situation& now, double left) {
     const double missing = (options_.highest_charge_ah - now.charge_ah) * kSecondsPerHour;
     const double current = long_charge_.begin;
@@ -165,20 +164,15 @@ class CityPlan {
     const double wanted = options_.net_charge_ah * std::min(now.time / duration_, 1.0);
     const double lean = kCityLean * (now.charge_ah - wanted);
     const double left = early ? cycles_ * options_.early_s / options_.early_cranks - now.time : 0.0;
-    if (left > plannedTime())
-      fillUntil(left, lean);
-    else
-      appendRounds(lean);
+    if (left > plannedTime()) return fillUntil(left, lean);
+    const Range faces{options_.rounds.low, options_.rounds.high + 1.0};
+    const int rounds = static_cast<int>(dice_.between(faces));
+    for (int k = 0; k < rounds; ++k) appendRound(lean);
   }
   /// Short stops, so that there is some driving in an early cycle.
   Range earlyStop() const {
     const double third = options_.early_s / options_.early_cranks / 3.0;
     return {std::min(options_.stop_s.low, third), std::min(options_.stop_s.high, third)};
-  }
-  void appendRounds(double lean) {
-    const Range faces{options_.rounds.low, options_.rounds.high + 1.0};
-    const int rounds = static_cast<int>(dice_.between(faces));
-    for (int k = 0; k < rounds; ++k) appendRound(lean);
   }
   /// Rounds that make the waiting phases exactly as long as said [s].
   void fillUntil(double length, double lean) {

@@ -45,8 +45,7 @@ struct Situation {
 /// Chooses a drive's phases one after the other.
 using DrivePlan = std::function<Phase(const Situation&)>;
 
-/// Short high-rate discharges, evenly scattered over a drive: each in the middle 28 % of its share
-/// of the time.
+/// Short high-rate discharges over a drive, each in the middle 28 % of its share of the time.
 struct PulseOptions {
   int count = 14;                 ///< within the scenario's duration; 0: none (paper: 14 in 60 min)
   Range current_a{150.0, 300.0};  ///< discharge (paper, V-A)
@@ -132,8 +131,7 @@ struct Insert {
   std::vector<Phase> phases;
 };
 
-/// From an instant on another profile and set point; a phase that plays then is cut short, and what
-/// waits of an insert is dropped.
+/// From an instant on another profile and set point; the rest of a phase or insert is dropped.
 struct LaterPart {
   double from = 0.0;            ///< [s], > 0
   double voltage_limit = 14.2;  ///< [V], > 0

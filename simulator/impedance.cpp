@@ -2,8 +2,6 @@
 
 #include <stdexcept>
 
-#include "simulator/increasing_root.hpp"
-
 namespace battery_sof_simulator {
 namespace {
 
@@ -34,12 +32,11 @@ double steadyOverpotential(const BatteryParameters& parameters, const BatteryEff
   return increasingRoot(excess, near, kCurrentTolerance * (1.0 + std::abs(current)));
 }
 
-void requireValid(const BatteryParameters& parameters, const OperatingPoint& point,
-                  const std::vector<double>& frequencies) {
+void requireValid(const BatteryParameters& parameters, const FullBattery::Start& start,
+                  double current, const std::vector<double>& frequencies) {
   // The constructor names every fault.
-  FullBattery(parameters, BatteryEffects{}, {point.soc, point.temperature});
-  if (!std::isfinite(point.current))
-    throw std::invalid_argument("impedance: current is not finite");
+  FullBattery(parameters, BatteryEffects{}, start);
+  if (!std::isfinite(current)) throw std::invalid_argument("impedance: current is not finite");
   for (double f : frequencies)
     if (!(f > 0.0) || !std::isfinite(f))
       throw std::invalid_argument("impedance: frequency is " + std::to_string(f) +
@@ -49,20 +46,21 @@ void requireValid(const BatteryParameters& parameters, const OperatingPoint& poi
 }  // namespace
 
 std::vector<ImpedancePoint> impedance(const BatteryParameters& parameters,
-                                      const BatteryEffects& effects, const OperatingPoint& point,
+                                      const BatteryEffects& effects,
+                                      const FullBattery::Start& start, double current,
                                       const std::vector<double>& frequencies) {
-  requireValid(parameters, point, frequencies);
-  const Conditions at = atTemperature(parameters, point.temperature);
+  requireValid(parameters, start, current, frequencies);
+  const Conditions at = atTemperature(parameters, start.temperature);
   const bool limited = effects.charge_acceptance;
-  if (limited && effects.gassing == GassingLaw::kNone && point.current >= at.lead_ion_limit)
-    throw std::invalid_argument("impedance: current is " + std::to_string(point.current) +
+  if (limited && effects.gassing == GassingLaw::kNone && current >= at.lead_ion_limit)
+    throw std::invalid_argument("impedance: current is " + std::to_string(current) +
                                 " A, expected below the Pb2+ limit, which no charge lasts above");
-  const double u0 = openCircuitVoltage(parameters, point.soc).value;
-  const double u2 = steadyOverpotential(parameters, effects, at, u0, point.current);
+  const double u0 = openCircuitVoltage(parameters, start.soc).value;
+  const double u2 = steadyOverpotential(parameters, effects, at, u0, current);
   const double main = steadyTransfer(parameters, at, limited, u2).value;
   const double lead_ion = limited ? 1.0 - main / at.lead_ion_limit : 1.0;
   const double inductance = effects.inductance ? parameters.inductance_h : 0.0;
-  const double r1 = at.r1_factor * r1Voltage(parameters, effects, point.current).slope;
+  const double r1 = at.r1_factor * r1Voltage(parameters, effects, current).slope;
   const double transfer = chargeTransfer(parameters, at.i0, u2, lead_ion).slope;
   const double forward = reactionRates(parameters, at.i0, u2).forward;
   const double gas = gassing(parameters, effects.gassing, at, u0 + u2).slope;

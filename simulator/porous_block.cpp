@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "simulator/fields.hpp"
-#include "simulator/increasing_root.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -60,6 +59,12 @@ Field solveTridiagonal(const Field& link, Field diagonal, Field right) {
   return right;
 }
 
+/// Of the pores alone, when full [m].
+double porousThickness(const PorousParameters& p) {
+  return p.negative.porosity * p.negative.thickness_m + p.separator_porosity * p.separator_m +
+         p.positive.porosity * p.positive.thickness_m;
+}
+
 const PorousParameters& valid(const PorousParameters& parameters, double soc, double step) {
   auto faults = faultsOf(parameters);
   if (!(soc >= 0.3 && soc <= 1.0)) faults.push_back(faultOf("soc", soc, "0.3 to 1"));
@@ -73,11 +78,8 @@ const PorousParameters& valid(const PorousParameters& parameters, double soc, do
 std::vector<std::string> faultsOf(const PorousParameters& p) {
   auto faults = fieldFaults(p);
   if (!faults.empty()) return faults;
-  const double pores = p.negative.porosity * p.negative.thickness_m +
-                       p.separator_porosity * p.separator_m +
-                       p.positive.porosity * p.positive.thickness_m;
   const double needed = p.capacity_ah * kSecondsPerHour / kFaraday;
-  if (pores * p.area_m2 * p.full_acid_mol_per_m3 < needed)
+  if (porousThickness(p) * p.area_m2 * p.full_acid_mol_per_m3 < needed)
     faults.push_back("the pores hold less acid than capacity_ah needs");
   return faults;
 }
@@ -110,10 +112,7 @@ PorousState PorousBlock::rested() const {
   state.porosity << porosity_after(p.negative, kNegativeExpansion),
       Field::Constant(per_region_, p.separator_porosity),
       porosity_after(p.positive, kPositiveExpansion);
-  const double full =
-      p.full_acid_mol_per_m3 * p.area_m2 *
-      (p.negative.porosity * p.negative.thickness_m + p.separator_porosity * p.separator_m +
-       p.positive.porosity * p.positive.thickness_m);
+  const double full = p.full_acid_mol_per_m3 * p.area_m2 * porousThickness(p);
   state.acid = Field::Ones(3 * per_region_);
   state.acid *= (full - used) / acid(state);
   state.negative = negativeEquilibrium(state.acid.head(per_region_));

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "simulator/units.hpp"
+#include "simulator/numerics.hpp"
 
 namespace battery_sof_simulator {
 

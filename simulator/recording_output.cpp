@@ -67,14 +67,14 @@ void writeWhole(const fs::path& path, const std::function<void(const fs::path&)>
   }
 }
 
-bool isRecordingName(const fs::path& path) {
-  return path.extension() == ".csv" || path.extension() == ".bag";
+void requireRecordingName(const fs::path& path) {
+  if (path.extension() == ".csv" || path.extension() == ".bag") return;
+  throw std::invalid_argument(path.string() + ": expected a name ending in .csv or .bag");
 }
 
 void writeRecording(const fs::path& path, const std::vector<RecordedSample>& samples, Digits digits,
                     const std::vector<double>& temperature) {
-  if (!isRecordingName(path))
-    throw std::invalid_argument(path.string() + ": expected a name ending in .csv or .bag");
+  requireRecordingName(path);
   if (path.extension() == ".csv") return writeText(path, csvOf(samples, digits, temperature));
   writeWhole(path, [&](const fs::path& name) { writeBag(name, samples, temperature); });
 }

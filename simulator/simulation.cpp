@@ -13,8 +13,7 @@ static_assert(kStep == PorousBlock::kStep, "drives count in one step");
 constexpr double kPorousTemperature = 25.0;  // [degC]
 constexpr double kProgressInterval = 60.0;   // [s], simulated
 
-/// driveThrough() and what is recorded. @param duration of the recording [s]; the filter needs some
-/// more.
+/// driveThrough() and what is recorded. @param duration recorded [s]; the filter needs more.
 template <typename Battery, typename Look>
 std::vector<RecordedSample> recordedDrive(const Battery& battery, const Scenario& scenario,
                                           double duration, const Look& look) {

@@ -61,8 +61,7 @@ struct Simulation {
 
 /// Drives the battery of Fig. 4 and its additions through a scenario and records it. A porous block
 /// keeps no truth, and of the balance only charges.
-/// @throws std::invalid_argument naming every fault of the scenario; NoSolution when the equations
-/// have none.
+/// @throws std::invalid_argument naming every fault of the scenario; NoSolution of the equations.
 Simulation simulate(const Scenario& scenario, const SimulationOptions& options = {});
 
 /// Drives a battery through a scenario, cut or not.

@@ -15,8 +15,7 @@ constexpr double kRoom = 0.2;               // of the state of charge
 constexpr Range kLeadIonLimit{20.0, 70.0};  // [A]
 constexpr Range kLeadIonTime{3.0, 40.0};    // [s]
 
-/// Where a scenario keeps a number or a flag, its porous block first where it has one; null:
-/// nowhere.
+/// Where a scenario keeps a number or a flag, its porous block first; null: nowhere.
 template <typename Value>
 Value* placeOf(Scenario& s, const std::string& key) {
   std::vector<Fields> all{fieldsOf(s.battery), fieldsOf(s.effects), fieldsOf(s.additions),
@@ -107,8 +106,7 @@ const std::map<std::string, std::vector<Number>> kPlainAdditions{
       {"coup_nuclei_ah", As::kLog, {0.1, 0.4}},
       {"coup_erasing_ah", As::kLog, {0.6, 1.6}},
       {"coup_nuclei_at_start", As::kPlain, {0.0, 0.15}}}},
-    // The scale acts on 1/C_th and on R_th: the time constant stays, the warming is in
-    // proportion.
+    // The scale acts on 1/C_th and on R_th: the time constant stays.
     {"self_heating",
      {{"heat_capacity_j_per_k", As::kLimit, {12e3, 13.5e3}},
       {"thermal_resistance_k_per_w", As::kAmplitude, {1.25, 2.0}},
@@ -158,8 +156,7 @@ void addChargeTransfer(Addition& s) {
 }
 
 /// With C_3 beta_3 far from C_2 beta: two electrodes of one time constant are one. The scale acts
-/// on 1/beta_3 and on C_3, so that C_3 / (I_03 beta_3) stays, and u_3 is the scale times what it
-/// was.
+/// on 1/beta_3 and on C_3: C_3 / (I_03 beta_3) stays, and u_3 is times the scale.
 void addSecondElectrode(Addition& s) {
   const BatteryParameters& b = s.scenario.battery;
   s.mark("second_electrode");
@@ -187,8 +184,7 @@ void addSideReaction(Addition& s) {
       {{"gas_current_a", As::kAmplitude, {1.5, 3.0}}, {"gas_slope_per_v", As::kPlain, {1.4, 3.0}}});
 }
 
-/// With a limited main reaction: only where that no longer takes the current does a side reaction
-/// show.
+/// With a limited main reaction: a side reaction shows where that no longer takes the current.
 void addGassing(Addition& s) {
   addCompanion(s, {"lead_ion_limit_a", As::kPlain, {12.0, 25.0}},
                {"lead_ion_time_s", As::kPlain, {3.0, 15.0}});

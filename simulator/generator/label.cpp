@@ -30,13 +30,11 @@ Json jsonOf(Options options) {
   return json;
 }
 
-Json jsonOf(const std::vector<Phase>& phases) {
-  Json json = Json::array();
-  for (const Phase& phase : phases) json.push_back(jsonOf<Phase>(phase));
-  return json;
+Json jsonOf(const ListedPhases& listed) {
+  Json phases = Json::array();
+  for (const Phase& phase : listed.phases) phases.push_back(jsonOf<Phase>(phase));
+  return {{"phases", phases}};
 }
-
-Json jsonOf(const ListedPhases& listed) { return {{"phases", jsonOf(listed.phases)}}; }
 
 Json profileOf(const ProfileOptions& profile) {
   Json json = std::visit([](const auto& options) { return jsonOf(options); }, profile);
@@ -46,8 +44,10 @@ Json profileOf(const ProfileOptions& profile) {
 
 Json insertsOf(const std::vector<Insert>& inserts) {
   Json json = Json::array();
-  for (const Insert& insert : inserts)
-    json.push_back({{"at_s", insert.at}, {"phases", jsonOf(insert.phases)}});
+  for (const Insert& insert : inserts) {
+    json.push_back(jsonOf(ListedPhases{insert.phases}));
+    json.back()["at_s"] = insert.at;
+  }
   return json;
 }
 
@@ -117,8 +117,7 @@ ScenarioKind nestedKind(const CatalogueDraft& draft) {
   return {"base_control"};
 }
 
-/// What a good diagnosis may say: any of the verdicts, the true effects, and those that cannot be
-/// reported from them.
+/// What a good diagnosis may say: any of the verdicts, true effects, and those alike to them.
 Json expectedOf(const CatalogueDraft& draft) {
   const std::vector<double>& scale = draft.order.scale;
   const bool gone = !scale.empty() && *std::max_element(scale.begin(), scale.end()) == 0.0;

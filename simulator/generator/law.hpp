@@ -30,13 +30,11 @@ struct LawInstant {
   double discharging() const { return std::max(-current, 0.0); }  ///< [A]
 };
 
-/// An out-of-catalogue law: physics in addition to the base circuit, or an instrument, of a form
-/// that no catalogue has.
+/// An out-of-catalogue law: physics beside the base circuit, or an instrument, in no catalogue.
 ///     u = u_base(i - s i_side) + s v,     s: strength, 0 takes all of it away
 /// Physics knows its own states only. At strength 1 it moves the voltage by some 10 mV on a usual
 /// drive. States are moved on in steps of a millisecond, so explicit steps do. An instrument turns
-/// a true course into the shown one; at strength 0 it shows the truth, at 1 the error is of the
-/// order that its law says.
+/// a true course into the shown one; at strength 0 it shows the truth, at 1 its law's error.
 struct Law {
   static constexpr std::size_t kMaxStates = 20;
   using State = std::array<double, kMaxStates>;
@@ -68,11 +66,17 @@ struct Circumstances {
 /// What a law is called, where it belongs, and how one of it is drawn.
 struct LawForm {
   std::string mechanism, id;
-  Law (*draw)(Dice&, const Circumstances&);
+  void (*make)(Law&, Dice&, const Circumstances&);
+
+  Law draw(Dice& dice, const Circumstances& drive) const {
+    Law law;
+    make(law, dice, drive);
+    return law;
+  }
 };
 
 /// Laws of acceptance, side reactions, acid and the open-circuit voltage; with those of structure,
-/// ageing and instruments all of them, those of a mechanism together (docs/validation.md lists them).
+/// ageing and instruments all of them, those of a mechanism together (docs/validation.md).
 std::vector<LawForm> chemistryLaws();
 const std::vector<LawForm>& lawForms();
 

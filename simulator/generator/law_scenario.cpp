@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "simulator/generator/series.hpp"
-#include "simulator/increasing_root.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -281,10 +280,9 @@ ErrorSize errorSize(const std::vector<double>& error, const BaseAnswer& base) {
     throw std::invalid_argument("errorSize: no errors, or more than the base circuit has rows");
   const auto training = static_cast<Eigen::Index>(kTrainingShare * static_cast<double>(count));
   const Eigen::VectorXd e = Eigen::Map<const Eigen::VectorXd>(error.data(), count);
-  Eigen::MatrixXd columns(count, 6);
-  for (Eigen::Index n = 0; n < count; ++n)
-    for (Eigen::Index k = 0; k < 6; ++k)
-      columns(n, k) = base.columns[static_cast<std::size_t>(n)][static_cast<std::size_t>(k)];
+  const Eigen::MatrixXd columns =
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>>(
+          base.columns.front().data(), count, 6);
   const Eigen::VectorXd moved =
       columns.topRows(training).colPivHouseholderQr().solve(e.head(training));
   const double mean = e.head(training).mean();

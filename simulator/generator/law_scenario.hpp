@@ -68,10 +68,8 @@ constexpr std::uint32_t kLawStream = 23;
 /// samples. A law's strength is searched until its visible RMS in the training part is the one
 /// drawn; draws that cannot be seen, or not in the hold-out, are not taken, nor are recorders above
 /// kMaxImperfection or kMaxCrankImperfection.
-/// @param order duration 60 to 7200 s (drawn: 600 to 3600), rate 1 to 1000 Hz (drawn: 1, 10 or
-/// 100), one scale.
-/// @throws std::invalid_argument for an order that cannot be; NoSolution when twenty draws gave
-/// none.
+/// @param order duration 60 to 7200 s (drawn: 600 to 3600), rate 1 to 1000 Hz (drawn: 1, 10, 100).
+/// @throws std::invalid_argument for an order that cannot be; NoSolution when twenty draws fail.
 LawScenario drawLawScenario(const Order& order);
 
 /// The label of a law, or of a control:

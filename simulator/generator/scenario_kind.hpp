@@ -7,8 +7,7 @@
 
 namespace battery_sof_simulator {
 
-/// A kind of scenario and what is in it: "control", "effect gassing", "out_of_catalogue acid
-/// pore_diffusion".
+/// A kind of scenario and what is in it: "effect gassing", "out_of_catalogue acid pore_diffusion".
 struct ScenarioKind {
   std::string kind;
   std::string id = "-";         ///< what is added; "-" in kinds that have no ids
@@ -29,12 +28,10 @@ constexpr char kOutOfCatalogue[] = "out_of_catalogue", kControl[] = "control",
 /// second half of the drive can show.
 ///
 /// Of other equations: out_of_catalogue: a law of a form that no catalogue has. control,
-/// control_with_recorder: nothing on such drives, the latter through a recorder as good as real
-/// ones are.
+/// control_with_recorder: nothing on such drives, the latter through a realistic recorder.
 const std::vector<ScenarioKind>& scenarioKinds();
 
-/// What to draw. Empty or missing: of catalogue kinds a default, of the others what the seed
-/// chooses.
+/// What to draw. Empty or missing: of catalogue kinds a default, else what the seed chooses.
 struct Order {
   ScenarioKind what{"", "", ""};  ///< id and mechanism may be empty
   std::uint64_t seed = 1;
@@ -47,19 +44,17 @@ struct Order {
   /// The drive exercises a mechanism or effect of chance and not what is added: its current says
   /// nothing of it. Of laws and controls it lasts 60 to 3600 s unless asked otherwise.
   bool independent_drive = false;
-  /// Another drive of the same battery, with the same law at the same strength: of out_of_catalogue.
+  /// Another drive of the same battery, with the same law and strength: of out_of_catalogue.
   std::optional<std::uint64_t> drive_seed;
 };
 
 /// @return whether a kind is drawn from the catalogue's equations.
 bool isOfCatalogue(const ScenarioKind& kind);
 
-/// @return all of scenarioKinds() that an order may mean. @throws std::invalid_argument when there
-/// are none.
+/// @return all of scenarioKinds() that an order may mean. @throws std::invalid_argument if none.
 std::vector<ScenarioKind> meantBy(const ScenarioKind& asked);
 
-/// @throws std::invalid_argument for a duration or scales that cannot be. @param duration bounds
-/// [s].
+/// @throws std::invalid_argument for scales that cannot be or a duration outside these bounds [s].
 void requireSound(const Order& order, double shortest, double longest);
 
 /// @return ids of what a kind adds: none, one, or two of masked.
