@@ -131,9 +131,9 @@ ceres::Solver::Options solverOptions(bool cholesky) {
   return options;
 }
 
-Fit fitOf(const double* x, const ceres::Solver::Summary& summary) {
+Optimum fitOf(const double* x, const ceres::Solver::Summary& summary) {
   const Unknowns<double> p(x);
-  Fit fit;
+  Optimum fit;
   fit.parameters.r_discharge = p.r_discharge;
   fit.parameters.r_charge = p.r_charge;
   fit.parameters.c2 = p.c2;
@@ -167,7 +167,7 @@ ceres::CostFunction* makeCostFunction(const Samples& samples, CeresForm form) {
                                    : autoDiff<TunedResiduals>(std::move(terms));
 }
 
-Fit fitWithCeres(const Samples& samples, const CeresSettings& settings) {
+Optimum fitWithCeres(const Samples& samples, const CeresSettings& settings) {
   std::array<double, kUnknowns> x = {1.0, 1.0, 1.0, 1.0, 1.0, 0.0};
   ceres::Problem problem;
   problem.AddResidualBlock(makeCostFunction(samples, settings.form), nullptr, x.data());

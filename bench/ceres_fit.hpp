@@ -4,13 +4,22 @@
 #include <vector>
 
 #include "estimation/base_normal_equations.hpp"
-#include "fit.hpp"
+#include "model/base_model.hpp"
 
 namespace ceres {
 class CostFunction;
 }
 
 namespace battery_sof_bench {
+
+/// Where a contender's search ended.
+struct Optimum {
+  battery_sof::BaseParameters parameters;
+  double u_c2_first = 0.0;  ///< [V]
+  double cost = 0.0;        ///< eq. 3 [V^2]
+  /// passes over the window, with or without derivatives; 0 when not counted
+  int evaluations = 0;
+};
 
 /// How the model is written down for Ceres.
 enum class CeresForm {
@@ -46,6 +55,6 @@ ceres::CostFunction* makeCostFunction(const Samples& samples, CeresForm form);
  * the first sample.
  * @throws std::runtime_error when Ceres does not report convergence.
  */
-Fit fitWithCeres(const Samples& samples, const CeresSettings& settings);
+Optimum fitWithCeres(const Samples& samples, const CeresSettings& settings);
 
 }  // namespace battery_sof_bench

@@ -2,16 +2,11 @@
 // writes the times as JSON.
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <cstdlib>
-#include <exception>
-#include <fstream>
 #include <functional>
-#include <iostream>
-#include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "composed_ceres.hpp"
 #include "composed_record.hpp"
+#include "program.hpp"
 #include "stopwatch.hpp"
 
 namespace {
@@ -132,26 +127,12 @@ void compare(int rounds, const std::string& out) {
   for (int round = 0; round < rounds; ++round)
     for (std::size_t k = 0; k < contenders.size(); ++k)
       ends[k]["milliseconds"].push_back(processorMilliseconds([&] { contenders[k].run(); }));
-  const nlohmann::json result = {{"contenders", ends}};
-  std::ofstream file(out);
-  file << result;
-  file.close();
-  if (!file) throw std::runtime_error(out + ": cannot be written");
+  writeJson(out, {{"contenders", ends}});
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int rounds = argc == 3 ? std::atoi(argv[1]) : 0;
-  if (rounds < 1) {
-    std::cerr << "usage: composed_fit ROUNDS OUT.json\n";
-    return 2;
-  }
-  try {
-    compare(rounds, argv[2]);
-  } catch (const std::exception& error) {
-    std::cerr << "composed_fit: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  return runBenchmark<int>(argc, argv, "composed_fit ROUNDS OUT.json",
+                           [&](int rounds) { compare(rounds, argv[2]); });
 }

@@ -4,15 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <exception>
-#include <fstream>
-#include <iostream>
-#include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <string>
 
 #include "composed_record.hpp"
+#include "program.hpp"
 #include "stopwatch.hpp"
 
 namespace {
@@ -74,16 +69,6 @@ nlohmann::json measured(double duration) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const double duration = argc == 2 ? std::atof(argv[1]) : 0.0;
-  if (!(duration > 0.0)) {
-    std::cerr << "usage: composed_length SECONDS\n";
-    return 2;
-  }
-  try {
-    std::cout << measured(duration) << "\n";
-  } catch (const std::exception& error) {
-    std::cerr << "composed_length: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  return runBenchmark<double>(argc, argv, "composed_length SECONDS",
+                              [](double duration) { std::cout << measured(duration) << "\n"; });
 }

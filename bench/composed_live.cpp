@@ -2,17 +2,14 @@
 // starts of a search on two threads against one.
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <ctime>
-#include <exception>
-#include <iostream>
-#include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
 
 #include "composed_record.hpp"
 #include "estimation/composition_fit.hpp"
 #include "estimation/identification.hpp"
+#include "program.hpp"
 #include "state/state_tracker.hpp"
 #include "stopwatch.hpp"
 
@@ -153,16 +150,7 @@ nlohmann::json threaded(int rounds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int rounds = argc == 2 ? std::atoi(argv[1]) : 0;
-  if (rounds < 1) {
-    std::cerr << "usage: composed_live ROUNDS\n";
-    return 2;
-  }
-  try {
+  return runBenchmark<int>(argc, argv, "composed_live ROUNDS", [](int rounds) {
     std::cout << nlohmann::json{{"tracker", monitor()}, {"threads", threaded(rounds)}} << "\n";
-  } catch (const std::exception& error) {
-    std::cerr << "composed_live: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  });
 }

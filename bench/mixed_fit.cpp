@@ -3,9 +3,6 @@
 // current alone. Prints a table.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <exception>
-#include <iostream>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -13,6 +10,7 @@
 
 #include "estimation/composition_fit.hpp"
 #include "estimation/identification.hpp"
+#include "program.hpp"
 #include "stopwatch.hpp"
 #include "support/start_stop.hpp"
 
@@ -98,12 +96,7 @@ void printRow(const std::vector<std::string>& effects, int rounds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int rounds = argc == 2 ? std::atoi(argv[1]) : 0;
-  if (rounds < 1) {
-    std::cerr << "usage: mixed_fit ROUNDS\n";
-    return 2;
-  }
-  try {
+  return runBenchmark<int>(argc, argv, "mixed_fit ROUNDS", [](int rounds) {
     std::printf("%-28s %27s   %24s   %24s\n", "15 min at 1 Hz, by current", "identify() [ms]",
                 "derivatives [us/sample]", "values [us/sample]");
     std::printf("%-28s %9s %9s %7s   %8s %8s %6s   %8s %8s %6s\n", "and where a source drives",
@@ -113,9 +106,5 @@ int main(int argc, char** argv) {
         {},          {"acid_transport"},    {"charge_transfer"},
         {"gassing"}, {"charge_acceptance"}, {"fresh_sulphate"}};
     for (const auto& effects : compositions) printRow(effects, rounds);
-  } catch (const std::exception& error) {
-    std::cerr << "mixed_fit: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  });
 }

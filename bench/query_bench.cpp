@@ -2,7 +2,6 @@
 // query_bench MODEL.yaml ...
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <functional>
 #include <string>
@@ -10,6 +9,7 @@
 
 #include "prediction/questions.hpp"
 #include "report/model_yaml.hpp"
+#include "stopwatch.hpp"
 
 namespace {
 
@@ -21,13 +21,6 @@ struct Question {
   std::string name;
   std::function<std::string(const FittedModel&)> ask;
 };
-
-double milliseconds(const std::function<void()>& work) {
-  const auto begun = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun)
-      .count();
-}
 
 StopTimeQuery stop(double i_load, double u_required) {
   StopTimeQuery query;
@@ -69,7 +62,7 @@ void time(const char* path) {
     std::vector<double> times;
     std::string message;
     while (times.size() < kRepetitions && (times.size() < 5 || times.back() < 50.0))
-      times.push_back(milliseconds([&] { message = question.ask(model); }));
+      times.push_back(battery_sof_bench::wallMilliseconds([&] { message = question.ask(model); }));
     std::sort(times.begin(), times.end());
     std::printf("    %-22s median %8.3f ms, largest %8.3f ms: %s\n", question.name.c_str(),
                 times[times.size() / 2], times.back(), message.c_str());

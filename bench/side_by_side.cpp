@@ -1,19 +1,72 @@
 // Times our identification and Ceres on the same window, in turns, and writes times as JSON.
-#include <cstdlib>
+#include <cmath>
 #include <ctime>
-#include <exception>
-#include <fstream>
 #include <functional>
-#include <iostream>
-#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
 
 #include "ceres_fit.hpp"
+#include "drive_window.hpp"
+#include "estimation/base_search.hpp"
 #include "estimation/identification.hpp"
-#include "our_fit.hpp"
+#include "program.hpp"
 
 namespace {
 
+using namespace battery_sof;
 using namespace battery_sof_bench;
+
+/// The demand: the four tunables agree to this share.
+constexpr double kSameOptimum = 1e-4;
+/// At the optimum the cost is flat: a share of 1e-4 of a parameter moves it by less than this
+/// share.
+constexpr double kSameCost = 1e-6;
+
+void requireClose(const std::string& contender, const std::string& name, double ours, double theirs,
+                  double tolerance) {
+  if (std::abs(theirs - ours) <= tolerance * std::abs(ours)) return;
+  std::ostringstream message;
+  message.precision(10);
+  message << contender << " ended elsewhere: " << name << " is " << theirs << ", ours is " << ours
+          << ", allowed share " << tolerance << "; times of different answers are not compared";
+  throw std::runtime_error(message.str());
+}
+
+/// Refuses a comparison of different answers.
+void requireSameOptimum(const Optimum& ours, const Optimum& theirs, const std::string& contender) {
+  const auto& a = ours.parameters;
+  const auto& b = theirs.parameters;
+  requireClose(contender, "r_discharge", a.r_discharge, b.r_discharge, kSameOptimum);
+  requireClose(contender, "r_charge", a.r_charge, b.r_charge, kSameOptimum);
+  requireClose(contender, "c2", a.c2, b.c2, kSameOptimum);
+  requireClose(contender, "beta", a.beta, b.beta, kSameOptimum);
+  requireClose(contender, "the cost", ours.cost, theirs.cost, kSameCost);
+}
+
+/// The part of identify() that finds the optimum: equations, coarse search, search on all samples.
+/// It calls what identify() calls, in the same order; requireSameAsIdentify() holds both together.
+Optimum searchOnly(const DriveWindow& window) {
+  const IdentifyOptions options;
+  const WindowSamples samples(window.series, window.range(),
+                              {options.crank_weight, options.crank_weight_current}, window.max_gap,
+                              options.masked);
+  const BaseNormalEquations equations(samples, BaseParameters{}.i0);
+  const CompositionFit fit = searchWindow(samples, equations, options);
+  return {baseParameters(fit.point.parameters), fit.point.state[0], fit.at.cost, fit.iterations};
+}
+
+/// Refuses when identify() did not converge or ended in other parameters than searchOnly().
+void requireSameAsIdentify(const DriveWindow& window, const Optimum& searched) {
+  const FittedModel model = identify(window.series, window.range());
+  if (model.fit.status != FitStatus::kConverged)
+    throw std::runtime_error("identify() did not converge: " + model.fit.message);
+  const auto& a = model.fit.parameters;
+  const auto& b = searched.parameters;
+  if (a.r_discharge != b.r_discharge || a.r_charge != b.r_charge || a.c2 != b.c2 ||
+      a.beta != b.beta || a.u_dc != b.u_dc)
+    throw std::runtime_error(
+        "searchOnly() is no longer the search of identify(): bench/side_by_side.cpp");
+}
 
 /// One line of the table.
 struct Contender {
@@ -38,15 +91,14 @@ double millisecondsOf(const std::function<void()>& run) {
 }
 
 /// All contenders, each of which has shown to end in the same optimum.
-std::vector<Contender> agreeingContenders(const DriveWindow& window, const Fit& ours) {
+std::vector<Contender> agreeingContenders(const DriveWindow& window, const Optimum& ours) {
   requireSameAsIdentify(window, ours);
   std::vector<Contender> contenders;
-  contenders.push_back({"ours, identify()",
-                        [&window] { battery_sof::identify(window.series, window.range()); },
+  contenders.push_back({"ours, identify()", [&window] { identify(window.series, window.range()); },
                         ours.evaluations});
   contenders.push_back({"ours, search alone", [&window] { searchOnly(window); }, ours.evaluations});
   for (const CeresSettings& settings : allCeresSettings()) {
-    const Fit theirs = fitWithCeres(window.samples, settings);
+    const Optimum theirs = fitWithCeres(window.samples, settings);
     requireSameOptimum(ours, theirs, toString(settings));
     contenders.push_back({toString(settings),
                           [&window, settings] { fitWithCeres(window.samples, settings); },
@@ -70,28 +122,14 @@ nlohmann::json timesAsJson(const std::vector<Contender>& contenders, int rounds)
 
 void compare(int rounds, const std::string& out) {
   const DriveWindow window = simulatedWindow();
-  const Fit ours = searchOnly(window);
+  const Optimum ours = searchOnly(window);
   const auto contenders = agreeingContenders(window, ours);
-  const nlohmann::json result = {{"times", timesAsJson(contenders, rounds)}};
-  std::ofstream file(out);
-  file << result;
-  file.close();
-  if (!file) throw std::runtime_error(out + ": cannot be written");
+  writeJson(out, {{"times", timesAsJson(contenders, rounds)}});
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int rounds = argc == 3 ? std::atoi(argv[1]) : 0;
-  if (rounds < 1) {
-    std::cerr << "usage: side_by_side ROUNDS OUT.json\n";
-    return 2;
-  }
-  try {
-    compare(rounds, argv[2]);
-  } catch (const std::exception& error) {
-    std::cerr << "side_by_side: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  return runBenchmark<int>(argc, argv, "side_by_side ROUNDS OUT.json",
+                           [&](int rounds) { compare(rounds, argv[2]); });
 }

@@ -63,15 +63,6 @@ double SampledChannel::outputAt(double position) const {
          y[2] * x * (x - 1) * (x - 3) / 2 + y[3] * x * (x - 1) * (x - 2) / 6;
 }
 
-double Acquisition::Lag::push(double input) {
-  if (law.delay == 0.0) return input;
-  if (!begun) last = output = input;
-  begun = true;
-  output = law.advance(output, last, input);
-  last = input;
-  return output;
-}
-
 Acquisition::Acquisition(const AcquisitionOptions& options, double input_rate, std::uint64_t seed)
     : options_(valid(options)),
       seed_(seed),

@@ -86,14 +86,6 @@ class Acquisition {
   std::vector<RecordedSample> recording(double duration) const;
 
  private:
-  /// One-pole lag of a channel, exact for an input that is linear between pushes.
-  struct Lag {
-    LowPass law;
-    double last = 0.0, output = 0.0;
-    bool begun = false;
-    double push(double input);
-  };
-
   std::vector<RecordedSample> withDropouts(const std::vector<RecordedSample>& samples) const;
 
   AcquisitionOptions options_;

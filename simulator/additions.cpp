@@ -33,30 +33,31 @@ double sulphateAfter(const Additions& a, double before, double charge, double st
 
 }  // namespace
 
-bool anyOn(const Additions& a) {
-  return a.second_electrode || a.fast_arc || a.acid_transport || a.ocv_hysteresis ||
-         a.high_rate_depletion || a.coup_de_fouet || a.sulphate_history || a.parameter_drift ||
-         a.parasitic_load_a != 0.0 || a.contact_step || a.memory_resistance || a.step_force ||
-         a.gated_tone || a.capacitance_fall || a.dead_zone || a.hysteretic_r;
+bool anyOn(Additions a) {
+  const Fields fields = fieldsOf(a);
+  return a.parasitic_load_a != 0.0 ||
+         std::any_of(fields.begin(), fields.end(), [](const Field& field) {
+           const auto* const flag = std::get_if<bool*>(&field.place);
+           return flag != nullptr && **flag;
+         });
 }
 
 AddedVoltages::AddedVoltages(const Additions& additions, double step)
     : additions_(additions),
       step_(step),
-      arc_(additions.fast_arc_time_s, step),
-      acid_1_(additions.acid_1_time_s, step),
-      acid_2_(additions.acid_2_time_s, step),
+      rc_ohm_{additions.fast_arc ? additions.fast_arc_ohm : 0.0,
+              additions.acid_transport ? additions.acid_1_ohm : 0.0,
+              additions.acid_transport ? additions.acid_2_ohm : 0.0},
+      rc_{LowPass(additions.fast_arc_time_s, step), LowPass(additions.acid_1_time_s, step),
+          LowPass(additions.acid_2_time_s, step)},
       depletion_(additions.depletion_time_s, step),
       memory_(additions.memory_time_s, step),
       gate_(kGateTime, step) {}
 
 AddedState AddedVoltages::settled(double current) const {
-  const Additions& a = additions_;
   AddedState state;
-  state.arc = a.fast_arc ? a.fast_arc_ohm * current : 0.0;
-  state.acid_1 = a.acid_transport ? a.acid_1_ohm * current : 0.0;
-  state.acid_2 = a.acid_transport ? a.acid_2_ohm * current : 0.0;
-  state.nuclei = a.coup_nuclei_at_start;
+  for (std::size_t k = 0; k < rc_.size(); ++k) state.rc[k] = rc_ohm_[k] * current;
+  state.nuclei = additions_.coup_nuclei_at_start;
   return state;
 }
 
@@ -64,11 +65,8 @@ AddedState AddedVoltages::advance(const AddedState& before, double begin, double
   const Additions& a = additions_;
   const double charge = 0.5 * (begin + end) * step_;
   AddedState s = before;
-  if (a.fast_arc) s.arc = arc_.advance(s.arc, a.fast_arc_ohm * begin, a.fast_arc_ohm * end);
-  if (a.acid_transport) {
-    s.acid_1 = acid_1_.advance(s.acid_1, a.acid_1_ohm * begin, a.acid_1_ohm * end);
-    s.acid_2 = acid_2_.advance(s.acid_2, a.acid_2_ohm * begin, a.acid_2_ohm * end);
-  }
+  for (std::size_t k = 0; k < rc_.size(); ++k)
+    s.rc[k] = rc_[k].advance(s.rc[k], rc_ohm_[k] * begin, rc_ohm_[k] * end);
   if (a.ocv_hysteresis) s.hysteresis = hysteresisAfter(a, s.hysteresis, charge);
   if (a.high_rate_depletion)
     s.depletion = depletion_.advance(s.depletion, std::max(0.0, -begin) / a.depletion_limit_a,
@@ -88,7 +86,7 @@ AddedState AddedVoltages::advance(const AddedState& before, double begin, double
 
 double AddedVoltages::voltage(const AddedState& s, double time, double current) const {
   const Additions& a = additions_;
-  double sum = s.arc + s.acid_1 + s.acid_2;
+  double sum = s.rc[0] + s.rc[1] + s.rc[2];
   if (a.ocv_hysteresis) sum += a.hysteresis_v * s.hysteresis;
   if (a.high_rate_depletion)
     sum += a.depletion_v * std::log1p(-std::min(s.depletion, kMaxDepletion));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <string>
 #include <vector>
@@ -49,8 +50,8 @@ struct Additions {
   double coup_nuclei_ah = 0.3;        ///< Q_n [Ah]
   double coup_erasing_ah = 0.5;       ///< Q_e [Ah]
   double coup_nuclei_at_start = 1.0;  ///< n at the start [1]; 0: fully charged
-  /// P3: i_lim = i_lim0 A, dA/dt = ((-i)+ - chi (i)+) / Q_A - (A - 1) / tau_r, A >= A_min; acts
-  /// with charge_acceptance only.
+  /// P3: i_lim = i_lim0 A, dA/dt = ((-i)+ - chi (i)+) / Q_A - (A - 1) / tau_r, A >= A_min; with
+  /// charge_acceptance only.
   bool sulphate_history = false;
   double sulphate_ah = 0.5;            ///< Q_A [Ah]
   double sulphate_time_s = 1200.0;     ///< tau_r [s]
@@ -60,8 +61,7 @@ struct Additions {
   bool parameter_drift = false;
   DriftingParameter drifting = DriftingParameter::kROhmic;
   double drift_per_h = 0.1;  ///< rate [1/h]
-  /// P11: a load at the terminals that the current sensor does not see, always on [A]; the rest
-  /// before the start was under it.
+  /// P11: a load that the current sensor does not see, also on in the rest before the start [A].
   double parasitic_load_a = 0.0;
   /// I6: a resistance more from an instant on.
   bool contact_step = false;
@@ -92,13 +92,11 @@ struct Additions {
 };
 
 /// @return whether any of them is on.
-bool anyOn(const Additions& additions);
+bool anyOn(Additions additions);
 
 /// What the additions remember.
 struct AddedState {
-  double arc = 0.0;              ///< v [V]
-  double acid_1 = 0.0;           ///< w_1 [V]
-  double acid_2 = 0.0;           ///< w_2 [V]
+  std::array<double, 3> rc{};    ///< v, w_1, w_2 [V]
   double hysteresis = 0.0;       ///< h [1]
   double depletion = 0.0;        ///< x [1]
   double nuclei = 1.0;           ///< n [1]
@@ -129,7 +127,9 @@ class AddedVoltages {
  private:
   Additions additions_;
   double step_;
-  LowPass arc_, acid_1_, acid_2_, depletion_, memory_, gate_;
+  std::array<double, 3> rc_ohm_;  // of fast_arc and acid_transport, 0 where off
+  std::array<LowPass, 3> rc_;
+  LowPass depletion_, memory_, gate_;
 };
 
 }  // namespace battery_sof_simulator

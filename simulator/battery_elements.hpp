@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "simulator/cpe_ladder.hpp"
+#include "simulator/numerics.hpp"
 
 namespace battery_sof_simulator {
 
@@ -78,14 +79,8 @@ BatteryEffects plainCircuit();
 Cpe cpe1Of(const BatteryParameters& parameters, const BatteryEffects& effects);
 Cpe cpe2Of(const BatteryParameters& parameters, const BatteryEffects& effects);
 
-/// @return one sentence for every parameter that is not finite or outside its domain; empty when
-/// all is well.
+/// @return one sentence for every parameter that is not finite or outside its domain.
 std::vector<std::string> faultsOf(const BatteryParameters& parameters);
-
-/// A law at one point and its derivative there.
-struct Linearised {
-  double value, slope;
-};
 
 /// Parameters that do not stay what they are, at one instant.
 struct Conditions {
@@ -101,20 +96,17 @@ struct Conditions {
 /// Temperature dependence of Fig. 4's elements.
 ///     r = r_25 (1 + k (T - 25)),           I_0 = I_0,25 exp(E_a/R (1/298.15 - 1/T))
 ///     i_lim = i_lim,25 2^((T - 25)/15),    I_g = I_g,25 exp(c_T (T - 25))
-/// @param temperature [degC], -40 to 80. L, both CPEs, u_0 and the gassing threshold are taken as
-/// constant.
+/// @param temperature [degC], -40 to 80. L, both CPEs, u_0 and the gassing threshold stay.
 Conditions atTemperature(const BatteryParameters& parameters, double temperature);
 
 /// Voltage across r_1 and dv/di (paper, III-B; docs/physics.md#reference-circuit).
 ///     v = r(i) i,   r(i) = [r_1c s + r_1d (1 - s)] / (1 + |i| / i_x)
 ///     s = 1 / (1 + exp(-(i - i_s) / i_w))
-/// @param current through r_1 [A].  @return [V], [Ohm] at 25 degC; the slope at a kink is that of
-/// the charging side.
+/// @param current through r_1 [A].  @return [V], [Ohm] at 25 degC; at a kink the charging side's.
 Linearised r1Voltage(const BatteryParameters& parameters, const BatteryEffects& effects,
                      double current);
 
-/// The two exponentials of eq. 1: forward I_0 exp(alpha beta u), backward I_0 exp((alpha - 1) beta
-/// u) [A].
+/// Eq. 1's exponentials [A]: forward I_0 exp(alpha beta u), backward I_0 exp((alpha - 1) beta u).
 struct ReactionRates {
   double forward, backward;
 };

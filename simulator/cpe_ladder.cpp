@@ -2,9 +2,8 @@
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
-#include "simulator/units.hpp"
+#include "simulator/fields.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -20,30 +19,29 @@ std::complex<double> analyticAdmittance(const Cpe& cpe, double omega) {
   return cpe.scale * std::pow(std::complex<double>(0.0, omega), cpe.exponent);
 }
 
-CpeLadder::CpeLadder(const Cpe& cpe) {
+CpeLadder::CpeLadder(const Cpe& cpe, double step) : step_(step), capacitance_(cpe.scale) {
   if (!(cpe.scale >= 0.0) || !std::isfinite(cpe.scale))
-    throw std::invalid_argument("CPE: scale is " + std::to_string(cpe.scale) +
-                                ", expected 0 or more");
+    throw std::invalid_argument(faultOf("CPE: scale", cpe.scale, "0 or more"));
   if (!(cpe.exponent > 0.0 && cpe.exponent <= 1.0))
-    throw std::invalid_argument("CPE: exponent is " + std::to_string(cpe.exponent) +
-                                ", expected above 0 to 1");
+    throw std::invalid_argument(faultOf("CPE: exponent", cpe.exponent, "above 0 to 1"));
   const double p = cpe.exponent;
-  if (cpe.scale == 0.0 || p == 1.0) {
-    capacitance_ = cpe.scale;
-    return;
+  if (cpe.scale > 0.0 && p < 1.0) {
+    const double weight = cpe.scale * std::sin(p * kPi) / kPi;
+    const int count = kBranchesPerDecade * kDecades;
+    const double spacing = std::log(10.0) / kBranchesPerDecade;
+    rate_.resize(count + 1);
+    conductance_.resize(count + 1);
+    for (int k = 0; k < count; ++k) {
+      rate_[k] = kLowestRate * std::exp((k + 0.5) * spacing);
+      conductance_[k] = weight * std::pow(rate_[k], p) * spacing;
+    }
+    rate_[count] = kLowestRate * p / (p + 1.0);
+    conductance_[count] = weight * std::pow(kLowestRate, p) / p;
+    capacitance_ = weight * std::pow(kHighestRate, p - 1.0) / (1.0 - p);
   }
-  const double weight = cpe.scale * std::sin(p * kPi) / kPi;
-  const int count = kBranchesPerDecade * kDecades;
-  const double spacing = std::log(10.0) / kBranchesPerDecade;
-  rate_.resize(count + 1);
-  conductance_.resize(count + 1);
-  for (int k = 0; k < count; ++k) {
-    rate_[k] = kLowestRate * std::exp((k + 0.5) * spacing);
-    conductance_[k] = weight * std::pow(rate_[k], p) * spacing;
-  }
-  rate_[count] = kLowestRate * p / (p + 1.0);
-  conductance_[count] = weight * std::pow(kLowestRate, p) / p;
-  capacitance_ = weight * std::pow(kHighestRate, p - 1.0) / (1.0 - p);
+  share_ = rate_ * step / (1.0 + rate_ * step);
+  step_conductance_ = conductance_ / (1.0 + rate_ * step);
+  total_ = capacitance_ / step + step_conductance_.sum();
 }
 
 std::complex<double> CpeLadder::admittance(double omega) const {
@@ -51,13 +49,6 @@ std::complex<double> CpeLadder::admittance(double omega) const {
   std::complex<double> sum = capacitance_ * s;
   for (Eigen::Index k = 0; k < rate_.size(); ++k) sum += conductance_[k] * s / (s + rate_[k]);
   return sum;
-}
-
-LadderStep::LadderStep(const CpeLadder& ladder, double step)
-    : capacitive_(ladder.capacitance_ / step),
-      share_(ladder.rate_ * step / (1.0 + ladder.rate_ * step)),
-      conductance_(ladder.conductance_ / (1.0 + ladder.rate_ * step)) {
-  total_ = capacitive_ + conductance_.sum();
 }
 
 }  // namespace battery_sof_simulator

@@ -33,8 +33,9 @@ struct LadderState {
 /// (a test holds this). Memory reaches back a day.
 class CpeLadder {
  public:
+  /// @param step that advance() moves by [s], > 0.
   /// @throws std::invalid_argument for a scale below 0 or an exponent outside (0, 1].
-  explicit CpeLadder(const Cpe& cpe);
+  explicit CpeLadder(const Cpe& cpe, double step = 0.001);
 
   LadderState rested() const { return settled(0.0); }
   /// After a long time at a voltage [V].
@@ -50,34 +51,24 @@ class CpeLadder {
     return (conductance_ * (s.voltage - s.branches).square()).sum();
   }
 
- private:
-  friend class LadderStep;
-  double capacitance_ = 0.0;           // [F]
-  LadderState::Branches rate_;         // w_k [rad/s]
-  LadderState::Branches conductance_;  // g_k [1/Ohm]
-};
-
-/// One implicit Euler step of a ladder, for a fixed length. At the end of the step the current is
-/// `conductance() * u - sourceCurrent(before)`, linear in the end voltage u, because the branches
-/// are eliminated; advance() fills them in once u is known.
-class LadderStep {
- public:
-  /// @param step [s], > 0.
-  LadderStep(const CpeLadder& ladder, double step);
-
+  /// One implicit Euler step: at its end the current is conductance() * u - sourceCurrent(before),
+  /// linear in the end voltage u, the branches being eliminated; advance() fills them in.
   double conductance() const { return total_; }            ///< [1/Ohm]
   double sourceCurrent(const LadderState& before) const {  ///< [A]
-    return capacitive_ * before.voltage + (conductance_ * before.branches).sum();
+    return capacitance_ / step_ * before.voltage + (step_conductance_ * before.branches).sum();
   }
   LadderState advance(const LadderState& before, double voltage) const {
     return {voltage, before.branches + share_ * (voltage - before.branches)};
   }
 
  private:
-  double capacitive_ = 0.0;  // C / step
-  double total_ = 0.0;
-  LadderState::Branches share_;        // weight of the end voltage in a branch's new voltage
-  LadderState::Branches conductance_;  // g_k with the branch eliminated
+  double step_;                             // [s]
+  double capacitance_ = 0.0;                // [F]
+  double total_;                            // [1/Ohm]
+  LadderState::Branches rate_;              // w_k [rad/s]
+  LadderState::Branches conductance_;       // g_k [1/Ohm]
+  LadderState::Branches step_conductance_;  // g_k with the branch eliminated [1/Ohm]
+  LadderState::Branches share_;             // weight of the end voltage in a branch's new voltage
 };
 
 }  // namespace battery_sof_simulator

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <random>
 
-#include "simulator/units.hpp"
+#include "simulator/numerics.hpp"
 
 namespace battery_sof_simulator {
 
@@ -18,8 +18,7 @@ struct Range {
 /// Seeded random numbers; the same seed and stream give the same numbers.
 class Dice {
  public:
-  /// @param stream separates numbers of different purposes, so that more of one leaves the others
-  /// as they are.
+  /// @param stream one for each purpose, so that more numbers of one leave the others as they are.
   Dice(std::uint64_t seed, std::uint32_t stream) {
     std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
                            stream};
@@ -45,8 +44,7 @@ class Dice {
   }
 
   /// A number of the range, leaning to one end: low + (high - low) x^(2^lean), x uniform.
-  /// @param lean 0 uniform, positive towards low, negative towards high; limited to 4 on either
-  /// side.
+  /// @param lean 0 uniform, positive towards low, negative towards high; -4 to 4 at most.
   double leaning(const Range& range, double lean) {
     const double exponent = std::exp2(std::clamp(lean, -4.0, 4.0));
     return range.low + (range.high - range.low) * std::pow(share(), exponent);
@@ -57,8 +55,7 @@ class Dice {
   std::normal_distribution<double> normal_{0.0, 1.0};
 };
 
-/// Noise of one channel (docs/physics.md#noise-of-a-residual): white, first-order autoregressive
-/// and a random walk, added up.
+/// Noise of one channel (docs/physics.md#noise-of-a-residual), the sum of three parts.
 struct NoiseOptions {
   double white = 0.0;              ///< standard deviation a sample [V or A]
   double correlated = 0.0;         ///< standard deviation of the autoregressive part [V or A]

@@ -69,22 +69,6 @@ class Turns {
   bool rested_ = false;
 };
 
-class AlternatingPlan {
- public:
-  AlternatingPlan(const AlternatingOptions& options, double duration, std::uint64_t seed)
-      : options_(options), turns_(options, seed), pulses_(options.pulses, duration, seed) {}
-
-  Phase operator()(const Situation& now) {
-    if (pulses_.due(now.time)) return pulses_.next();
-    return turns_.near(now.charge_ah, options_.charge_target_ah);
-  }
-
- private:
-  AlternatingOptions options_;
-  Turns turns_;
-  Pulses pulses_;
-};
-
 class LongChargesPlan {
  public:
   LongChargesPlan(const LongChargesOptions& options, double duration, std::uint64_t seed)
@@ -129,8 +113,7 @@ class LongChargesPlan {
     const double current = -turns_.dice().between(options_.after_a);
     return steady(turns_.dice().between(options_.after_s), current);
   }
-  /// Turns, then charge until the highest charge is reached, then rest until the last minute
-  /// begins.
+  /// Turns, then charge up to the highest charge, then rest until the last minute begins.
   Phase approachFinal(const Situation& now, double left) {
     const double missing = (options_.highest_charge_ah - now.charge_ah) * kSecondsPerHour;
     const double current = long_charge_.begin;
@@ -181,20 +164,15 @@ class CityPlan {
     const double wanted = options_.net_charge_ah * std::min(now.time / duration_, 1.0);
     const double lean = kCityLean * (now.charge_ah - wanted);
     const double left = early ? cycles_ * options_.early_s / options_.early_cranks - now.time : 0.0;
-    if (left > plannedTime())
-      fillUntil(left, lean);
-    else
-      appendRounds(lean);
+    if (left > plannedTime()) return fillUntil(left, lean);
+    const Range faces{options_.rounds.low, options_.rounds.high + 1.0};
+    const int rounds = static_cast<int>(dice_.between(faces));
+    for (int k = 0; k < rounds; ++k) appendRound(lean);
   }
   /// Short stops, so that there is some driving in an early cycle.
   Range earlyStop() const {
     const double third = options_.early_s / options_.early_cranks / 3.0;
     return {std::min(options_.stop_s.low, third), std::min(options_.stop_s.high, third)};
-  }
-  void appendRounds(double lean) {
-    const Range faces{options_.rounds.low, options_.rounds.high + 1.0};
-    const int rounds = static_cast<int>(dice_.between(faces));
-    for (int k = 0; k < rounds; ++k) appendRound(lean);
   }
   /// Rounds that make the waiting phases exactly as long as said [s].
   void fillUntil(double length, double lean) {
@@ -232,9 +210,17 @@ class CityPlan {
 
 }  // namespace
 
+void appendCrank(std::vector<Phase>& phases, const CrankRanges& ranges, Dice& dice) {
+  phases.push_back(steady(kInrush, -dice.between(ranges.inrush_a)));
+  phases.push_back(steady(dice.between(ranges.plateau_s), -dice.between(ranges.plateau_a)));
+}
+
 DrivePlan planDrive(const ProfileOptions& profile, double duration, std::uint64_t seed) {
-  if (const auto* turns = std::get_if<AlternatingOptions>(&profile))
-    return AlternatingPlan(*turns, duration, seed);
+  if (const auto* options = std::get_if<AlternatingOptions>(&profile))
+    return [target = options->charge_target_ah, turns = Turns(*options, seed),
+            pulses = Pulses(options->pulses, duration, seed)](const Situation& now) mutable {
+      return pulses.due(now.time) ? pulses.next() : turns.near(now.charge_ah, target);
+    };
   if (const auto* charges = std::get_if<LongChargesOptions>(&profile))
     return LongChargesPlan(*charges, duration, seed);
   if (const auto* city = std::get_if<CityOptions>(&profile)) return CityPlan(*city, duration, seed);

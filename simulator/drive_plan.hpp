@@ -24,6 +24,17 @@ struct Phase {
 
 inline Phase steady(double duration, double current) { return {duration, current, current}; }
 inline Phase rest(double duration) { return steady(duration, 0.0); }
+/// A charge [Ah] taken up, or given out when negative, at a current counted positive [A].
+inline Phase swing(double charge_ah, double current) {
+  return steady(std::abs(charge_ah) * kSecondsPerHour / current, std::copysign(current, charge_ah));
+}
+
+/// What a crank is drawn from: inrush for kInrush, then a plateau; currents counted positive.
+struct CrankRanges {
+  Range inrush_a, plateau_s, plateau_a;
+};
+constexpr double kInrush = 0.12;  // [s] (docs/physics.md#drives)
+void appendCrank(std::vector<Phase>& phases, const CrankRanges& ranges, Dice& dice);
 
 /// Where a drive stands when its next phase is chosen.
 struct Situation {
@@ -34,8 +45,7 @@ struct Situation {
 /// Chooses a drive's phases one after the other.
 using DrivePlan = std::function<Phase(const Situation&)>;
 
-/// Short high-rate discharges, evenly scattered over a drive: each in the middle 28 % of its share
-/// of the time.
+/// Short high-rate discharges over a drive, each in the middle 28 % of its share of the time.
 struct PulseOptions {
   int count = 14;                 ///< within the scenario's duration; 0: none (paper: 14 in 60 min)
   Range current_a{150.0, 300.0};  ///< discharge (paper, V-A)
@@ -121,8 +131,7 @@ struct Insert {
   std::vector<Phase> phases;
 };
 
-/// From an instant on another profile and set point; a phase that plays then is cut short, and what
-/// waits of an insert is dropped.
+/// From an instant on another profile and set point; the rest of a phase or insert is dropped.
 struct LaterPart {
   double from = 0.0;            ///< [s], > 0
   double voltage_limit = 14.2;  ///< [V], > 0

@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "simulator/fields.hpp"
-#include "simulator/increasing_root.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -79,12 +78,9 @@ FullBattery::FullBattery(const BatteryParameters& parameters, const BatteryEffec
       at_start_(atTemperature(parameters, start.temperature)),
       additions_(additions),
       forces_(additions, kStep),
-      cpe1_(cpe1Of(parameters, effects)),
-      cpe2_(cpe2Of(parameters, effects)),
-      cpe3_(cpe3Of(parameters, additions)),
-      cpe1_stage_(cpe1_, stage_step_),
-      cpe2_stage_(cpe2_, stage_step_),
-      cpe3_stage_(cpe3_, stage_step_) {
+      cpe1_(cpe1Of(parameters, effects), stage_step_),
+      cpe2_(cpe2Of(parameters, effects), stage_step_),
+      cpe3_(cpe3Of(parameters, additions), stage_step_) {
   if (!effects_.inductance) parameters_.inductance_h = 0.0;
 }
 
@@ -202,8 +198,8 @@ BatteryState FullBattery::eulerStage(const BatteryState& base, double current,
 
 void FullBattery::solveR1(BatteryState& next, const BatteryState& base,
                           const Conditions& at) const {
-  const double conductance = cpe1_stage_.conductance();
-  const double wanted = batteryCurrent(next) + cpe1_stage_.sourceCurrent(base.cpe1);
+  const double conductance = cpe1_.conductance();
+  const double wanted = batteryCurrent(next) + cpe1_.sourceCurrent(base.cpe1);
   const auto excess = [&](double r1_current) {
     const Linearised v = r1Voltage(parameters_, effects_, r1_current);
     return Linearised{r1_current + conductance * at.r1_factor * v.value - wanted,
@@ -211,7 +207,7 @@ void FullBattery::solveR1(BatteryState& next, const BatteryState& base,
   };
   next.r1_current = increasingRoot(excess, base.r1_current, tolerance(next.current));
   const double v1 = at.r1_factor * r1Voltage(parameters_, effects_, next.r1_current).value;
-  next.cpe1 = cpe1_stage_.advance(base.cpe1, v1);
+  next.cpe1 = cpe1_.advance(base.cpe1, v1);
 }
 
 /// Pb2+ at the end of a stage, linear in its value before, and its derivative to u_2.
@@ -241,14 +237,14 @@ Linearised FullBattery::mainCurrent(double u2, double source, double lead_ion_be
   const ReactionRates rates = reactionRates(parameters_, at.i0, eta.value);
   const Linearised p = leadIonAfter(lead_ion_before, rates, at);
   const Linearised transfer = chargeTransfer(parameters_, at.i0, eta.value, p.value);
-  const double conductance = at.cpe2_factor * cpe2_stage_.conductance();
+  const double conductance = at.cpe2_factor * cpe2_.conductance();
   return {transfer.value + conductance * u2 - source,
           (transfer.slope + p.slope * rates.forward) * eta.slope + conductance};
 }
 
 void FullBattery::solveReaction(BatteryState& next, const BatteryState& base,
                                 const Conditions& at) const {
-  const double source = at.cpe2_factor * cpe2_stage_.sourceCurrent(base.cpe2);
+  const double source = at.cpe2_factor * cpe2_.sourceCurrent(base.cpe2);
   const double current = batteryCurrent(next);
   const double per_charge = 1.0 / (kSecondsPerHour * parameters_.capacity_ah);
   const double soc_before = soc(base);
@@ -261,7 +257,7 @@ void FullBattery::solveReaction(BatteryState& next, const BatteryState& base,
     return Linearised{main.value + gas.value - current, main.slope + gas.slope * u_x_slope};
   };
   const double u2 = increasingRoot(excess, base.cpe2.voltage, tolerance(next.current));
-  next.cpe2 = cpe2_stage_.advance(base.cpe2, u2);
+  next.cpe2 = cpe2_.advance(base.cpe2, u2);
   const ReactionRates rates = reactionRates(parameters_, at.i0, activating(u2).value);
   next.lead_ion = leadIonAfter(base.lead_ion, rates, at).value;
   // What the solver's tolerance leaves over goes to the main reaction, so that no charge is lost.
@@ -271,17 +267,17 @@ void FullBattery::solveReaction(BatteryState& next, const BatteryState& base,
 
 void FullBattery::solveSecondElectrode(BatteryState& next, const BatteryState& base) const {
   const double current = batteryCurrent(next);
-  const double source = cpe3_stage_.sourceCurrent(base.cpe3);
+  const double source = cpe3_.sourceCurrent(base.cpe3);
   const double beta = additions_.electrode3_beta_per_v;
   const auto excess = [&](double u3) {
     const double forward = additions_.electrode3_i0_a * std::exp(0.5 * beta * u3);
     const double backward = additions_.electrode3_i0_a * std::exp(-0.5 * beta * u3);
-    const double conductance = cpe3_stage_.conductance();
+    const double conductance = cpe3_.conductance();
     return Linearised{forward - backward + conductance * u3 - source - current,
                       0.5 * beta * (forward + backward) + conductance};
   };
   const double u3 = increasingRoot(excess, base.cpe3.voltage, tolerance(current));
-  next.cpe3 = cpe3_stage_.advance(base.cpe3, u3);
+  next.cpe3 = cpe3_.advance(base.cpe3, u3);
 }
 
 Linearised FullBattery::openCircuit(double soc, const Conditions& at) const {
@@ -293,9 +289,6 @@ Conditions FullBattery::at(const BatteryState& state) const {
   Conditions now =
       effects_.self_heating ? atTemperature(parameters_, state.temperature) : at_start_;
   const Additions& a = additions_;
-  if (!(a.parameter_drift || a.contact_step || a.sulphate_history || a.capacitance_fall ||
-        a.hysteretic_r))
-    return now;
   const double time = static_cast<double>(state.steps) * kStep, hours = time / kSecondsPerHour;
   now.lead_ion_limit *= state.added.sulphate;
   if (a.capacitance_fall) now.cpe2_factor *= std::pow(1.0 - a.capacitance_fall_share, hours);

@@ -2,7 +2,7 @@
 
 #include "simulator/additions.hpp"
 #include "simulator/battery_elements.hpp"
-#include "simulator/units.hpp"
+#include "simulator/numerics.hpp"
 
 namespace battery_sof_simulator {
 
@@ -46,8 +46,7 @@ struct StoredEnergy {
 /// The current goes linearly from one step's end to the next. Integrated with the two-stage,
 /// stiffly accurate, L-stable diagonally implicit Runge-Kutta method of second order (gamma = 1 -
 /// 1/sqrt 2): each stage is one implicit Euler step, solved to 1e-9 of the current for i_r1 and for
-/// u_2, everything else being linear and eliminated. T, which takes hours, is moved by explicit
-/// Euler.
+/// u_2, everything else being linear and eliminated. T is moved by explicit Euler.
 ///
 /// Every element is passive, with eta = u_2 + ln(p)/beta:
 ///     charge transfer dissipates   eta i_r2 >= 0
@@ -122,7 +121,6 @@ class FullBattery {
   Additions additions_;
   AddedVoltages forces_;
   CpeLadder cpe1_, cpe2_, cpe3_;
-  LadderStep cpe1_stage_, cpe2_stage_, cpe3_stage_;
 };
 
 /// @return one sentence for every number outside its bounds; empty when all is well.
@@ -146,8 +144,7 @@ struct Balance {
 ///     int i dt = 3600 C_20 dSOC + gassing charge,      int u i dt = d(stored) + int losses dt
 /// Current and power are those entering the block, behind a parasitic load. Integrated by the
 /// trapezoidal rule over the steps' ends, separately from the battery's own integration, so that
-/// the balances test the latter. The voltage across L changes within a step's current ramp and is
-/// taken exactly.
+/// the balances test the latter. The voltage across L, which a step's ramp changes, is exact.
 class EnergyLedger {
  public:
   /// @param battery outlives the ledger.

@@ -2,17 +2,11 @@
 
 #include <stdexcept>
 
-#include "simulator/increasing_root.hpp"
-
 namespace battery_sof_simulator {
 namespace {
 
 using Complex = std::complex<double>;
 constexpr double kCurrentTolerance = 1e-10;  // [A]
-
-double u0At(const BatteryParameters& parameters, const OperatingPoint& point) {
-  return openCircuitVoltage(parameters, point.soc).value;
-}
 
 /// Steady i_r2 with p = 1 - i_r2 / i_lim put in: i = (forward - backward) / (1 + forward / i_lim).
 Linearised steadyTransfer(const BatteryParameters& parameters, const Conditions& at, bool limited,
@@ -28,22 +22,21 @@ Linearised steadyTransfer(const BatteryParameters& parameters, const Conditions&
 }
 
 double steadyOverpotential(const BatteryParameters& parameters, const BatteryEffects& effects,
-                           const Conditions& at, const OperatingPoint& point) {
+                           const Conditions& at, double u0, double current) {
   const auto excess = [&](double u2) {
     const Linearised main = steadyTransfer(parameters, at, effects.charge_acceptance, u2);
-    const Linearised gas = gassing(parameters, effects.gassing, at, u0At(parameters, point) + u2);
-    return Linearised{main.value + gas.value - point.current, main.slope + gas.slope};
+    const Linearised gas = gassing(parameters, effects.gassing, at, u0 + u2);
+    return Linearised{main.value + gas.value - current, main.slope + gas.slope};
   };
-  const double near = 2.0 / parameters.beta_per_v * std::asinh(0.5 * point.current / at.i0);
-  return increasingRoot(excess, near, kCurrentTolerance * (1.0 + std::abs(point.current)));
+  const double near = 2.0 / parameters.beta_per_v * std::asinh(0.5 * current / at.i0);
+  return increasingRoot(excess, near, kCurrentTolerance * (1.0 + std::abs(current)));
 }
 
-void requireValid(const BatteryParameters& parameters, const OperatingPoint& point,
-                  const std::vector<double>& frequencies) {
+void requireValid(const BatteryParameters& parameters, const FullBattery::Start& start,
+                  double current, const std::vector<double>& frequencies) {
   // The constructor names every fault.
-  FullBattery(parameters, BatteryEffects{}, {point.soc, point.temperature});
-  if (!std::isfinite(point.current))
-    throw std::invalid_argument("impedance: current is not finite");
+  FullBattery(parameters, BatteryEffects{}, start);
+  if (!std::isfinite(current)) throw std::invalid_argument("impedance: current is not finite");
   for (double f : frequencies)
     if (!(f > 0.0) || !std::isfinite(f))
       throw std::invalid_argument("impedance: frequency is " + std::to_string(f) +
@@ -53,22 +46,24 @@ void requireValid(const BatteryParameters& parameters, const OperatingPoint& poi
 }  // namespace
 
 std::vector<ImpedancePoint> impedance(const BatteryParameters& parameters,
-                                      const BatteryEffects& effects, const OperatingPoint& point,
+                                      const BatteryEffects& effects,
+                                      const FullBattery::Start& start, double current,
                                       const std::vector<double>& frequencies) {
-  requireValid(parameters, point, frequencies);
-  const Conditions at = atTemperature(parameters, point.temperature);
+  requireValid(parameters, start, current, frequencies);
+  const Conditions at = atTemperature(parameters, start.temperature);
   const bool limited = effects.charge_acceptance;
-  if (limited && effects.gassing == GassingLaw::kNone && point.current >= at.lead_ion_limit)
-    throw std::invalid_argument("impedance: current is " + std::to_string(point.current) +
+  if (limited && effects.gassing == GassingLaw::kNone && current >= at.lead_ion_limit)
+    throw std::invalid_argument("impedance: current is " + std::to_string(current) +
                                 " A, expected below the Pb2+ limit, which no charge lasts above");
-  const double u2 = steadyOverpotential(parameters, effects, at, point);
+  const double u0 = openCircuitVoltage(parameters, start.soc).value;
+  const double u2 = steadyOverpotential(parameters, effects, at, u0, current);
   const double main = steadyTransfer(parameters, at, limited, u2).value;
   const double lead_ion = limited ? 1.0 - main / at.lead_ion_limit : 1.0;
   const double inductance = effects.inductance ? parameters.inductance_h : 0.0;
-  const double r1 = at.r1_factor * r1Voltage(parameters, effects, point.current).slope;
+  const double r1 = at.r1_factor * r1Voltage(parameters, effects, current).slope;
   const double transfer = chargeTransfer(parameters, at.i0, u2, lead_ion).slope;
   const double forward = reactionRates(parameters, at.i0, u2).forward;
-  const double gas = gassing(parameters, effects.gassing, at, u0At(parameters, point) + u2).slope;
+  const double gas = gassing(parameters, effects.gassing, at, u0 + u2).slope;
   const double soc_stiffness =
       effects.ocv_slope ? parameters.u0_slope_v / (kSecondsPerHour * parameters.capacity_ah) : 0.0;
   const auto impedanceAt = [&](Complex jw, Complex y_cpe1, Complex y_cpe2) {

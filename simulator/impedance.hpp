@@ -7,13 +7,6 @@
 
 namespace battery_sof_simulator {
 
-/// Where the model is linearised: a steady direct current at a state of charge.
-struct OperatingPoint {
-  double current = 0.0;       ///< I_dc [A], below i_lim when charge_acceptance acts
-  double soc = 0.8;           ///< [1]
-  double temperature = 25.0;  ///< [degC]
-};
-
 /// One line of a spectrum.
 struct ImpedancePoint {
   double frequency;                ///< [Hz]
@@ -26,13 +19,12 @@ struct ImpedancePoint {
 ///     r_1' = d(r_1 i)/di,   Z_u0 = u_0' / (jw 3600 C_20),   g_gas = di_g/dU_x
 ///     Y_r2 = g / (1 + I_0 e^(alpha beta u) / (i_lim (1 + jw tau_d)))
 ///     g = di_r2/du_2 at constant Pb2+
-/// The overvoltage is the steady one of I_dc; the slow drift of SOC under I_dc is left out, as in a
-/// measured spectrum.
-/// @param frequencies [Hz], each > 0.
-/// @throws std::invalid_argument for a frequency or parameters outside their range, or a current
-/// that cannot last.
+/// The overvoltage is the steady one of I_dc; the slow drift of SOC under I_dc is left out.
+/// @param current I_dc [A], below i_lim when charge_acceptance acts.  @param frequencies [Hz], > 0.
+/// @throws std::invalid_argument for what is outside its range, or a current that cannot last.
 std::vector<ImpedancePoint> impedance(const BatteryParameters& parameters,
-                                      const BatteryEffects& effects, const OperatingPoint& point,
+                                      const BatteryEffects& effects,
+                                      const FullBattery::Start& start, double current,
                                       const std::vector<double>& frequencies);
 
 /// @return frequencies from first to last [Hz], `per_decade` to a decade, both ends included.

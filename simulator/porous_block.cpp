@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "simulator/fields.hpp"
-#include "simulator/increasing_root.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -60,6 +59,12 @@ Field solveTridiagonal(const Field& link, Field diagonal, Field right) {
   return right;
 }
 
+/// Of the pores alone, when full [m].
+double porousThickness(const PorousParameters& p) {
+  return p.negative.porosity * p.negative.thickness_m + p.separator_porosity * p.separator_m +
+         p.positive.porosity * p.positive.thickness_m;
+}
+
 const PorousParameters& valid(const PorousParameters& parameters, double soc, double step) {
   auto faults = faultsOf(parameters);
   if (!(soc >= 0.3 && soc <= 1.0)) faults.push_back(faultOf("soc", soc, "0.3 to 1"));
@@ -73,10 +78,8 @@ const PorousParameters& valid(const PorousParameters& parameters, double soc, do
 std::vector<std::string> faultsOf(const PorousParameters& p) {
   auto faults = fieldFaults(p);
   if (!faults.empty()) return faults;
-  const double pores = p.negative_porosity * p.negative_m + p.separator_porosity * p.separator_m +
-                       p.positive_porosity * p.positive_m;
   const double needed = p.capacity_ah * kSecondsPerHour / kFaraday;
-  if (pores * p.area_m2 * p.full_acid_mol_per_m3 < needed)
+  if (porousThickness(p) * p.area_m2 * p.full_acid_mol_per_m3 < needed)
     faults.push_back("the pores hold less acid than capacity_ah needs");
   return faults;
 }
@@ -86,47 +89,30 @@ PorousBlock::PorousBlock(const PorousParameters& parameters, double soc, double 
       soc_at_start_(soc),
       step_(step),
       per_region_(parameters.cells_per_region),
-      negative_{0,
-                parameters.negative_m,
-                parameters.negative_surface_per_m,
-                parameters.negative_layer_f_per_m2,
-                parameters.negative_exchange_a_per_m2,
-                0.5,
-                -kNegativeExpansion,
-                false},
-      positive_{2 * per_region_,
-                parameters.positive_m,
-                parameters.positive_surface_per_m,
-                parameters.positive_layer_f_per_m2,
-                parameters.positive_exchange_a_per_m2,
-                1.5,
-                kPositiveExpansion,
-                true} {}
+      negative_{parameters.negative, 0, 0.5, -kNegativeExpansion, false},
+      positive_{parameters.positive, 2 * per_region_, 1.5, kPositiveExpansion, true} {}
 
 double PorousBlock::width(Index cell) const {
   const PorousParameters& p = parameters_;
-  const double thickness = cell < per_region_       ? p.negative_m
+  const double thickness = cell < per_region_       ? p.negative.thickness_m
                            : cell < 2 * per_region_ ? p.separator_m
-                                                    : p.positive_m;
+                                                    : p.positive.thickness_m;
   return thickness / static_cast<double>(per_region_);
 }
 
 PorousState PorousBlock::rested() const {
   const PorousParameters& p = parameters_;
   const double used = (1.0 - soc_at_start_) * p.capacity_ah * kSecondsPerHour / kFaraday;
-  const auto porosity_after = [&](double full, double expansion, double thickness) {
-    return full - expansion * used / (p.area_m2 * thickness);
+  const auto porosity_after = [&](const PorousElectrode& electrode, double expansion) {
+    return Field::Constant(
+        per_region_, electrode.porosity - expansion * used / (p.area_m2 * electrode.thickness_m));
   };
   PorousState state;
   state.porosity.resize(3 * per_region_);
-  state.porosity << Field::Constant(
-      per_region_, porosity_after(p.negative_porosity, kNegativeExpansion, p.negative_m)),
+  state.porosity << porosity_after(p.negative, kNegativeExpansion),
       Field::Constant(per_region_, p.separator_porosity),
-      Field::Constant(per_region_,
-                      porosity_after(p.positive_porosity, kPositiveExpansion, p.positive_m));
-  const double full = p.full_acid_mol_per_m3 * p.area_m2 *
-                      (p.negative_porosity * p.negative_m + p.separator_porosity * p.separator_m +
-                       p.positive_porosity * p.positive_m);
+      porosity_after(p.positive, kPositiveExpansion);
+  const double full = p.full_acid_mol_per_m3 * p.area_m2 * porousThickness(p);
   state.acid = Field::Ones(3 * per_region_);
   state.acid *= (full - used) / acid(state);
   state.negative = negativeEquilibrium(state.acid.head(per_region_));
@@ -154,7 +140,7 @@ PorousState PorousBlock::advance(const PorousState& before, double current_end) 
   moveAcid(before, n, q, next);
   if (p.lead_ion) {
     const double share = step_ / p.lead_ion_time_s;
-    const double limit = p.lead_ion_limit_a / (p.area_m2 * p.negative_m);
+    const double limit = p.lead_ion_limit_a / (p.area_m2 * p.negative.thickness_m);
     // a j = A - B p with the potentials known, so that p at the step's end follows from a j.
     next.lead_ion = (before.lead_ion + share * (1.0 + n.main / limit)) / (1.0 + share);
   }
@@ -192,13 +178,14 @@ PorousBlock::Setting PorousBlock::setting(const Electrode& e, const PorousState&
   const Field relative = acid / parameters_.full_acid_mol_per_m3;
   Setting s;
   s.equilibrium = e.positive ? positiveEquilibrium(acid) : negativeEquilibrium(acid);
-  s.exchange = e.surface * e.exchange * relative;
+  s.exchange = e.surface_per_m * e.exchange_a_per_m2 * relative;
   if (e.positive) s.exchange *= relative;
   s.conductance = paths.conductance.segment(e.first, per_region_ - 1);
   s.driven = paths.driven.segment(e.first, per_region_ - 1);
   const double separator_current = -current_end / parameters_.area_m2;
   s.inflow = e.positive ? separator_current : -separator_current;
-  s.recombination = e.positive ? 0.0 : -before.oxygen_current / (parameters_.area_m2 * e.thickness);
+  s.recombination =
+      e.positive ? 0.0 : -before.oxygen_current / (parameters_.area_m2 * e.thickness_m);
   return s;
 }
 
@@ -211,7 +198,7 @@ PorousBlock::Reaction PorousBlock::reaction(const Electrode& e, const Setting& s
   Reaction r;
   if (!e.positive && p.lead_ion) {
     const double share = step_ / p.lead_ion_time_s;
-    const double limit = p.lead_ion_limit_a / (p.area_m2 * p.negative_m);
+    const double limit = p.lead_ion_limit_a / (p.area_m2 * p.negative.thickness_m);
     const Field rest = 1.0 + share * (1.0 + down / limit);
     const Field ion = (before.lead_ion + share * (1.0 + up / limit)) / rest;
     r.main = up - ion * down;
@@ -225,7 +212,7 @@ PorousBlock::Reaction PorousBlock::reaction(const Electrode& e, const Setting& s
   if (!p.gassing) return r;
   const double direction = e.positive ? 1.0 : -1.0;
   const double potential_there = e.positive ? p.oxygen_potential_v : p.hydrogen_potential_v;
-  const Field gas = p.gas_current_a / (p.area_m2 * e.thickness) *
+  const Field gas = p.gas_current_a / (p.area_m2 * e.thickness_m) *
                     (direction * p.gas_slope_per_v * (potential - potential_there)).exp();
   r.side += direction * gas;
   r.slope += p.gas_slope_per_v * gas;
@@ -236,7 +223,7 @@ PorousBlock::Reaction PorousBlock::solvePotentials(const Electrode& e, const Set
                                                    const PorousState& before,
                                                    Field& potential) const {
   const Index n = per_region_;
-  const double dx = width(e.first), layer = e.surface * e.layer / step_;
+  const double dx = width(e.first), layer = e.surface_per_m * e.layer_f_per_m2 / step_;
   const Field old = potential;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     Reaction r = reaction(e, s, potential, before);
@@ -272,7 +259,7 @@ void PorousBlock::moveAcid(const PorousState& before, const Reaction& negative,
   const Index n = per_region_;
   Field gained = Field::Zero(3 * n);
   const auto add = [&](const Electrode& e, const Reaction& r, const Field& change) {
-    const Field layer = e.surface * e.layer / step_ * change;
+    const Field layer = e.surface_per_m * e.layer_f_per_m2 / step_ * change;
     gained.segment(e.first, n) =
         (e.per_electron * r.main + r.side - kCationShare * (r.main + r.side + layer)) / kFaraday;
     next.porosity.segment(e.first, n) += step_ * e.expansion * r.main / kFaraday;

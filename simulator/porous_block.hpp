@@ -4,30 +4,31 @@
 #include <string>
 #include <vector>
 
-#include "simulator/units.hpp"
+#include "simulator/numerics.hpp"
 
 namespace battery_sof_simulator {
+
+/// One electrode of a cell, as it is when full.
+struct PorousElectrode {
+  double thickness_m, porosity;  ///< [m], [1]
+  double surface_per_m;          ///< a [1/m]
+  double exchange_a_per_m2;      ///< j_0 [A/m2]
+  double layer_f_per_m2;         ///< C_dl [F/m2]
+};
 
 /// A 12 V block of six equal cells with porous electrodes; 50 Ah as defaults stand. Values of
 /// Sulzer et al. 2019 (17 Ah), area scaled to 50 Ah and thickness by 0.8 for a spiral block
 /// (docs/physics.md#porous-electrode), unless said otherwise.
 struct PorousParameters {
-  double capacity_ah = 50.0;                  ///< for the state of charge alone [Ah]
-  double area_m2 = 0.174;                     ///< of a cell's electrodes [m2]
-  double negative_m = 0.72e-3;                ///< thickness [m]
-  double separator_m = 1.2e-3;                ///< thickness [m]
-  double positive_m = 1.0e-3;                 ///< thickness [m]
-  double negative_porosity = 0.53;            ///< when full [1]
-  double separator_porosity = 0.92;           ///< [1]
-  double positive_porosity = 0.57;            ///< when full [1]
-  double grid_ohm = 3e-3;                     ///< grids and straps of the block [Ohm]
-  double full_acid_mol_per_m3 = 5650.0;       ///< at full charge
-  double negative_surface_per_m = 2.3e6;      ///< a [1/m]
-  double positive_surface_per_m = 2.3e7;      ///< a [1/m]
-  double negative_exchange_a_per_m2 = 0.06;   ///< j_0 at full charge
-  double positive_exchange_a_per_m2 = 0.004;  ///< j_0 at full charge
-  double negative_layer_f_per_m2 = 0.2;
-  double positive_layer_f_per_m2 = 1.5;  ///< 0.2 in the source; the paper's block has 1000 F
+  double capacity_ah = 50.0;  ///< for the state of charge alone [Ah]
+  double area_m2 = 0.174;     ///< of a cell's electrodes [m2]
+  PorousElectrode negative{0.72e-3, 0.53, 2.3e6, 0.06, 0.2};
+  /// its layer is 0.2 F/m2 in the source; the paper's block has 1000 F
+  PorousElectrode positive{1.0e-3, 0.57, 2.3e7, 0.004, 1.5};
+  double separator_m = 1.2e-3;           ///< thickness [m]
+  double separator_porosity = 0.92;      ///< [1]
+  double grid_ohm = 3e-3;                ///< grids and straps of the block [Ohm]
+  double full_acid_mol_per_m3 = 5650.0;  ///< at full charge
   double diffusion_factor = 1.0;         ///< of the acid's diffusion coefficient [1]
   bool gassing = false;
   double gas_current_a = 0.05;          ///< of each electrode at its potential below [A]
@@ -98,13 +99,9 @@ class PorousBlock {
 
  private:
   using Field = PorousState::Field;
-  /// An electrode's place in the grid and its constants.
-  struct Electrode {
+  /// An electrode with its place in the grid and the constants of its reaction.
+  struct Electrode : PorousElectrode {
     Eigen::Index first;   // cell of the grid
-    double thickness;     // [m]
-    double surface;       // a [1/m]
-    double layer;         // C_dl [F/m2]
-    double exchange;      // j_0 at full charge [A/m2]
     double per_electron;  // s [1]
     double expansion;     // change of porosity per a j/F [m3/mol]
     bool positive;

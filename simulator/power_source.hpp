@@ -39,8 +39,7 @@ class PowerSource {
   }
 
  private:
-  /// The state whose voltage is the set point; the current lies between 0 and the one that exceeds
-  /// it.
+  /// The state whose voltage is the set point, with a current between 0 and that of `above`.
   template <typename Battery, typename State>
   static State holdVoltage(const Battery& battery, const State& before, double set_point,
                            const State& above) {

@@ -6,15 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "simulator/increasing_root.hpp"
+#include "simulator/numerics.hpp"
 
 namespace battery_sof_simulator {
 namespace {
 
 constexpr std::size_t kMost = 10000;  // [bytes], two paths
 
-/// Bytes of the UTF-8 character that begins there, 0 where none does or one that a terminal obeys
-/// (below U+0020, U+007F to U+009F).
+/// Bytes of the UTF-8 character there, 0 for none or one that a terminal obeys (C0, C1, DEL).
 std::size_t characterLength(const std::string& text, std::size_t at) {
   const auto first = static_cast<unsigned char>(text[at]);
   const std::size_t length = first < 0x80u ? 1 : first < 0xE0u ? 2 : first < 0xF0u ? 3 : 4;

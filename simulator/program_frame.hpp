@@ -21,8 +21,7 @@ constexpr int kDone = 0;      ///< done, or help was asked for
 constexpr int kNegative = 1;  ///< a battery's equations have no solution
 constexpr int kUsage = 2;     ///< wrong usage or input
 
-/// @return why a text is no seed, a whole number of 0 or more in decimal digits; empty when it is
-/// one.
+/// @return why a text is no seed (a whole number, 0 or more, decimal digits); empty when it is one.
 std::string isSeed(const std::string& text);
 
 /// Reads a program's arguments and does its work; faults become one sentence on err, shown().

@@ -67,28 +67,16 @@ void writeWhole(const fs::path& path, const std::function<void(const fs::path&)>
   }
 }
 
-bool isRecordingName(const fs::path& path) {
-  return path.extension() == ".csv" || path.extension() == ".bag";
+void requireRecordingName(const fs::path& path) {
+  if (path.extension() == ".csv" || path.extension() == ".bag") return;
+  throw std::invalid_argument(path.string() + ": expected a name ending in .csv or .bag");
 }
 
 void writeRecording(const fs::path& path, const std::vector<RecordedSample>& samples, Digits digits,
                     const std::vector<double>& temperature) {
-  if (!isRecordingName(path))
-    throw std::invalid_argument(path.string() + ": expected a name ending in .csv or .bag");
+  requireRecordingName(path);
   if (path.extension() == ".csv") return writeText(path, csvOf(samples, digits, temperature));
   writeWhole(path, [&](const fs::path& name) { writeBag(name, samples, temperature); });
-}
-
-void writeImpedance(const fs::path& path, const std::vector<ImpedancePoint>& spectrum) {
-  std::string text = "frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm\n";
-  char row[160];
-  for (const ImpedancePoint& point : spectrum) {
-    std::snprintf(row, sizeof row, "%.8g,%.8g,%.8g,%.8g,%.8g\n", point.frequency,
-                  point.simulated.real(), point.simulated.imag(), point.analytic.real(),
-                  point.analytic.imag());
-    text += row;
-  }
-  writeText(path, text);
 }
 
 void writeText(const fs::path& path, const std::string& text) {

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "simulator/impedance.hpp"
 #include "simulator/simulation.hpp"
 
 namespace battery_sof_simulator {
@@ -13,15 +12,13 @@ namespace battery_sof_simulator {
 /// Has a file written that appears whole or not at all: `write` is given a name under which it can
 /// be opened for writing. Where the file system can do that it has no name before, so that a
 /// process that is killed leaves nothing behind; where a file is replaced it has one,
-/// PATH.PID.part, for the moment between naming and renaming. Elsewhere it has that name
-/// throughout.
+/// PATH.PID.part, for the moment between naming and renaming, and elsewhere throughout.
 /// @throws std::runtime_error naming the path and the reason; nothing is left behind then.
 void writeWhole(const std::filesystem::path& path,
                 const std::function<void(const std::filesystem::path&)>& write);
 
 /// Writes a recording as a bag, as writeRecording() says.
-/// @throws std::exception when it cannot be written; std::runtime_error of a build without ROS,
-/// which says so.
+/// @throws std::exception when it cannot be written; of a build without ROS, which says so.
 void writeBag(const std::filesystem::path& path, const std::vector<RecordedSample>& samples,
               const std::vector<double>& temperature);
 
@@ -32,21 +29,15 @@ enum class Digits { kSensor, kMany };
 /// Writes a recording; the file appears whole or not at all. .csv: time_s,current_a,voltage_v, and
 /// temperature_c where there is one for each sample [degC]. .bag:
 /// sensor_msgs/BatteryState on /battery_state, header stamps as the samples' times, other fields
-/// NaN; the bag's own record times are the stamps too, but at least ros::TIME_MIN, the smallest
-/// rosbag takes.
-/// @throws std::invalid_argument for another extension; std::runtime_error when it cannot be
-/// written.
+/// NaN; the bag's own record times are the stamps too, but at least rosbag's ros::TIME_MIN.
+/// @throws std::invalid_argument for another extension; std::runtime_error when it cannot write.
 void writeRecording(const std::filesystem::path& path, const std::vector<RecordedSample>& samples,
                     Digits digits, const std::vector<double>& temperature = {});
-
-/// Writes frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm, whole or not at all.
-/// @throws std::runtime_error.
-void writeImpedance(const std::filesystem::path& path, const std::vector<ImpedancePoint>& spectrum);
 
 /// Writes a text file whole or not at all. @throws std::runtime_error.
 void writeText(const std::filesystem::path& path, const std::string& text);
 
-/// @return whether writeRecording() knows the path's extension.
-bool isRecordingName(const std::filesystem::path& path);
+/// @throws std::invalid_argument unless writeRecording() knows the path's extension.
+void requireRecordingName(const std::filesystem::path& path);
 
 }  // namespace battery_sof_simulator

@@ -113,9 +113,7 @@ void readMap(const YAML::Node& node, const std::string& prefix, Faults& faults, 
 
 Phase readPhase(const YAML::Node& node, const std::string& prefix, Faults& faults) {
   Phase phase{0.0, 0.0, 0.0};
-  MapReader reader(node, prefix, faults);
-  reader.read(fieldsOf(phase));
-  reader.refuseUnknownKeys();
+  readMap(node, prefix, faults, phase);
   if (!node.IsMap() || !node["duration_s"]) faults.push_back(prefix + ".duration_s is missing");
   if (!node.IsMap() || !node["current_a"]) faults.push_back(prefix + ".current_a is missing");
   if (node.IsMap() && !node["to_current_a"]) phase.end = phase.begin;

@@ -21,11 +21,9 @@ class ScenarioError : public std::runtime_error {
 /// fields.hpp, meaning and defaults at the structs) and profile, and the list inserts. A profile
 /// has `kind`: alternating, long_charges, city_drive, or phases with a list `phases` of
 /// {duration_s, current_a, to_current_a, voltage_limit_v}, the last two optional; an insert is
-/// {at_s, phases}. Ranges are written [low, high]. Only profile.kind is required; what is left out
-/// keeps its default.
+/// {at_s, phases}. Ranges are written [low, high]. All but profile.kind may be left out.
 /// @param text  YAML.  @param source its name in messages.
-/// @throws ScenarioError for unreadable YAML, or listing every unknown or repeated key, wrong type
-/// and value out of range.
+/// @throws ScenarioError for unreadable YAML, or listing every wrong key, type and value.
 Scenario parseScenario(const std::string& text, const std::string& source);
 
 /// parseScenario() of a file. @throws ScenarioError, also when the file cannot be read.

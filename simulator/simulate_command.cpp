@@ -10,7 +10,7 @@
 #include <optional>
 #include <ostream>
 
-#include "simulator/increasing_root.hpp"
+#include "simulator/impedance.hpp"
 #include "simulator/program_frame.hpp"
 #include "simulator/recording_output.hpp"
 #include "simulator/scenario_file.hpp"
@@ -26,10 +26,8 @@ constexpr int kPointsPerDecade = 20;
 // config/scenarios/city_drive.yaml, for a program that is far from its package.
 constexpr char kDemo[] =
     "{name: city_drive, seed: 1, duration_s: 900.0, voltage_limit_v: 14.2, soc: 0.8, "
-    "temperature_degc: 20.0, effects: {gassing: "
-    "threshold}, "
-    "acquisition: {voltage_white_v: 0.002, current_white_a: 0.05}, profile: {kind: city_drive, "
-    "net_charge_ah: 0.5}}";
+    "temperature_degc: 20.0, effects: {gassing: threshold}, acquisition: {voltage_white_v: 0.002, "
+    "current_white_a: 0.05}, profile: {kind: city_drive, net_charge_ah: 0.5}}";
 
 struct Arguments {
   std::string scenario, out, json, impedance;
@@ -37,8 +35,7 @@ struct Arguments {
   std::optional<double> duration;
 };
 
-/// Says on err how far the work is, when that is a terminal and the work takes longer than two
-/// seconds.
+/// Says on err how far work of more than two seconds is, when that is a terminal.
 std::function<void(double)> progressOn(std::ostream& err, double duration) {
   using Clock = std::chrono::steady_clock;
   return [&err, duration, began = Clock::now()](double time) {
@@ -96,13 +93,20 @@ std::string textOf(const Simulation& simulation, const std::string& out) {
 }
 
 void printSpectrum(const Scenario& scenario, const std::string& path, std::ostream& out) {
-  const OperatingPoint point{scenario.impedance_current, scenario.start.soc,
-                             scenario.start.temperature};
   const auto frequencies =
       logarithmicFrequencies(kLowestFrequency, kHighestFrequency, kPointsPerDecade);
-  writeImpedance(path, impedance(scenario.battery, scenario.effects, point, frequencies));
-  out << "impedance at " << point.current << " A, SOC " << point.soc << " written to "
-      << shown(path) << "\n";
+  std::string text = "frequency_hz,real_ohm,imag_ohm,analytic_real_ohm,analytic_imag_ohm\n";
+  char row[160];
+  for (const auto& one : impedance(scenario.battery, scenario.effects, scenario.start,
+                                   scenario.impedance_current, frequencies)) {
+    std::snprintf(row, sizeof row, "%.8g,%.8g,%.8g,%.8g,%.8g\n", one.frequency,
+                  one.simulated.real(), one.simulated.imag(), one.analytic.real(),
+                  one.analytic.imag());
+    text += row;
+  }
+  writeText(path, text);
+  out << "impedance at " << scenario.impedance_current << " A, SOC " << scenario.start.soc
+      << " written to " << shown(path) << "\n";
 }
 
 /// simulate(); what it says when there is no solution begins with the scenario's file.
@@ -131,8 +135,7 @@ void record(const Scenario& scenario, const Arguments& arguments, std::ostream& 
 void run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
   if (arguments.out.empty() && arguments.impedance.empty())
     throw std::invalid_argument("OUT is missing, and no --impedance asked for");
-  if (!arguments.out.empty() && !isRecordingName(arguments.out))
-    throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
+  if (!arguments.out.empty()) requireRecordingName(arguments.out);
   Scenario scenario = arguments.scenario.empty() ? parseScenario(kDemo, "sof demo")
                                                  : loadScenario(arguments.scenario);
   if (!arguments.impedance.empty() && anyOn(scenario.additions))

@@ -1,5 +1,6 @@
 #include "simulator/simulation.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "simulator/fields.hpp"
@@ -12,8 +13,7 @@ static_assert(kStep == PorousBlock::kStep, "drives count in one step");
 constexpr double kPorousTemperature = 25.0;  // [degC]
 constexpr double kProgressInterval = 60.0;   // [s], simulated
 
-/// driveThrough() and what is recorded. @param duration of the recording [s]; the filter needs some
-/// more.
+/// driveThrough() and what is recorded. @param duration recorded [s]; the filter needs more.
 template <typename Battery, typename Look>
 std::vector<RecordedSample> recordedDrive(const Battery& battery, const Scenario& scenario,
                                           double duration, const Look& look) {
@@ -117,6 +117,13 @@ void requireValid(const Scenario& scenario, const SimulationOptions& options) {
 }
 
 }  // namespace
+
+void insertAt(Scenario& scenario, double at, const std::vector<Phase>& phases) {
+  std::vector<Insert>& all = scenario.inserts;
+  const auto after = std::upper_bound(all.begin(), all.end(), at,
+                                      [](double time, const Insert& one) { return time < one.at; });
+  all.insert(after, {at, phases});
+}
 
 Simulation simulate(const Scenario& scenario, const SimulationOptions& options) {
   requireValid(scenario, options);

@@ -32,6 +32,9 @@ struct Scenario {
   std::optional<LaterPart> later;
 };
 
+/// Has a drive play phases from an instant on [s], among those that are there.
+void insertAt(Scenario& scenario, double at, const std::vector<Phase>& phases);
+
 /// What the sensors do not see, one entry every FullBattery::kStep; entry 0 stands at the start.
 struct Truth {
   std::vector<double> current;  ///< [A]
@@ -58,8 +61,7 @@ struct Simulation {
 
 /// Drives the battery of Fig. 4 and its additions through a scenario and records it. A porous block
 /// keeps no truth, and of the balance only charges.
-/// @throws std::invalid_argument naming every fault of the scenario; NoSolution when the equations
-/// have none.
+/// @throws std::invalid_argument naming every fault of the scenario; NoSolution of the equations.
 Simulation simulate(const Scenario& scenario, const SimulationOptions& options = {});
 
 /// Drives a battery through a scenario, cut or not.

@@ -15,8 +15,7 @@ constexpr double kRoom = 0.2;               // of the state of charge
 constexpr Range kLeadIonLimit{20.0, 70.0};  // [A]
 constexpr Range kLeadIonTime{3.0, 40.0};    // [s]
 
-/// Where a scenario keeps a number or a flag, its porous block first where it has one; null:
-/// nowhere.
+/// Where a scenario keeps a number or a flag, its porous block first; null: nowhere.
 template <typename Value>
 Value* placeOf(Scenario& s, const std::string& key) {
   std::vector<Fields> all{fieldsOf(s.battery), fieldsOf(s.effects), fieldsOf(s.additions),
@@ -84,54 +83,48 @@ struct Addition {
 };
 
 /// Additions that are a flag of their name, if there is one, and numbers.
-const std::map<std::string, std::vector<Number>>& plainAdditions() {
-  static const std::map<std::string, std::vector<Number>> all{
-      {"fast_arc",
-       {{"fast_arc_ohm", As::kAmplitude, {1e-3, 2e-3}},
-        {"fast_arc_time_s", As::kLog, {0.05, 0.4}}}},
-      {"inductance", {{"inductance_h", As::kAmplitude, {1.5e-6, 3e-6}}}},
-      {"charge_acceptance",
-       {{"lead_ion_limit_a", As::kLogLimit, kLeadIonLimit},
-        {"lead_ion_time_s", As::kLog, kLeadIonTime}}},
-      {"acid_transport",
-       {{"acid_1_ohm", As::kAmplitude, {1.75e-3, 3e-3}},
-        {"acid_1_time_s", As::kLog, {20.0, 100.0}},
-        {"acid_2_ohm", As::kAmplitude, {3.5e-3, 6e-3}},
-        {"acid_2_time_s", As::kLog, {150.0, 1500.0}}}},
-      {"ocv_hysteresis",
-       {{"hysteresis_v", As::kAmplitude, {0.02, 0.04}}, {"hysteresis_ah", As::kLog, {0.05, 0.4}}}},
-      {"high_rate_depletion",
-       {{"depletion_v", As::kPlain, {0.17, 0.25}},
-        {"depletion_limit_a", As::kLogLimit, {300.0, 600.0}},
-        {"depletion_time_s", As::kPlain, {10.0, 60.0}}}},
-      {"coup_de_fouet",
-       {{"coup_v", As::kAmplitude, {0.1, 0.3}},
-        {"coup_nuclei_ah", As::kLog, {0.1, 0.4}},
-        {"coup_erasing_ah", As::kLog, {0.6, 1.6}},
-        {"coup_nuclei_at_start", As::kPlain, {0.0, 0.15}}}},
-      // The scale acts on 1/C_th and on R_th: the time constant stays, the warming is in
-      // proportion.
-      {"self_heating",
-       {{"heat_capacity_j_per_k", As::kLimit, {12e3, 13.5e3}},
-        {"thermal_resistance_k_per_w", As::kAmplitude, {1.25, 2.0}},
-        {"activation_j_per_mol", As::kPlain, {50e3, 60e3}}}},
-      {"current_offset", {{"current_offset_a", As::kSigned, {0.7, 2.0}}}},
-      {"time_skew", {{"current_delay_s", As::kSigned, {0.02, 0.05}}}},
-      {"voltage_drift", {{"voltage_drift_v_per_h", As::kSigned, {0.02, 0.06}}}},
-      {"parasitic_load", {{"parasitic_load_a", As::kAmplitude, {0.2, 0.3}}}},
-      {"dropouts",
-       {{"lost_share", As::kAmplitude, {0.02, 0.1}},
-        {"frozen_per_min", As::kAmplitude, {2.0, 5.0}}}},
-      {"memory_resistance",
-       {{"memory_ohm_per_a", As::kAmplitude, {0.6e-4, 1.5e-4}},
-        {"memory_time_s", As::kPlain, {15.0, 60.0}}}},
-      {"step_force", {{"step_force_v", As::kAmplitude, {0.05, 0.15}}}},
-      {"dead_zone", {{"dead_zone_v", As::kAmplitude, {0.02, 0.05}}}},
-      {"hysteretic_r",
-       {{"hysteretic_ohm", As::kAmplitude, {0.5e-3, 1.2e-3}},
-        {"hysteretic_from_a", As::kPlain, {20.0, 35.0}}}}};
-  return all;
-}
+const std::map<std::string, std::vector<Number>> kPlainAdditions{
+    {"fast_arc",
+     {{"fast_arc_ohm", As::kAmplitude, {1e-3, 2e-3}}, {"fast_arc_time_s", As::kLog, {0.05, 0.4}}}},
+    {"inductance", {{"inductance_h", As::kAmplitude, {1.5e-6, 3e-6}}}},
+    {"charge_acceptance",
+     {{"lead_ion_limit_a", As::kLogLimit, kLeadIonLimit},
+      {"lead_ion_time_s", As::kLog, kLeadIonTime}}},
+    {"acid_transport",
+     {{"acid_1_ohm", As::kAmplitude, {1.75e-3, 3e-3}},
+      {"acid_1_time_s", As::kLog, {20.0, 100.0}},
+      {"acid_2_ohm", As::kAmplitude, {3.5e-3, 6e-3}},
+      {"acid_2_time_s", As::kLog, {150.0, 1500.0}}}},
+    {"ocv_hysteresis",
+     {{"hysteresis_v", As::kAmplitude, {0.02, 0.04}}, {"hysteresis_ah", As::kLog, {0.05, 0.4}}}},
+    {"high_rate_depletion",
+     {{"depletion_v", As::kPlain, {0.17, 0.25}},
+      {"depletion_limit_a", As::kLogLimit, {300.0, 600.0}},
+      {"depletion_time_s", As::kPlain, {10.0, 60.0}}}},
+    {"coup_de_fouet",
+     {{"coup_v", As::kAmplitude, {0.1, 0.3}},
+      {"coup_nuclei_ah", As::kLog, {0.1, 0.4}},
+      {"coup_erasing_ah", As::kLog, {0.6, 1.6}},
+      {"coup_nuclei_at_start", As::kPlain, {0.0, 0.15}}}},
+    // The scale acts on 1/C_th and on R_th: the time constant stays.
+    {"self_heating",
+     {{"heat_capacity_j_per_k", As::kLimit, {12e3, 13.5e3}},
+      {"thermal_resistance_k_per_w", As::kAmplitude, {1.25, 2.0}},
+      {"activation_j_per_mol", As::kPlain, {50e3, 60e3}}}},
+    {"current_offset", {{"current_offset_a", As::kSigned, {0.7, 2.0}}}},
+    {"time_skew", {{"current_delay_s", As::kSigned, {0.02, 0.05}}}},
+    {"voltage_drift", {{"voltage_drift_v_per_h", As::kSigned, {0.02, 0.06}}}},
+    {"parasitic_load", {{"parasitic_load_a", As::kAmplitude, {0.2, 0.3}}}},
+    {"dropouts",
+     {{"lost_share", As::kAmplitude, {0.02, 0.1}}, {"frozen_per_min", As::kAmplitude, {2.0, 5.0}}}},
+    {"memory_resistance",
+     {{"memory_ohm_per_a", As::kAmplitude, {0.6e-4, 1.5e-4}},
+      {"memory_time_s", As::kPlain, {15.0, 60.0}}}},
+    {"step_force", {{"step_force_v", As::kAmplitude, {0.05, 0.15}}}},
+    {"dead_zone", {{"dead_zone_v", As::kAmplitude, {0.02, 0.05}}}},
+    {"hysteretic_r",
+     {{"hysteretic_ohm", As::kAmplitude, {0.5e-3, 1.2e-3}},
+      {"hysteretic_from_a", As::kPlain, {20.0, 35.0}}}}};
 
 void addCpe2(Addition& s) {
   s.scenario.effects.cpe2_fractional = true;
@@ -163,8 +156,7 @@ void addChargeTransfer(Addition& s) {
 }
 
 /// With C_3 beta_3 far from C_2 beta: two electrodes of one time constant are one. The scale acts
-/// on 1/beta_3 and on C_3, so that C_3 / (I_03 beta_3) stays, and u_3 is the scale times what it
-/// was.
+/// on 1/beta_3 and on C_3: C_3 / (I_03 beta_3) stays, and u_3 is times the scale.
 void addSecondElectrode(Addition& s) {
   const BatteryParameters& b = s.scenario.battery;
   s.mark("second_electrode");
@@ -192,8 +184,7 @@ void addSideReaction(Addition& s) {
       {{"gas_current_a", As::kAmplitude, {1.5, 3.0}}, {"gas_slope_per_v", As::kPlain, {1.4, 3.0}}});
 }
 
-/// With a limited main reaction: only where that no longer takes the current does a side reaction
-/// show.
+/// With a limited main reaction: a side reaction shows where that no longer takes the current.
 void addGassing(Addition& s) {
   addCompanion(s, {"lead_ion_limit_a", As::kPlain, {12.0, 25.0}},
                {"lead_ion_time_s", As::kPlain, {3.0, 15.0}});
@@ -288,33 +279,23 @@ void addCapacitanceFall(Addition& s) {
 }
 
 /// Additions that are more than numbers of a flag.
-const std::map<std::string, void (*)(Addition&)>& specialAdditions() {
-  static const std::map<std::string, void (*)(Addition&)> all{
-      {"cpe2", addCpe2},
-      {"current_dependent_resistance", addCurrentDependence},
-      {"charge_transfer", addChargeTransfer},
-      {"second_electrode", addSecondElectrode},
-      {"gassing", addGassing},
-      {"sulphate_history", addSulphateHistory},
-      {"ocv_soc", addOcvSlope},
-      {"parameter_drift", addParameterDrift},
-      {"current_gain", addCurrentGain},
-      {"sensor_lag", addSensorLag},
-      {"quantisation", addQuantisation},
-      {"contact_resistance", addContactStep},
-      {"clipping", addClipping},
-      {"aliasing", addAliasing},
-      {"gated_tone", addGatedTone},
-      {"capacitance_fall", addCapacitanceFall}};
-  return all;
-}
-
-bool isUnlisted(const std::string& id) {
-  const auto& kinds = scenarioKinds();
-  return std::any_of(kinds.begin(), kinds.end(), [&](const ScenarioKind& kind) {
-    return kind.kind == "unlisted_law" && kind.id == id;
-  });
-}
+const std::map<std::string, void (*)(Addition&)> kSpecialAdditions{
+    {"cpe2", addCpe2},
+    {"current_dependent_resistance", addCurrentDependence},
+    {"charge_transfer", addChargeTransfer},
+    {"second_electrode", addSecondElectrode},
+    {"gassing", addGassing},
+    {"sulphate_history", addSulphateHistory},
+    {"ocv_soc", addOcvSlope},
+    {"parameter_drift", addParameterDrift},
+    {"current_gain", addCurrentGain},
+    {"sensor_lag", addSensorLag},
+    {"quantisation", addQuantisation},
+    {"contact_resistance", addContactStep},
+    {"clipping", addClipping},
+    {"aliasing", addAliasing},
+    {"gated_tone", addGatedTone},
+    {"capacitance_fall", addCapacitanceFall}};
 
 void addToPorous(Addition& s, const std::string& id) {
   PorousParameters& p = *s.scenario.porous;
@@ -350,11 +331,11 @@ double trendOf(const Scenario& scenario) {
 void addEffect(CatalogueDraft& draft, const std::string& id, Dice& dice, double scale) {
   Addition s{draft, dice, scale};
   if (draft.scenario.porous) return addToPorous(s, id);
-  if (s.present() && !isUnlisted(id)) s.alsoTrue(id);
-  if (const auto special = specialAdditions().find(id); special != specialAdditions().end())
+  if (s.present() && draft.order.what.kind != kUnlistedLaw) s.alsoTrue(id);
+  if (const auto special = kSpecialAdditions.find(id); special != kSpecialAdditions.end())
     return special->second(s);
-  const auto found = plainAdditions().find(id);
-  if (found == plainAdditions().end())
+  const auto found = kPlainAdditions.find(id);
+  if (found == kPlainAdditions.end())
     throw std::invalid_argument("no effect is called \"" + id + "\"");
   s.mark(id);
   s.draw(found->second);

@@ -9,7 +9,10 @@ constexpr std::uint32_t kBatteryStream = 10, kDriveStream = 11, kEffectStream = 
                         kIndependentStream = 13;
 // of the sample rate; 20 Hz at 100 Hz (docs/physics.md#acquisition)
 constexpr double kCutoffShare = 0.2;
-constexpr double kUsualRate = 100.0;                    // [Hz]
+constexpr double kTrendTime = 1200.0;        // [s], in which a trend moves what is drawn for it
+constexpr double kLongestCrank = 1.0;        // [s]
+constexpr double kSwingAgainstTrend = 0.25;  // of its length
+constexpr double kUsualRate = 100.0;         // [Hz]
 constexpr double kShortest = 60.0, kLongest = 14400.0;  // [s]
 
 std::vector<double> scalesOf(const ScenarioKind& kind, const std::vector<double>& asked) {
@@ -20,14 +23,6 @@ std::vector<double> scalesOf(const ScenarioKind& kind, const std::vector<double>
     throw std::invalid_argument("scale has " + std::to_string(asked.size()) + " numbers, but \"" +
                                 kind.kind + " " + kind.id + "\" adds " + std::to_string(additions));
   return asked;
-}
-
-void drawNoise(AcquisitionOptions& a, Dice& dice) {
-  a.voltage_noise = {dice.between({0.5e-3, 3e-3}), dice.between({0.5e-3, 4e-3}),
-                     dice.logBetween({0.3, 30.0}), dice.between({0.1e-3, 1e-3})};
-  a.current_noise = {dice.between({0.02, 0.1}), 0.0, 2.0, 0.0};
-  a.voltage_step_v = 1e-3;
-  a.current_step_a = dice.between({0.01, 0.05});
 }
 
 void makeTwoElectrodes(Scenario& s, Dice& dice) {
@@ -69,6 +64,27 @@ void makeKinetics(Scenario& s, Dice& dice) {
   s.battery.alpha = dice.share() < 0.5 ? dice.between({0.35, 0.45}) : dice.between({0.55, 0.65});
 }
 
+/// Gives a drive what the second of two effects needs to act against the first: for voltage_drift a
+/// charge that rises or falls all the time.
+void exerciseMask(Scenario& s, const std::string& id, Dice& dice) {
+  if (id != "voltage_drift") return;
+  CityOptions city;
+  const double sign = dice.sign();
+  city.net_charge_ah = sign * dice.between({2.0, 3.5}) * s.duration / kTrendTime;
+  s.profile = city;
+  for (Insert& insert : s.inserts)
+    for (Phase& phase : insert.phases)
+      if (sign * phase.begin < 0.0 && phase.duration > kLongestCrank)
+        phase.duration *= kSwingAgainstTrend;
+}
+
+/// Keeps a drawn drive's charge within about 0.5 Ah.
+void keepChargeNear(Scenario& s) {
+  if (auto* charges = std::get_if<LongChargesOptions>(&s.profile))
+    charges->highest_charge_ah = std::min(charges->highest_charge_ah, 0.45);
+  if (auto* city = std::get_if<CityOptions>(&s.profile)) city->net_charge_ah = 0.1;
+}
+
 /// What a drive is made for: the addition, or an effect of chance.
 std::string exercisedBy(const Order& order, const std::string& id) {
   if (!order.independent_drive) return id;
@@ -76,15 +92,6 @@ std::string exercisedBy(const Order& order, const std::string& id) {
   for (const ScenarioKind& kind : scenarioKinds())
     if (kind.kind == "effect") effects.push_back(kind.id);
   return Dice(order.seed, kIndependentStream).oneOf(effects);
-}
-
-void makeAdded(CatalogueDraft& draft, const std::vector<std::string>& ids, Dice& effect,
-               Dice& drive) {
-  addEffect(draft, ids.front(), effect, draft.scale.front());
-  exercise(draft.scenario, exercisedBy(draft.order, ids.front()), drive);
-  if (ids.size() < 2) return;
-  exerciseMask(draft.scenario, ids.back(), drive);
-  addMask(draft, ids.back(), effect, draft.scale.back());
 }
 
 /// The base circuit with its parameters, noise and quantisation drawn.
@@ -98,7 +105,12 @@ void drawBase(CatalogueDraft& draft, Dice& dice) {
   s.start.soc = dice.between({0.6, 0.9});
   const double u0 = dice.between({12.4, 12.9});
   s.battery.u0_v = u0 - s.battery.u0_slope_v * (s.start.soc - kReferenceSoc);
-  drawNoise(s.acquisition, dice);
+  AcquisitionOptions& a = s.acquisition;
+  a.voltage_noise = {dice.between({0.5e-3, 3e-3}), dice.between({0.5e-3, 4e-3}),
+                     dice.logBetween({0.3, 30.0}), dice.between({0.1e-3, 1e-3})};
+  a.current_noise = {dice.between({0.02, 0.1}), 0.0, 2.0, 0.0};
+  a.voltage_step_v = 1e-3;
+  a.current_step_a = dice.between({0.01, 0.05});
 }
 
 /// Another structure in place of the base circuit's, without any tier-P effect: two_electrodes,
@@ -127,15 +139,15 @@ void drawStructure(CatalogueDraft& draft, Dice& dice) {
 void drawPorous(CatalogueDraft& draft, Dice& dice) {
   PorousParameters p;
   const double thickness = dice.between({0.9, 1.1});
-  p.negative_m *= thickness;
+  p.negative.thickness_m *= thickness;
   p.separator_m *= dice.between({0.85, 1.0}) * thickness;
-  p.positive_m *= thickness;
+  p.positive.thickness_m *= thickness;
   p.area_m2 *= dice.between({1.1, 1.2});
   p.grid_ohm = dice.between({2.5e-3, 5e-3});
-  p.negative_exchange_a_per_m2 = dice.logBetween({0.03, 0.12});
-  p.positive_exchange_a_per_m2 = dice.logBetween({0.002, 0.008});
-  p.negative_layer_f_per_m2 = dice.logBetween({0.2, 2.0});
-  p.positive_layer_f_per_m2 = dice.logBetween({0.75, 2.5});
+  p.negative.exchange_a_per_m2 = dice.logBetween({0.03, 0.12});
+  p.positive.exchange_a_per_m2 = dice.logBetween({0.002, 0.008});
+  p.negative.layer_f_per_m2 = dice.logBetween({0.2, 2.0});
+  p.positive.layer_f_per_m2 = dice.logBetween({0.75, 2.5});
   p.diffusion_factor = dice.between({0.8, 1.25});
   draft.scenario.porous = p;
   draft.structure = "porous";
@@ -171,19 +183,25 @@ CatalogueDraft drawCatalogue(const Order& order) {
   s.duration = order.duration.value_or(usualDuration(kind));
   s.acquisition.sample_rate_hz = order.rate.value_or(kUsualRate);
   s.acquisition.cutoff_hz = kCutoffShare * s.acquisition.sample_rate_hz;
-  draft.scale = scalesOf(kind, order.scale);
+  draft.order.scale = scalesOf(kind, order.scale);
   drawBase(draft, battery);
   if (kind.kind.rfind("porous", 0) == 0) drawPorous(draft, battery);
   if (kind.kind.rfind("structural", 0) == 0) drawStructure(draft, battery);
   drawCatalogueDrive(draft, drive);
   if (kind.kind == "porous_control") keepChargeNear(s);
-  if (kind.id == "-") return draft;
-  if (kind.kind != "absent") {
-    makeAdded(draft, additionsOf(kind), effect, drive);
+  const std::vector<std::string> ids = additionsOf(kind);
+  if (ids.empty()) return draft;
+  const std::vector<double>& scale = draft.order.scale;
+  if (kind.kind == "absent") {
+    addAbsent(draft, kind.id, effect, scale.front());
+    drawAbsentDrive(draft, kind.id, drive);
     return draft;
   }
-  addAbsent(draft, kind.id, effect, draft.scale.front());
-  drawAbsentDrive(draft, kind.id, drive);
+  addEffect(draft, ids.front(), effect, scale.front());
+  exercise(s, exercisedBy(order, ids.front()), drive);
+  if (ids.size() < 2) return draft;
+  exerciseMask(s, ids.back(), drive);
+  addMask(draft, ids.back(), effect, scale.back());
   return draft;
 }
 

@@ -3,15 +3,11 @@
 #include <map>
 
 #include "simulator/generator/catalogue_draft.hpp"
-#include "simulator/generator/phases.hpp"
 
 namespace battery_sof_simulator {
 namespace {
 
-constexpr double kTrendTime = 1200.0;        // [s], in which a trend moves what is drawn for it
-constexpr double kLongestCrank = 1.0;        // [s]
-constexpr double kSwingAgainstTrend = 0.25;  // of its length
-constexpr double kNoGassing = 13.4;          // [V], below which a side reaction is not to be seen
+constexpr double kNoGassing = 13.4;  // [V], below which a side reaction is not to be seen
 const CrankRanges kCrank{{230.0, 300.0}, {0.3, 0.7}, {150.0, 200.0}};
 
 AlternatingOptions drawTurns(double duration, Dice& dice) {
@@ -189,24 +185,6 @@ void drawAbsentDrive(CatalogueDraft& draft, const std::string& id, Dice& dice) {
     s.inserts.push_back({half + insert.at, insert.phases});
   s.later = LaterPart{half, second.voltage_limit, second.profile};
   draft.regime_from = half;
-}
-
-void exerciseMask(Scenario& s, const std::string& id, Dice& dice) {
-  if (id != "voltage_drift") return;
-  CityOptions city;
-  const double sign = dice.sign();
-  city.net_charge_ah = sign * dice.between({2.0, 3.5}) * s.duration / kTrendTime;
-  s.profile = city;
-  for (Insert& insert : s.inserts)
-    for (Phase& phase : insert.phases)
-      if (sign * phase.begin < 0.0 && phase.duration > kLongestCrank)
-        phase.duration *= kSwingAgainstTrend;
-}
-
-void keepChargeNear(Scenario& s) {
-  if (auto* charges = std::get_if<LongChargesOptions>(&s.profile))
-    charges->highest_charge_ah = std::min(charges->highest_charge_ah, 0.45);
-  if (auto* city = std::get_if<CityOptions>(&s.profile)) city->net_charge_ah = 0.1;
 }
 
 void exercise(Scenario& s, const std::string& id, Dice& dice) {

@@ -80,8 +80,7 @@ void run(const Arguments& arguments, std::ostream& out) {
   if (!arguments.into.empty()) return inject(arguments);
   if (arguments.out.empty() || arguments.label.empty())
     throw std::invalid_argument("--out and --label are required");
-  if (!isRecordingName(arguments.out))
-    throw std::invalid_argument(arguments.out + ": expected a name ending in .csv or .bag");
+  requireRecordingName(arguments.out);
   meantBy(arguments.order.what);
   if (isOfCatalogue(arguments.order.what)) {
     const CatalogueDraft draft = drawCatalogue(arguments.order);

@@ -10,16 +10,12 @@ namespace battery_sof_simulator {
 /// LABEL.json`.
 ///
 /// Draws a scenario with known truth (docs/validation.md) and writes its recording (.csv or .bag)
-/// and its label, each whole or not at all. --duration S, --rate HZ and --drive hold what the kind
-/// or the seed would choose; --scale X[,Y] is times the strength of what is added, --quiet leaves
-/// noise and quantisation out; --list prints "kind mechanism id", one a line. The same options give
-/// the same bytes.
+/// and its label, each whole or not at all. The same options give the same bytes.
 ///
 /// `draw_scenario --into REC.csv --mechanism M --id ID --strength S --out OUT.csv` puts a law into
 /// a recording that was measured (injected()); there is no label.
 /// @param arguments without the program's name.  @param out, err standard output and error.
-/// @return 0 done, 1 no draw could be used or the battery's equations have no solution, 2 wrong
-/// usage or input. Never throws.
+/// @return 0 done, 1 no draw could be used or equations have no solution, 2 wrong usage or input.
 int runDrawScenario(const std::vector<std::string>& arguments, std::ostream& out,
                     std::ostream& err);
 

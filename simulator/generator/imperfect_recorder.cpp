@@ -14,28 +14,18 @@ constexpr double kCornersApart = 2.0;  // at most, of the two channels' filters
 constexpr std::uint32_t kVoltageStream = 31, kCurrentStream = 32, kJitterStream = 33;
 
 /// Equal real poles in a row.
-class PoleCascade {
- public:
-  PoleCascade(int poles, double corner_hz, double first)
-      : tau_(std::sqrt(std::exp2(1.0 / poles) - 1.0) / (2.0 * kPi * corner_hz)),
-        pole_(tau_, kStep),
-        inputs_(static_cast<std::size_t>(poles), first),
-        outputs_(inputs_) {}
-
+struct PoleCascade {
+  PoleCascade(int count, double corner_hz)
+      : tau(std::sqrt(std::exp2(1.0 / count) - 1.0) / (2.0 * kPi * corner_hz)),
+        poles(static_cast<std::size_t>(count), Lag{{tau, kStep}}) {}
   double push(double input) {
-    for (std::size_t k = 0; k < outputs_.size(); ++k) {
-      const double output = pole_.advance(outputs_[k], inputs_[k], input);
-      inputs_[k] = input;
-      outputs_[k] = input = output;
-    }
+    for (Lag& pole : poles) input = pole.push(input);
     return input;
   }
-  double delay() const { return tau_ * static_cast<double>(outputs_.size()); }
+  double delay() const { return tau * static_cast<double>(poles.size()); }
 
- private:
-  double tau_;
-  LowPass pole_;
-  std::vector<double> inputs_, outputs_;
+  double tau;
+  std::vector<Lag> poles;
 };
 
 double converted(const ImperfectChannel& channel, double value) {
@@ -66,10 +56,9 @@ std::vector<double> looked(const ImperfectChannel& channel, const std::vector<do
     throw std::invalid_argument("poles is " + std::to_string(channel.poles) + ", expected 1 to 8");
   if (!(channel.corner_hz >= 0.1 && channel.corner_hz <= 400.0))
     throw std::invalid_argument(faultOf("corner_hz", channel.corner_hz, "0.1 to 400"));
-  if (channel.poles < kBesselPoles) {
-    const PoleCascade poles(channel.poles, channel.corner_hz, truth.front());
-    return lookedThrough(poles, channel, truth, instants, per_sample);
-  }
+  if (channel.poles < kBesselPoles)
+    return lookedThrough(PoleCascade(channel.poles, channel.corner_hz), channel, truth, instants,
+                         per_sample);
   BesselFilter bessel(channel.corner_hz, 1.0 / kStep);
   bessel.settle(truth.front());
   return lookedThrough(bessel, channel, truth, instants, per_sample);

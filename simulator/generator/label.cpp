@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "simulator/fields.hpp"
 #include "simulator/generator/catalogue_draft.hpp"
@@ -9,6 +10,7 @@ namespace battery_sof_simulator {
 namespace {
 
 using Json = nlohmann::json;
+using Names = std::vector<std::string>;
 
 template <typename Options>
 Json jsonOf(Options options) {
@@ -28,13 +30,11 @@ Json jsonOf(Options options) {
   return json;
 }
 
-Json jsonOf(const std::vector<Phase>& phases) {
-  Json json = Json::array();
-  for (const Phase& phase : phases) json.push_back(jsonOf<Phase>(phase));
-  return json;
+Json jsonOf(const ListedPhases& listed) {
+  Json phases = Json::array();
+  for (const Phase& phase : listed.phases) phases.push_back(jsonOf<Phase>(phase));
+  return {{"phases", phases}};
 }
-
-Json jsonOf(const ListedPhases& listed) { return {{"phases", jsonOf(listed.phases)}}; }
 
 Json profileOf(const ProfileOptions& profile) {
   Json json = std::visit([](const auto& options) { return jsonOf(options); }, profile);
@@ -44,8 +44,10 @@ Json profileOf(const ProfileOptions& profile) {
 
 Json insertsOf(const std::vector<Insert>& inserts) {
   Json json = Json::array();
-  for (const Insert& insert : inserts)
-    json.push_back({{"at_s", insert.at}, {"phases", jsonOf(insert.phases)}});
+  for (const Insert& insert : inserts) {
+    json.push_back(jsonOf(ListedPhases{insert.phases}));
+    json.back()["at_s"] = insert.at;
+  }
   return json;
 }
 
@@ -65,12 +67,64 @@ Json drivingTruthOf(const Scenario& s, const Simulation& simulation) {
   return json;
 }
 
-/// What may be said, also when nothing is left of what the kind adds.
-Expectation expectationOf(const CatalogueDraft& draft) {
-  const ScenarioKind& kind = draft.order.what;
-  const bool gone =
-      !draft.scale.empty() && *std::max_element(draft.scale.begin(), draft.scale.end()) == 0.0;
-  return expectationOf(gone ? nestedKind(kind, draft.effects) : kind, draft.effects);
+/// Classes of effects that voltage and current of a drive may not separate
+/// (docs/physics.md#effects-that-cannot-be-distinguished).
+const std::vector<Names> kTieClasses{
+    {"current_offset", "parasitic_load", "gassing", "charge_transfer"},
+    {"fast_arc", "sensor_lag"},
+    {"inductance", "time_skew"},
+    {"ocv_soc", "acid_transport", "ocv_hysteresis"},
+    {"self_heating", "contact_resistance", "parameter_drift"},
+    {"charge_acceptance", "sulphate_history"},
+    {"cpe2", "second_electrode"},
+    {"ocv_soc", "voltage_drift"},
+    {"capacitance_fall", "parameter_drift"}};
+
+Names tiesOf(const Names& effects) {
+  std::set<std::string> ties;
+  for (const auto& tied : kTieClasses) {
+    const bool concerned = std::any_of(tied.begin(), tied.end(), [&](const std::string& id) {
+      return std::count(effects.begin(), effects.end(), id) > 0;
+    });
+    if (concerned) ties.insert(tied.begin(), tied.end());
+  }
+  for (const auto& effect : effects) ties.erase(effect);
+  for (const ScenarioKind& one : scenarioKinds())
+    if (one.kind == kUnlistedLaw) ties.erase(one.id);
+  return {ties.begin(), ties.end()};
+}
+
+Names verdictsOf(const ScenarioKind& kind) {
+  if (kind.kind == "base_control") return {"no_mismatch"};
+  if (kind.kind == "structural_control" || kind.kind == "porous_control")
+    return {"no_mismatch", "named", "several", "ambiguous", "unknown"};
+  if (kind.id == "capacitance_fall") return {"unknown", "named"};
+  if (kind.kind == kUnlistedLaw) return {"unknown"};
+  if (kind.kind != "instrument_fault") return {"named", "several", "ambiguous"};
+  if (kind.id == "quantisation" || kind.id == "dropouts")
+    return {"no_mismatch", "sensor_fault", "insufficient_data"};
+  return {"sensor_fault", "named", "ambiguous"};
+}
+
+/// What a kind is when nothing is left of its additions but what they need.
+ScenarioKind nestedKind(const CatalogueDraft& draft) {
+  const std::string& kind = draft.order.what.kind;
+  const bool companion =
+      std::count(draft.effects.begin(), draft.effects.end(), "charge_acceptance") > 0;
+  if (companion) return draft.order.what;
+  if (kind == "structural_effect") return {"structural_control"};
+  if (kind == "porous_effect") return {"porous_control"};
+  return {"base_control"};
+}
+
+/// What a good diagnosis may say: any of the verdicts, true effects, and those alike to them.
+Json expectedOf(const CatalogueDraft& draft) {
+  const std::vector<double>& scale = draft.order.scale;
+  const bool gone = !scale.empty() && *std::max_element(scale.begin(), scale.end()) == 0.0;
+  const ScenarioKind kind = gone ? nestedKind(draft) : draft.order.what;
+  return {{"verdicts", verdictsOf(kind)},
+          {"effects", draft.effects},
+          {"ties", tiesOf(kind.kind == kUnlistedLaw ? Names{kind.id} : draft.effects)}};
 }
 
 Json truthOf(const CatalogueDraft& draft, const Simulation& simulation) {
@@ -133,15 +187,13 @@ Json recorderOf(const LawScenario& one) {
 }  // namespace
 
 std::string labelOf(const CatalogueDraft& draft, const Simulation& simulation) {
-  const Expectation expected = expectationOf(draft);
   Json label = headOf(draft.order, draft.order.what.id, draft.scenario,
                       draft.scenario.acquisition.sample_rate_hz);
   label["quiet"] = draft.order.quiet;
   label["structure"] = draft.structure;
   label["strength"] = draft.strength;
-  label["strength"]["scale"] = draft.scale;
-  label["expected"] = {
-      {"verdicts", expected.verdicts}, {"effects", expected.effects}, {"ties", expected.ties}};
+  label["strength"]["scale"] = draft.order.scale;
+  label["expected"] = expectedOf(draft);
   label["truth"] = truthOf(draft, simulation);
   if (draft.regime_from) label["regime_from_s"] = *draft.regime_from;
   return label.dump(2) + "\n";

@@ -30,38 +30,26 @@ struct LawInstant {
   double discharging() const { return std::max(-current, 0.0); }  ///< [A]
 };
 
-/// An out-of-catalogue law: physics in addition to the base circuit, or an instrument, of a form
-/// that no catalogue has.
+/// An out-of-catalogue law: physics beside the base circuit, or an instrument, in no catalogue.
 ///     u = u_base(i - s i_side) + s v,     s: strength, 0 takes all of it away
 /// Physics knows its own states only. At strength 1 it moves the voltage by some 10 mV on a usual
 /// drive. States are moved on in steps of a millisecond, so explicit steps do. An instrument turns
-/// a true course into the shown one; at strength 0 it shows the truth, at 1 the error is of the
-/// order that its law says.
+/// a true course into the shown one; at strength 0 it shows the truth, at 1 its law's error.
 struct Law {
   static constexpr std::size_t kMaxStates = 20;
   using State = std::array<double, kMaxStates>;
   using Reading = std::function<double(const State&, const LawInstant&)>;
 
   State rested{};
-  /// the state a step later; empty: it stays
-  std::function<State(const State&, const LawInstant&)> moved;
-  Reading added;       ///< v [V]; empty: 0
-  Reading passing_by;  ///< i_side; empty: 0
+  /// the state a step later
+  std::function<State(const State&, const LawInstant&)> advance =
+      [](const State& x, const LawInstant&) { return x; };
+  Reading voltage = [](const State&, const LawInstant&) { return 0.0; };  ///< v [V]
+  Reading sideCurrent = voltage;  ///< i_side [A], >= 0: passes the double layer's reaction by
   /// of an instrument, empty otherwise
   std::function<Course(const Course& truth, double strength)> shown;
   /// beyond, its constants would be absurd
   double max_strength = 4.0;
-
-  State advance(const State& before, const LawInstant& now) const {
-    return moved ? moved(before, now) : before;
-  }
-  double voltage(const State& state, const LawInstant& now) const {
-    return added ? added(state, now) : 0.0;
-  }
-  /// @return i_side [A], >= 0: what passes the double layer's reaction by.
-  double sideCurrent(const State& state, const LawInstant& now) const {
-    return passing_by ? passing_by(state, now) : 0.0;
-  }
 };
 
 /// What is known of a drive before a law is drawn for it.
@@ -78,11 +66,17 @@ struct Circumstances {
 /// What a law is called, where it belongs, and how one of it is drawn.
 struct LawForm {
   std::string mechanism, id;
-  Law (*draw)(Dice&, const Circumstances&);
+  void (*make)(Law&, Dice&, const Circumstances&);
+
+  Law draw(Dice& dice, const Circumstances& drive) const {
+    Law law;
+    make(law, dice, drive);
+    return law;
+  }
 };
 
 /// Laws of acceptance, side reactions, acid and the open-circuit voltage; with those of structure,
-/// ageing and instruments all of them, those of a mechanism together (docs/validation.md lists them).
+/// ageing and instruments all of them, those of a mechanism together (docs/validation.md).
 std::vector<LawForm> chemistryLaws();
 const std::vector<LawForm>& lawForms();
 
@@ -107,6 +101,16 @@ struct Memories {
     double sum = 0.0;
     for (double one : weight) sum += one;
     for (double& one : weight) one /= sum;
+  }
+  /// Times evenly spread in the logarithm, weights by a power of them.
+  static Memories powerLaw(double shortest, double longest, double power) {
+    Memories all;
+    for (std::size_t k = 0; k < count; ++k) {
+      all.time[k] = shortest * std::pow(longest / shortest, k / (count - 1.0));
+      all.weight[k] = std::pow(all.time[k], power);
+    }
+    all.normalise();
+    return all;
   }
   double mean(const Law::State& x) const {
     double sum = 0.0;

@@ -48,16 +48,14 @@ class LawBattery {
 /// The scenario's drive, its voltage limit acting on battery and law together.
 Course drivenCourse(const Scenario& scenario, const Law* law, double strength);
 
-/// The same battery under given currents, which it comes to from rest within a step; the limit does
-/// not act.
+/// The same battery under given currents, without a limit; it comes from rest within a step.
 Course controlledCourse(const Scenario& scenario, const Law* law, double strength,
                         const std::vector<double>& current);
 
 /// How the base circuit's voltage answers its parameters, along a course.
 ///     C ds_C/dt = -i' s_C - (i - i_r2),   C ds_beta/dt = -i' s_beta - i' u2,   C ds_0/dt = -i' s_0
 ///     i_r2 = 2 I_0 sinh(beta u2 / 2),  i' = d i_r2/du2,  s_0 = 1 at the start
-/// s_C, s_beta, s_0: what u2 gains with ln C, ln beta and u2 at the start. One row every
-/// `per_sample` entries.
+/// What u2 gains with ln C, ln beta and u2 at the start. One row every `per_sample` entries.
 struct BaseAnswer {
   std::vector<double> voltage;                 ///< of the base circuit [V]
   std::vector<double> u2;                      ///< [V]

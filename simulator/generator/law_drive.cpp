@@ -6,14 +6,12 @@
 #include <map>
 #include <stdexcept>
 
-#include "simulator/generator/phases.hpp"
-
 namespace battery_sof_simulator {
 namespace {
 
 const CrankRanges kCrank{{200.0, 320.0}, {0.3, 0.9}, {110.0, 200.0}};
 
-ProfileOptions cityOf(Dice& dice) {
+ProfileOptions cityOf(double, Dice& dice) {
   CityOptions o;
   o.stop_a = {dice.between({5.0, 15.0}), dice.between({20.0, 40.0})};
   o.stop_s = {dice.between({4.0, 10.0}), dice.between({20.0, 60.0})};
@@ -24,7 +22,7 @@ ProfileOptions cityOf(Dice& dice) {
   return o;
 }
 
-ProfileOptions startStopOf(Dice& dice) {
+ProfileOptions startStopOf(double, Dice& dice) {
   CityOptions o;
   o.stop_a = {dice.between({15.0, 25.0}), dice.between({30.0, 55.0})};
   o.stop_s = {dice.between({10.0, 20.0}), dice.between({30.0, 70.0})};
@@ -36,7 +34,7 @@ ProfileOptions startStopOf(Dice& dice) {
   return o;
 }
 
-ProfileOptions turnsOf(Dice& dice) {
+ProfileOptions turnsOf(double, Dice& dice) {
   AlternatingOptions o;
   o.charge_a = {dice.between({5.0, 15.0}), dice.between({30.0, 60.0})};
   o.discharge_a = {dice.between({5.0, 15.0}), dice.between({40.0, 90.0})};
@@ -201,25 +199,13 @@ void exerciseMechanism(Scenario& s, const std::string& mechanism, Dice& dice) {
 
 }  // namespace
 
-const std::vector<std::string>& lawDrives() {
-  static const std::vector<std::string> all{"city", "start_stop", "bench", "motorway", "turns"};
-  return all;
-}
-
 void drawLawDrive(Scenario& s, const std::string& kind, const std::string& mechanism, Dice& dice) {
+  ProfileOptions (*const profileOf[])(double, Dice&){cityOf, startStopOf, benchOf, motorwayOf,
+                                                     turnsOf};
+  const auto* const found = std::find(kLawDrives.begin(), kLawDrives.end(), kind);
+  if (found == kLawDrives.end()) throw std::invalid_argument("no drive is called \"" + kind + "\"");
   s.voltage_limit = dice.between({13.8, 14.8});
-  if (kind == "city")
-    s.profile = cityOf(dice);
-  else if (kind == "start_stop")
-    s.profile = startStopOf(dice);
-  else if (kind == "bench")
-    s.profile = benchOf(s.duration, dice);
-  else if (kind == "motorway")
-    s.profile = motorwayOf(s.duration, dice);
-  else if (kind == "turns")
-    s.profile = turnsOf(dice);
-  else
-    throw std::invalid_argument("no drive is called \"" + kind + "\"");
+  s.profile = profileOf[found - kLawDrives.begin()](s.duration, dice);
   insertEvenly(s, 2 + static_cast<int>(3.0 * dice.share()), dice, [&] {
     std::vector<Phase> phases{rest(dice.between({15.0, 90.0}))};
     if (kind != "bench" && dice.share() < 0.5) appendCrank(phases, kCrank, dice);

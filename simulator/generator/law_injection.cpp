@@ -126,19 +126,15 @@ std::vector<RecordedSample> withPhysics(const Law& law, const Grid& grid, const 
   return samples;
 }
 
-void requireSound(const std::vector<RecordedSample>& measured, const InjectionOrder& order) {
+}  // namespace
+
+std::vector<RecordedSample> injected(const std::vector<RecordedSample>& measured,
+                                     const InjectionOrder& order) {
   if (measured.size() < 3)
     throw std::invalid_argument("recording has " + std::to_string(measured.size()) +
                                 " samples, expected 3 or more");
   if (!std::isfinite(order.strength))
     throw std::invalid_argument(faultOf("strength", order.strength, "finite"));
-}
-
-}  // namespace
-
-std::vector<RecordedSample> injected(const std::vector<RecordedSample>& measured,
-                                     const InjectionOrder& order) {
-  requireSound(measured, order);
   const Grid grid(measured);
   const Scenario scenario = scenarioOf(order, grid.duration());
   std::vector<double> base;

@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "simulator/generator/series.hpp"
-#include "simulator/increasing_root.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -56,7 +55,7 @@ Order filledIn(Order order, Dice& dice) {
   const double mechanism = dice.share(), rate = dice.share();
   const double shortest = order.independent_drive ? kShortest : 600.0;
   const double duration = std::round(dice.logBetween({shortest, 3600.0}));
-  const std::string drive = dice.oneOf(lawDrives());
+  const std::string drive = dice.oneOf(kLawDrives);
   if (order.what.mechanism.empty() && order.what.id.empty() && order.what.kind == kOutOfCatalogue) {
     const auto all = mechanisms();
     order.what.mechanism =
@@ -211,7 +210,7 @@ void takeOtherDrive(LawScenario& one, std::uint64_t seed) {
   Dice base(seed, kBaseStream), drive(*one.order.drive_seed, kDriveStream);
   const std::string exercised = exercisedBy(one.order, seed);
   one.scenario = drawBase(one.order, exercised == "side_reactions", seed, base);
-  one.order.drive = drive.oneOf(lawDrives());
+  one.order.drive = drive.oneOf(kLawDrives);
   drawLawDrive(one.scenario, one.order.drive, exercisedBy(one.order, *one.order.drive_seed), drive);
 }
 
@@ -281,10 +280,9 @@ ErrorSize errorSize(const std::vector<double>& error, const BaseAnswer& base) {
     throw std::invalid_argument("errorSize: no errors, or more than the base circuit has rows");
   const auto training = static_cast<Eigen::Index>(kTrainingShare * static_cast<double>(count));
   const Eigen::VectorXd e = Eigen::Map<const Eigen::VectorXd>(error.data(), count);
-  Eigen::MatrixXd columns(count, 6);
-  for (Eigen::Index n = 0; n < count; ++n)
-    for (Eigen::Index k = 0; k < 6; ++k)
-      columns(n, k) = base.columns[static_cast<std::size_t>(n)][static_cast<std::size_t>(k)];
+  const Eigen::MatrixXd columns =
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>>(
+          base.columns.front().data(), count, 6);
   const Eigen::VectorXd moved =
       columns.topRows(training).colPivHouseholderQr().solve(e.head(training));
   const double mean = e.head(training).mean();

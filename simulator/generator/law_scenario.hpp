@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,8 +11,8 @@
 
 namespace battery_sof_simulator {
 
-/// Kinds of drives: city, start_stop, bench, motorway, turns.
-const std::vector<std::string>& lawDrives();
+/// Kinds of drives.
+constexpr std::array<const char*, 5> kLawDrives{"city", "start_stop", "bench", "motorway", "turns"};
 
 /// Gives a scenario a drive of a kind, with what a mechanism needs to be seen all through it. city:
 /// stop and go with recuperation. start_stop: a crank after every stop. bench: pulses and rests of
@@ -67,10 +68,8 @@ constexpr std::uint32_t kLawStream = 23;
 /// samples. A law's strength is searched until its visible RMS in the training part is the one
 /// drawn; draws that cannot be seen, or not in the hold-out, are not taken, nor are recorders above
 /// kMaxImperfection or kMaxCrankImperfection.
-/// @param order duration 60 to 7200 s (drawn: 600 to 3600), rate 1 to 1000 Hz (drawn: 1, 10 or
-/// 100), one scale.
-/// @throws std::invalid_argument for an order that cannot be; NoSolution when twenty draws gave
-/// none.
+/// @param order duration 60 to 7200 s (drawn: 600 to 3600), rate 1 to 1000 Hz (drawn: 1, 10, 100).
+/// @throws std::invalid_argument for an order that cannot be; NoSolution when twenty draws fail.
 LawScenario drawLawScenario(const Order& order);
 
 /// The label of a law, or of a control:

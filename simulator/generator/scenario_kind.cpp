@@ -1,8 +1,6 @@
 #include "simulator/generator/scenario_kind.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <set>
 #include <stdexcept>
 
 #include "simulator/fields.hpp"
@@ -30,45 +28,8 @@ const Names kAbsent{"charge_acceptance", "gassing", "high_rate_depletion", "acid
 
 constexpr double kUsualDuration = 1200.0, kUsualAbsentDuration = 2400.0;  // [s]
 
-/// Classes of effects that voltage and current of a drive may not separate
-/// (docs/physics.md#effects-that-cannot-be-distinguished).
-const std::vector<Names> kTieClasses{
-    {"current_offset", "parasitic_load", "gassing", "charge_transfer"},
-    {"fast_arc", "sensor_lag"},
-    {"inductance", "time_skew"},
-    {"ocv_soc", "acid_transport", "ocv_hysteresis"},
-    {"self_heating", "contact_resistance", "parameter_drift"},
-    {"charge_acceptance", "sulphate_history"},
-    {"cpe2", "second_electrode"},
-    {"ocv_soc", "voltage_drift"},
-    {"capacitance_fall", "parameter_drift"}};
-
 void append(std::vector<ScenarioKind>& kinds, const std::string& kind, const Names& ids) {
   for (const auto& id : ids) kinds.push_back({kind, id});
-}
-
-Names tiesOf(const Names& effects) {
-  std::set<std::string> ties;
-  for (const auto& tied : kTieClasses) {
-    const bool concerned = std::any_of(tied.begin(), tied.end(), [&](const std::string& id) {
-      return std::count(effects.begin(), effects.end(), id) > 0;
-    });
-    if (concerned) ties.insert(tied.begin(), tied.end());
-  }
-  for (const auto& effect : effects) ties.erase(effect);
-  for (const auto& id : kUnlisted) ties.erase(id);
-  return {ties.begin(), ties.end()};
-}
-
-Names verdictsOf(const ScenarioKind& kind) {
-  if (kind.kind == "base_control") return {"no_mismatch"};
-  if (kind.kind == "structural_control" || kind.kind == "porous_control")
-    return {"no_mismatch", "named", "several", "ambiguous", "unknown"};
-  if (kind.kind == "unlisted_law") return {"unknown"};
-  if (kind.kind != "instrument_fault") return {"named", "several", "ambiguous"};
-  if (kind.id == "quantisation" || kind.id == "dropouts")
-    return {"no_mismatch", "sensor_fault", "insufficient_data"};
-  return {"sensor_fault", "named", "ambiguous"};
 }
 
 }  // namespace
@@ -80,7 +41,7 @@ const std::vector<ScenarioKind>& scenarioKinds() {
     for (const Names* tier : {&kStructure, &kChemistry, &kOtherPhysics})
       append(all, "effect", *tier);
     append(all, "instrument_fault", kInstrument);
-    append(all, "unlisted_law", kUnlisted);
+    append(all, kUnlistedLaw, kUnlisted);
     append(all, "structural_effect", kChemistry);
     append(all, "porous_effect", {"charge_acceptance", "acid_transport", "gassing"});
     append(all, "masked", kMasked);
@@ -132,21 +93,6 @@ std::vector<std::string> additionsOf(const ScenarioKind& kind) {
 
 double usualDuration(const ScenarioKind& kind) {
   return kind.kind == "absent" ? kUsualAbsentDuration : kUsualDuration;
-}
-
-ScenarioKind nestedKind(const ScenarioKind& kind, const std::vector<std::string>& effects) {
-  const bool companion = std::count(effects.begin(), effects.end(), "charge_acceptance") > 0;
-  if (companion) return kind;
-  if (kind.kind == "structural_effect") return {"structural_control", "-"};
-  if (kind.kind == "porous_effect") return {"porous_control", "-"};
-  return {"base_control", "-"};
-}
-
-Expectation expectationOf(const ScenarioKind& kind, const std::vector<std::string>& effects) {
-  const bool unlisted = kind.kind == "unlisted_law";
-  Expectation expected{verdictsOf(kind), effects, tiesOf(unlisted ? Names{kind.id} : effects)};
-  if (kind.id == "capacitance_fall") expected.verdicts.push_back("named");
-  return expected;
 }
 
 }  // namespace battery_sof_simulator

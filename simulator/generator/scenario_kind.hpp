@@ -7,8 +7,7 @@
 
 namespace battery_sof_simulator {
 
-/// A kind of scenario and what is in it: "control", "effect gassing", "out_of_catalogue acid
-/// pore_diffusion".
+/// A kind of scenario and what is in it: "effect gassing", "out_of_catalogue acid pore_diffusion".
 struct ScenarioKind {
   std::string kind;
   std::string id = "-";         ///< what is added; "-" in kinds that have no ids
@@ -16,7 +15,7 @@ struct ScenarioKind {
 };
 
 constexpr char kOutOfCatalogue[] = "out_of_catalogue", kControl[] = "control",
-               kRecorderControl[] = "control_with_recorder";
+               kRecorderControl[] = "control_with_recorder", kUnlistedLaw[] = "unlisted_law";
 
 /// All kinds of scenarios that a diagnosis can be tried on (docs/validation.md).
 ///
@@ -29,37 +28,33 @@ constexpr char kOutOfCatalogue[] = "out_of_catalogue", kControl[] = "control",
 /// second half of the drive can show.
 ///
 /// Of other equations: out_of_catalogue: a law of a form that no catalogue has. control,
-/// control_with_recorder: nothing on such drives, the latter through a recorder as good as real
-/// ones are.
+/// control_with_recorder: nothing on such drives, the latter through a realistic recorder.
 const std::vector<ScenarioKind>& scenarioKinds();
 
-/// What to draw. Empty or missing: of catalogue kinds a default, of the others what the seed
-/// chooses.
+/// What to draw. Empty or missing: of catalogue kinds a default, else what the seed chooses.
 struct Order {
   ScenarioKind what{"", "", ""};  ///< id and mechanism may be empty
   std::uint64_t seed = 1;
   std::optional<double> duration;  ///< [s]
   std::optional<double> rate;      ///< of the recording [Hz], 1000 over a whole number
-  std::string drive;               ///< of lawDrives(); not of catalogue kinds
+  std::string drive;               ///< of kLawDrives; not of catalogue kinds
   /// times the strength of what is added; one number is every addition's
   std::vector<double> scale{1.0};
   bool quiet = false;  ///< recorded without noise and quantisation; of catalogue kinds
   /// The drive exercises a mechanism or effect of chance and not what is added: its current says
   /// nothing of it. Of laws and controls it lasts 60 to 3600 s unless asked otherwise.
   bool independent_drive = false;
-  /// Another drive of the same battery, with the same law at the same strength: of out_of_catalogue.
+  /// Another drive of the same battery, with the same law and strength: of out_of_catalogue.
   std::optional<std::uint64_t> drive_seed;
 };
 
 /// @return whether a kind is drawn from the catalogue's equations.
 bool isOfCatalogue(const ScenarioKind& kind);
 
-/// @return all of scenarioKinds() that an order may mean. @throws std::invalid_argument when there
-/// are none.
+/// @return all of scenarioKinds() that an order may mean. @throws std::invalid_argument if none.
 std::vector<ScenarioKind> meantBy(const ScenarioKind& asked);
 
-/// @throws std::invalid_argument for a duration or scales that cannot be. @param duration bounds
-/// [s].
+/// @throws std::invalid_argument for scales that cannot be or a duration outside these bounds [s].
 void requireSound(const Order& order, double shortest, double longest);
 
 /// @return ids of what a kind adds: none, one, or two of masked.
@@ -67,20 +62,5 @@ std::vector<std::string> additionsOf(const ScenarioKind& kind);
 
 /// @return how long a catalogue kind is unless asked otherwise [s].
 double usualDuration(const ScenarioKind& kind);
-
-/// What a kind is when nothing is left of its additions but what they need.
-/// @param effects that are true nevertheless, ids of the catalogue.
-ScenarioKind nestedKind(const ScenarioKind& kind, const std::vector<std::string>& effects);
-
-/// What a good diagnosis may say.
-struct Expectation {
-  std::vector<std::string> verdicts;  ///< any of them
-  std::vector<std::string> effects;   ///< those that are true
-  /// those that cannot be reported from them (docs/physics.md#effects-that-cannot-be-distinguished)
-  std::vector<std::string> ties;
-};
-
-/// @param kind of the catalogue.  @param effects true ones, ids of the catalogue.
-Expectation expectationOf(const ScenarioKind& kind, const std::vector<std::string>& effects);
 
 }  // namespace battery_sof_simulator

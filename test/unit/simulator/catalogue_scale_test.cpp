@@ -132,8 +132,8 @@ TEST(CatalogueScale, TheSameIsDrawnAtEveryScale) {
       changed |= half.strength.at(key) != value;
     }
     EXPECT_TRUE(changed) << kind.kind << " " << kind.id;
-    EXPECT_EQ(a["strength"]["scale"], nlohmann::json(once.scale));
-    EXPECT_EQ(once.scale, std::vector<double>(additionsOf(kind).size(), 1.0));
+    EXPECT_EQ(a["strength"]["scale"], nlohmann::json(once.order.scale));
+    EXPECT_EQ(once.order.scale, std::vector<double>(additionsOf(kind).size(), 1.0));
   }
 }
 

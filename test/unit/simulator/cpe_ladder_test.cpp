@@ -34,11 +34,10 @@ TEST(CpeLadder, ConstantCurrentChargesItAlongThePowerLaw) {
   // u(t) = I t^p / (Q Gamma(1 + p)), from the Laplace transform of (jw)^-p.
   const Cpe cpe{700.0, 0.85};
   const double step = 0.001, current = 40.0;
-  const CpeLadder ladder(cpe);
-  const LadderStep stage(ladder, step);
+  const CpeLadder ladder(cpe, step);
   LadderState state = ladder.rested();
   for (int n = 1; n <= 100000; ++n) {
-    state = stage.advance(state, (current + stage.sourceCurrent(state)) / stage.conductance());
+    state = ladder.advance(state, (current + ladder.sourceCurrent(state)) / ladder.conductance());
     if (n != 100 && n != 1000 && n != 10000 && n != 100000) continue;
     const double law =
         current * std::pow(n * step, cpe.exponent) / (cpe.scale * std::tgamma(1.0 + cpe.exponent));
@@ -47,22 +46,20 @@ TEST(CpeLadder, ConstantCurrentChargesItAlongThePowerLaw) {
 }
 
 TEST(CpeLadder, ExponentOneIsACapacitor) {
-  const CpeLadder ladder({1000.0, 1.0});
-  const LadderStep stage(ladder, 0.01);
-  const LadderState state = stage.advance(ladder.rested(), 20.0 / stage.conductance());
+  const CpeLadder ladder({1000.0, 1.0}, 0.01);
+  const LadderState state = ladder.advance(ladder.rested(), 20.0 / ladder.conductance());
   EXPECT_NEAR(state.voltage, 20.0 * 0.01 / 1000.0, 1e-15);
   EXPECT_EQ(ladder.dissipation(state), 0.0);
 }
 
 TEST(CpeLadder, NeverReturnsMoreEnergyThanItTook) {
   const double step = 0.001;
-  const CpeLadder ladder({700.0, 0.7});
-  const LadderStep stage(ladder, step);
+  const CpeLadder ladder({700.0, 0.7}, step);
   LadderState state = ladder.rested();
   double taken = 0.0;
   for (int n = 0; n < 20000; ++n) {
     const double current = 30.0 * std::sin(0.003 * n) + (n > 9000 ? -20.0 : 5.0);
-    state = stage.advance(state, (current + stage.sourceCurrent(state)) / stage.conductance());
+    state = ladder.advance(state, (current + ladder.sourceCurrent(state)) / ladder.conductance());
     taken += step * current * state.voltage;
     ASSERT_GE(taken, ladder.storedEnergy(state) - 1e-9);
     ASSERT_GE(ladder.dissipation(state), 0.0);

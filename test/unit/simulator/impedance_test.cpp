@@ -38,7 +38,7 @@ TEST(Impedance, LinearisedModelIsWithinOnePercentOfTheAnalyticExpression) {
     for (double soc : {0.2, 0.9})
       for (double temperature : {-25.0, 25.0, 40.0})
         for (const auto& effects : {BatteryEffects{}, withChargeAcceptance()})
-          for (const auto& point : impedance({}, effects, {current, soc, temperature}, frequencies))
+          for (const auto& point : impedance({}, effects, {soc, temperature}, current, frequencies))
             ASSERT_LT(std::abs(point.simulated / point.analytic - 1.0), 0.01)
                 << point.frequency << " Hz, " << current << " A, SOC " << soc << ", "
                 << temperature;
@@ -47,7 +47,7 @@ TEST(Impedance, LinearisedModelIsWithinOnePercentOfTheAnalyticExpression) {
 TEST(Impedance, AlternatingCurrentInTheTimeDomainMeetsTheAnalyticExpression) {
   for (const auto& effects : {BatteryEffects{}, withChargeAcceptance()})
     for (double frequency : {0.01, 1.0, 10.0}) {
-      const Complex analytic = impedance({}, effects, {0.0, 0.8, 25.0}, {frequency})[0].analytic;
+      const Complex analytic = impedance({}, effects, {0.8, 25.0}, 0.0, {frequency})[0].analytic;
       const Complex measured = injected(effects, frequency, frequency < 0.1 ? 500.0 : 200.0, 4);
       EXPECT_LT(std::abs(measured / analytic - 1.0), 0.01)
           << frequency << " Hz: " << measured << analytic;
@@ -56,7 +56,7 @@ TEST(Impedance, AlternatingCurrentInTheTimeDomainMeetsTheAnalyticExpression) {
 
 TEST(Impedance, RealPartIsPositiveEverywhere) {
   for (double current : {-100.0, -10.0, 0.0, 10.0})
-    for (const auto& point : impedance({}, withChargeAcceptance(), {current, 0.8, 25.0},
+    for (const auto& point : impedance({}, withChargeAcceptance(), {0.8, 25.0}, current,
                                        logarithmicFrequencies(1e-3, 1e3, 10)))
       EXPECT_GT(point.simulated.real(), 0.0) << point.frequency << " Hz at " << current << " A";
 }
@@ -64,7 +64,7 @@ TEST(Impedance, RealPartIsPositiveEverywhere) {
 TEST(Impedance, PlainCircuitIsAResistanceAndOneSemicircle) {
   const BatteryParameters p;
   const double w = 2.0 * M_PI * 0.02;
-  const Complex z = impedance(p, plainCircuit(), {0.0, 0.8, 25.0}, {0.02})[0].simulated;
+  const Complex z = impedance(p, plainCircuit(), {0.8, 25.0}, 0.0, {0.02})[0].simulated;
   const Complex expected = p.r_ohmic_ohm + p.r1_charge_ohm +
                            1.0 / Complex(p.i0_a * p.beta_per_v, w * p.cpe2_capacitance_f);
   EXPECT_NEAR(std::abs(z - expected), 0.0, 1e-12);
@@ -73,8 +73,8 @@ TEST(Impedance, PlainCircuitIsAResistanceAndOneSemicircle) {
 TEST(Impedance, RefusesACurrentThatNoChargeCanLastAt) {
   BatteryEffects effects = withChargeAcceptance();
   effects.gassing = GassingLaw::kNone;
-  EXPECT_THROW(impedance({}, effects, {100.0, 0.8, 25.0}, {1.0}), std::invalid_argument);
-  EXPECT_THROW(impedance({}, effects, {0.0, 0.8, 25.0}, {0.0}), std::invalid_argument);
+  EXPECT_THROW(impedance({}, effects, {0.8, 25.0}, 100.0, {1.0}), std::invalid_argument);
+  EXPECT_THROW(impedance({}, effects, {0.8, 25.0}, 0.0, {0.0}), std::invalid_argument);
 }
 
 }  // namespace

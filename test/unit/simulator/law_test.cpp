@@ -146,7 +146,7 @@ TEST(Laws, SideReactionsNeedAHighVoltage) {
 
 TEST(Laws, ASideCurrentPassesTheDoubleLayerByAndNotTheResistance) {
   Law law;
-  law.passing_by = [](const Law::State&, const LawInstant&) { return 1.0; };
+  law.sideCurrent = [](const Law::State&, const LawInstant&) { return 1.0; };
   const Scenario scenario = plainScenario();
   std::vector<double> current(600001, 10.0);
   current[0] = 0.0;
@@ -221,7 +221,7 @@ TEST(InstrumentLaws, AtNoStrengthShowTheTruth) {
 }
 
 TEST(LawDrives, EveryKindChargesAndDischargesInBothParts) {
-  for (const std::string& kind : lawDrives()) {
+  for (const std::string kind : kLawDrives) {
     Scenario scenario = plainScenario(600.0);
     Dice dice(4, 1);
     drawLawDrive(scenario, kind, "", dice);

@@ -30,9 +30,9 @@ constexpr double kDriven = 400.0 - 250.0 - 600.0;  // [As]
 /// Charge on an electrode's double layer since rest, in the direction of oxidation [As].
 double layerCharge(const PorousParameters& p, const PorousState::Field& now,
                    const PorousState::Field& before, bool positive) {
-  const double layer = positive ? p.positive_surface_per_m * p.positive_layer_f_per_m2
-                                : p.negative_surface_per_m * p.negative_layer_f_per_m2;
-  const double thickness = positive ? p.positive_m : p.negative_m;
+  const double layer = positive ? p.positive.surface_per_m * p.positive.layer_f_per_m2
+                                : p.negative.surface_per_m * p.negative.layer_f_per_m2;
+  const double thickness = positive ? p.positive.thickness_m : p.negative.thickness_m;
   return p.area_m2 * thickness * layer * (now - before).mean();
 }
 
@@ -152,7 +152,7 @@ TEST(PorousBlock, WhatTheMainReactionCannotTakeBecomesGas) {
 TEST(PorousBlock, RefusesWrongParametersNamingAllOfThem) {
   PorousParameters p;
   p.area_m2 = -1.0;
-  p.negative_porosity = 2.0;
+  p.negative.porosity = 2.0;
   const std::string text = battery_sof::test::refusalOf([&] { PorousBlock(p, 0.1); });
   for (const char* name : {"area_m2", "negative_porosity", "soc"})
     EXPECT_NE(text.find(name), text.npos) << text;

@@ -5,9 +5,15 @@
 #include <stdexcept>
 #include <string>
 
-#include "simulator/battery_elements.hpp"
-
 namespace battery_sof_simulator {
+
+inline constexpr double kPi = 3.14159265358979323846, kTwoPi = 2.0 * kPi;
+inline constexpr double kSecondsPerHour = 3600.0, kSecondsPerMinute = 60.0;
+
+/// A law at one point and its derivative there.
+struct Linearised {
+  double value, slope;
+};
 
 /// Equations without a solution, e.g. a charge that nothing can take up.
 class NoSolution : public std::runtime_error {
@@ -19,8 +25,7 @@ class NoSolution : public std::runtime_error {
 /// @param function  callable: double -> Linearised {value, slope}, slope > 0.
 /// @param guess     start, finite.
 /// @param tolerance of |value|, > 0.
-/// @throws NoSolution after 200 steps without reaching it; that needs a function that does not
-/// increase.
+/// @throws NoSolution after 200 steps without reaching it, as of a function that does not increase.
 template <typename Function>
 double increasingRoot(const Function& function, double guess, double tolerance) {
   double low = -std::numeric_limits<double>::infinity();
