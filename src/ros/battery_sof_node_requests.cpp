@@ -105,58 +105,6 @@ bool BatterySofNode::onSetStandingQuery(SetStandingQuery::Request& request,
 // ----------------------------------------------------------------------------------------------------
 // identification
 
-void BatterySofNode::onIdentification(const IdentificationJob& job, int request) {
-  IdentifyResult result;
-  result.code = IdentifyResult::REFUSED;
-  result.message = "the identification failed; /diagnostics says why";
-  guarded("the identification", [&] { result = resultOf(identified(job, request != 0)); });
-  callFrom(actions_.queue, [this, result, request] {
-    guarded("the identification", [&] { endRequested(request, result); });
-  });
-}
-
-IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job, bool is_requested) {
-  const ros::SteadyTime begun = ros::SteadyTime::now();
-  IdentificationResult result;
-  try {
-    result = runIdentification(job);
-  } catch (const std::exception& error) {
-    result.epoch = job.epoch;
-    result.message = std::string("the identification failed: ") + error.what();
-  }
-  const double fit_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
-  if (result.model) result.model->provenance.fit_ms = fit_ms;
-  if (result.extended && result.extended->model) result.extended->model->provenance.fit_ms = fit_ms;
-  IdentificationOutcome outcome;
-  ahead([&] { outcome = takenBack(std::move(result), is_requested); });
-  ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused",
-           outcome.message.c_str());
-  if (outcome.accepted) {
-    model_publisher_.publish(messageOf(*outcome.model));
-    saveStateFile(*outcome.model);
-  }
-  if (outcome.extended) model_publisher_.publish(messageOf(*outcome.extended));
-  return outcome;
-}
-
-IdentificationOutcome BatterySofNode::takenBack(IdentificationResult result, bool is_requested) {
-  if (is_requested && !std::exchange(is_request_wanted_, false)) {
-    result.model.reset();
-    result.extended.reset();
-    result.message = "the goal was cancelled";
-  }
-  if (result.model) {
-    result.model->provenance.recording = subscriber_.getTopic();
-    record_.fit_ms = result.model->provenance.fit_ms;
-  }
-  if (result.extended && result.extended->model)
-    result.extended->model->provenance.recording = subscriber_.getTopic();
-  IdentificationOutcome outcome = session_.finish(std::move(result));
-  announceWhoAnswers();
-  demandStatus();
-  return outcome;
-}
-
 void BatterySofNode::onIdentifyGoal(const IdentifyServer::GoalHandle& goal) {
   waiting_goals_.push_back(goal);
   guarded("the identification", [this] { beginRequested(); });
