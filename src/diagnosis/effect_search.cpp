@@ -71,7 +71,7 @@ std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state
   ExplanationState next = withMember(state, grid_[*best], gains[*best]);
   if (!std::isfinite(next.evidence)) return std::nullopt;
   fits_.optimize(next);
-  weighed_.push_back({id, next.evidence - state.evidence});
+  addWeighed(id, next.evidence - state.evidence);
   return next;
 }
 
@@ -171,13 +171,13 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
       fits_.optimize(fitted[k]);
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   for (const ExplanationState& one : fitted)
-    weighed_.push_back({one.members.back(), one.evidence - state.evidence});
+    addWeighed(one.members.back(), one.evidence - state.evidence);
   return fitted;
 }
 
-std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
+std::vector<DetectionLimit> EffectSearch::minStrengths(
     const ExplanationState& state, const std::function<double(Mechanism)>& needed) const {
-  std::vector<LinearDetectionLimit> least;
+  std::vector<DetectionLimit> least;
   const LinearRest rest(fits_, state);
   std::map<Mechanism, LinearRest> others;
   for (const Mechanism mechanism : kAllMechanisms)
@@ -199,10 +199,19 @@ std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
         information);
     const double relevant = fits_.relevanceLimit(state) /
                             std::sqrt(length / static_cast<double>(fits_.counted().size()));
-    least.push_back(
-        minStrength(point, std::max(evident + std::abs(added.dot(rest.left)) / length, relevant)));
+    const double times = std::max(evident + std::abs(added.dot(rest.left)) / length, relevant);
+    if (const auto one = minStrength(point, times)) least.push_back(*one);
   }
   return least;
+}
+
+void EffectSearch::addWeighed(const std::string& id, double gain) {
+  for (WeighedMember& known : weighed_)
+    if (known.id == id) {
+      known.gain = std::max(known.gain, gain);
+      return;
+    }
+  weighed_.push_back({id, gain});
 }
 
 double EffectSearch::rankOf(const ExplanationState& state) const {
@@ -320,7 +329,8 @@ double EffectSearch::strengthOf(const ExplanationState& state, const EffectGridP
   return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
 }
 
-LinearDetectionLimit EffectSearch::minStrength(const EffectGridPoint& point, double times) const {
+std::optional<DetectionLimit> EffectSearch::minStrength(const EffectGridPoint& point,
+                                                        double times) const {
   const BatteryModel model = enlarged(BatteryModel(), point.id);
   for (const ParameterInfo& own : effectInfo(point.id).parameters)
     for (const FitCoordinate& c : fits_.coordinatesOf(model)) {
@@ -328,14 +338,14 @@ LinearDetectionLimit EffectSearch::minStrength(const EffectGridPoint& point, dou
           model.parameters()[static_cast<std::size_t>(c.row)].name != own.name)
         continue;
       const double typical = point.point.parameters[c.row];
-      LinearDetectionLimit least{point.id, own.name, own.unit, std::nullopt, typical};
+      DetectionLimit least{point.id, own.name, own.unit, std::nullopt, typical};
       const double wanted = c.centre + times * (c.of(typical) - c.centre);
       const double value =
           c.logarithmic ? std::exp(std::min(wanted, 300.0)) : c.zero + c.unit * wanted;
       if (value >= c.lower && value <= c.upper) least.strength = value;
       return least;
     }
-  return {point.id, "", "", std::nullopt, 0.0};
+  return std::nullopt;
 }
 
 }  // namespace battery_sof

@@ -423,11 +423,9 @@ class StepwiseSelection {
   /// What the library would still take.
   void takeRest(const ExplanationState& state) {
     const Eigen::VectorXd left = fits_.beyondBase(fits_.unexplainedPart(state));
-    found_.unexplained_rms = ExplanationFits::rms(left);
-    found_.unexplained_crank = fits_.crankOf(left);
-    found_.unexplained_charge_share = fits_.chargeShareOf(left);
-    found_.noise = state.fit.noise;
-    found_.relevant = fits_.relevanceLimit(state);
+    found_.unexplained = {ExplanationFits::rms(left), fits_.crankOf(left),
+                          fits_.chargeShareOf(left), rules_.relevance, state.fit.noise};
+    found_.unexplained.limits.rmse = fits_.relevanceLimit(state);
     found_.effective_sample_fraction = fits_.effectiveSampleFraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.weighed = search_.weighed();

@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "diagnosis/locate.hpp"
 #include "diagnosis/parameter_bias.hpp"
 #include "util/text.hpp"
 
@@ -77,7 +76,7 @@ void exchangeHalves(Residuals& residuals) {
   };
   const WhitenedFit one = fitOf(first), other = fitOf(second);
   if (!optimiserFailed(exchangeOf({&first, &second}, {&one, &other}))) return;
-  residuals.notes.push_back(
+  residuals.screened.sentences.push_back(
       "the base model's search stopped early in a half of the recording and was begun again from "
       "more starts");
   WhitenedSearch wider = residuals.search;
@@ -102,17 +101,12 @@ Residuals residualsOf(const Recording& recording, const Parts& parts,
   residuals.parts = parts;
   tell(options, "checking the instruments");
   residuals.screened = screenInstruments(recording, slice(recording.series, parts.train));
-  residuals.notes = residuals.screened.sentences;
   tell(options, "fitting the base model");
   takeDrives(residuals);
   residuals.search.pulse = options.pulse;
   residuals.search.priors = options.priors;
   fitBase(residuals);
   exchangeHalves(residuals);
-  tell(options, "locating where model and measurement deviate");
-  residuals.regimes = regimesOf(residuals.quiet);
-  residuals.findings = regimeFindings(residuals.base, residuals.quiet, residuals.regimes);
-  residuals.parameter_bias = parameterBiases(residuals.base, residuals.quiet, residuals.regimes);
   return residuals;
 }
 

@@ -15,9 +15,7 @@ SelectedTerm columnsOf(Mechanism mechanism) { return {mechanism, "", 100.0, 0.01
 
 Verdict verdictOf(const std::vector<SelectedTerm>& terms,
                   const std::vector<std::string>& faults = {}, const Unexplained& rest = {}) {
-  Explanation explanation;
-  explanation.terms = terms;
-  return judge(explanation, {faults, {}}, rest);
+  return judge(terms, faults, rest);
 }
 
 Unexplained discrepancy() {
