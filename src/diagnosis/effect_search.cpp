@@ -1,6 +1,6 @@
 #include "effect_search.hpp"
 
-#include "diagnosis/explanation_state.hpp"
+#include "diagnosis/explanation_fits.hpp"
 #include "model/base_model.hpp"
 
 namespace battery_sof {
@@ -115,8 +115,7 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
   if (!keepsPromise() || isDistorted(state)) {
     // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
     ExplanationState typical = next;
-    for (Eigen::Index j = 0; j < kRowUDc; ++j)
-      typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    typical.point.parameters.head(kRowUDc) = BatteryModel().typicalParameters().head(kRowUDc);
     tryFrom(std::move(typical));
   }
   if (!keepsPromise()) {
@@ -224,15 +223,14 @@ CompositionPoint EffectSearch::magnitudesOf(const BatteryModel& model) const {
   CompositionPoint point = embedded(BatteryModel(), fits_.base(), model);
   for (const FitCoordinate& c : fits_.coordinatesOf(model)) {
     if (c.row < kBaseRows || c.row >= model.parameterCount()) continue;
-    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(c.row)];
+    const ParameterInfo& info = model.parameters()[c.row];
     double value = info.magnitude;
     if (c.strength && std::abs(value - *info.vanishes_at) <
                           1e-9 * (std::abs(info.upper) + std::abs(*info.vanishes_at)))
       value = c.logarithmic ? 2.0 * *info.vanishes_at : c.value(1.0);
     point.parameters[c.row] = std::clamp(value, info.lower, info.upper);
   }
-  for (Eigen::Index k = 1; k < model.stateCount(); ++k)
-    if (model.states()[static_cast<std::size_t>(k)].begins_as_u_c2) point.state[k] = point.state[0];
+  beginNewStates(model, point, BatteryModel());
   return point;
 }
 
@@ -243,7 +241,7 @@ void EffectSearch::beginNewStates(const BatteryModel& model, CompositionPoint& p
                         [&](const StateInfo& old) { return old.name == info.name; });
   };
   for (Eigen::Index k = 1; k < model.stateCount(); ++k) {
-    const StateInfo& info = model.states()[static_cast<std::size_t>(k)];
+    const StateInfo& info = model.states()[k];
     if (info.begins_as_u_c2 && isNew(info)) point.state[k] = point.state[0];
   }
 }
@@ -301,7 +299,7 @@ ExplanationState EffectSearch::enlargedBy(const ExplanationState& state,
   const BatteryModel alone = enlarged(BatteryModel(), from.id);
   for (const FitCoordinate& c : next.coordinates) {
     if (c.row < kBaseRows || c.row >= next.model.parameterCount()) continue;
-    const ParameterInfo& info = next.model.parameters()[static_cast<std::size_t>(c.row)];
+    const ParameterInfo& info = next.model.parameters()[c.row];
     if (state.model.parameterRow(info.name)) continue;
     const double there = from.point.parameters[*alone.parameterRow(info.name)];
     next.point.parameters[c.row] = c.strength && !c.logarithmic
@@ -315,8 +313,7 @@ ExplanationState EffectSearch::enlargedBy(const ExplanationState& state,
 bool EffectSearch::isDistorted(const ExplanationState& state) {
   for (const Eigen::Index row :
        {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
-    if (std::abs(std::log(state.point.parameters[row] /
-                          tableOne()[static_cast<std::size_t>(row)].magnitude)) >
+    if (std::abs(std::log(state.point.parameters[row] / tableOne()[row].magnitude)) >
         baseDirectionStd(row))
       return true;
   return false;
@@ -335,7 +332,7 @@ std::optional<DetectionLimit> EffectSearch::minStrength(const EffectGridPoint& p
   for (const ParameterInfo& own : effectInfo(point.id).parameters)
     for (const FitCoordinate& c : fits_.coordinatesOf(model)) {
       if (c.row >= model.parameterCount() || !c.strength ||
-          model.parameters()[static_cast<std::size_t>(c.row)].name != own.name)
+          model.parameters()[c.row].name != own.name)
         continue;
       const double typical = point.point.parameters[c.row];
       DetectionLimit least{point.id, own.name, own.unit, std::nullopt, typical};

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "diagnosis/explanation_state.hpp"
+#include "diagnosis/explanation_fits.hpp"
 #include "diagnosis/profile_interval.hpp"
 #include "diagnosis/slow_tone.hpp"
 #include "diagnosis/verdict.hpp"
@@ -88,8 +88,7 @@ double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltag
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     const double count = inputs.samples[n].count;
     if (!(count > 0.0)) continue;
-    square += count * (std::pow(fit.residual[static_cast<Eigen::Index>(n)], 2) -
-                       std::pow(voltage_lsb_std, 2)) -
+    square += count * (std::pow(fit.residual[n], 2) - std::pow(voltage_lsb_std, 2)) -
               std::pow(fit.noise.white_std, 2);
     counted += count;
   }
@@ -183,7 +182,7 @@ void takeMechanisms(const std::vector<SelectedTerm>& accepted, bool is_lead_acid
                     std::vector<SelectedTerm>& terms, Diagnosis& found) {
   const std::array<double, kMechanisms> whole = gainsOf(accepted, std::nullopt);
   const auto most = std::max_element(whole.begin(), whole.end()) - whole.begin();
-  if (!is_lead_acid && isOfLeadAcid(kAllMechanisms[static_cast<std::size_t>(most)])) return;
+  if (!is_lead_acid && isOfLeadAcid(kAllMechanisms[most])) return;
   for (std::size_t half = 0; half < found.mechanism_evidence.size(); ++half) {
     const std::array<double, kMechanisms> gains = gainsOf(accepted, half);
     const double largest = std::max(*std::max_element(gains.begin(), gains.end()), 1e-12);

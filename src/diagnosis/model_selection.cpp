@@ -5,7 +5,6 @@
 #include <memory>
 #include <utility>
 
-#include "diagnosis/explanation_state.hpp"
 #include "diagnosis/timing_jitter_noise.hpp"
 #include "diagnosis/verdict.hpp"
 #include "explanation_fits.hpp"
@@ -68,7 +67,7 @@ std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
   const CompositionPoint& base = residuals.base.point;
   const BatteryModel circuit;
   DesignMatrix table = designMatrix(
-      inputs, linearizationOf(circuit, beginningOf(base, inputs), inputs, inputs.samples.size()),
+      inputs, linearizationOf(circuit, base.at(inputs.first_time), inputs, inputs.samples.size()),
       base.parameters[kRowBeta]);
   return std::make_unique<ExplanationFits>(inputs, std::move(table), base, rules);
 }
@@ -140,8 +139,7 @@ WhitenedFit composedWith(const WhitenedFit& without,
 std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy) {
   std::vector<std::pair<double, std::string>> terms;
   for (Eigen::Index k = 0; k < discrepancy.weight.size(); ++k)
-    terms.push_back({std::abs(discrepancy.weight[k]),
-                     toString(discrepancy.regressors[static_cast<std::size_t>(k)])});
+    terms.push_back({std::abs(discrepancy.weight[k]), toString(discrepancy.regressors[k])});
   std::stable_sort(terms.begin(), terms.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::string> words;
@@ -168,7 +166,7 @@ DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Residual
                                       const DiagnoseOptions& options, DiscrepancyFit& fit) {
   const InputSequence full = inputSequence(residuals.screened.series, residuals.parts.train,
                                            residuals.screened.limits.masked);
-  const ModelPoint beginning = beginningOf(without.point, full);
+  const ModelPoint beginning = without.point.at(full.first_time);
   Linearization response = linearizationOf(without.model, beginning, full, full.samples.size());
   pulse(options);
   takeDiscrepancyDirections(response, without.model, beginning, full);

@@ -75,7 +75,7 @@ void exchangeHalves(Residuals& residuals) {
     return fitWhitened(model, part, {base.point, typicalStart(model, part)}, base.noise, once);
   };
   const WhitenedFit one = fitOf(first), other = fitOf(second);
-  if (!optimiserFailed(exchangeOf({&first, &second}, {&one, &other}))) return;
+  if (!optimiserFailed({&first, &second}, {&one, &other})) return;
   residuals.screened.sentences.push_back(
       "the base model's search stopped early in a half of the recording and was begun again from "
       "more starts");
@@ -108,10 +108,6 @@ Residuals residualsOf(const Recording& recording, const Parts& parts,
   fitBase(residuals);
   exchangeHalves(residuals);
   return residuals;
-}
-
-ModelPoint beginningOf(const CompositionPoint& point, const InputSequence& inputs) {
-  return {point.parameters, point.state, inputs.first_time, inputs.first_time};
 }
 
 void tell(const DiagnoseOptions& options, const std::string& stage) {

@@ -35,9 +35,6 @@ struct Residuals {
 Residuals residualsOf(const Recording& recording, const Parts& parts,
                       const DiagnoseOptions& options);
 
-/// What every simulation of the training part at full rate begins with.
-ModelPoint beginningOf(const CompositionPoint& point, const InputSequence& inputs);
-
 /// Says what begins; a pulse, too.
 void tell(const DiagnoseOptions& options, const std::string& stage);
 

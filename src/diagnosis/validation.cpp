@@ -63,7 +63,9 @@ std::vector<double> voltageOf(const Opened& opened, const FittedModel& model) {
   return voltageOf(opened, compositionOf(model.fit), {first.parameters, first.state});
 }
 
-void takeShares(const MixedScores& scores, ErrorMetrics& metrics) {
+/// @param scores MixedScores, or another model's errors.
+template <typename Scores>
+void takeShares(const Scores& scores, ErrorMetrics& metrics) {
   metrics.share_percent = scores.share_percent;
   metrics.current_share_percent = scores.current_share_percent;
   metrics.voltage_share_percent = scores.voltage_share_percent;
@@ -106,9 +108,7 @@ void compareBaseline(Comparison& fit, const Series& series, const Residuals& res
 
 void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
   const ErrorMetrics shares = std::exchange(extended, base);
-  extended.share_percent = shares.share_percent;
-  extended.current_share_percent = shares.current_share_percent;
-  extended.voltage_share_percent = shares.voltage_share_percent;
+  takeShares(shares, extended);
 }
 
 /// What predicts the hold-out worse than the base model is reported and not given. Where a source

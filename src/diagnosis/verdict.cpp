@@ -1,6 +1,7 @@
 #include "diagnosis/verdict.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "util/text.hpp"
@@ -64,17 +65,10 @@ std::string byEquation(const Diagnosis& diagnosis) {
 }  // namespace
 
 std::string toString(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kNoMismatch: return "no_mismatch";
-    case Verdict::kEffect: return "effect";
-    case Verdict::kSeveral: return "several";
-    case Verdict::kAmbiguous: return "ambiguous";
-    case Verdict::kMechanism: return "mechanism";
-    case Verdict::kUnexplained: return "unexplained";
-    case Verdict::kSensorFault: return "sensor_fault";
-    case Verdict::kInsufficientData: return "insufficient_data";
-  }
-  return "insufficient_data";
+  static constexpr std::array kNames = {"no_mismatch",  "effect",           "several",
+                                        "ambiguous",    "mechanism",        "unexplained",
+                                        "sensor_fault", "insufficient_data"};
+  return kNames.at(static_cast<std::size_t>(verdict));
 }
 
 Verdict judge(const std::vector<SelectedTerm>& terms, const std::vector<std::string>& faults,

@@ -219,17 +219,16 @@ TEST(Summary, OfAnExtendedModelThatIsWithheldSaysWhatItCameTo) {
 }
 
 /// A block that the others do not determine is missed by more than anything that is missing.
-TEST(EstimatedDiscrepancy, HoldsWhereItMissesLeftOutBlocksByLessThanTheCircuitFittedToThem) {
-  EstimatedDiscrepancy discrepancy;
-  EXPECT_FALSE(discrepancy.holds());
-  discrepancy.finding.emplace();
-  discrepancy.finding->is_used = true;
-  discrepancy.finding->left_out = {0.300, 0.140, 0.150};
-  EXPECT_TRUE(discrepancy.holds());
-  discrepancy.finding->left_out = {0.300, 0.140, 0.004};
-  EXPECT_FALSE(discrepancy.holds());
-  discrepancy.finding->left_out = {0.150, 0.140, 0.150};
-  EXPECT_FALSE(discrepancy.holds()) << "less than a tenth";
+TEST(DiscrepancyFinding, HoldsWhereItMissesLeftOutBlocksByLessThanTheCircuitFittedToThem) {
+  DiscrepancyFinding finding;
+  EXPECT_FALSE(finding.holds());
+  finding.is_used = true;
+  finding.left_out = {0.300, 0.140, 0.150};
+  EXPECT_TRUE(finding.holds());
+  finding.left_out = {0.300, 0.140, 0.004};
+  EXPECT_FALSE(finding.holds());
+  finding.left_out = {0.150, 0.140, 0.150};
+  EXPECT_FALSE(finding.holds()) << "less than a tenth";
 }
 
 TEST(NextExperiment, TellsTheIndistinguishableApart) {
