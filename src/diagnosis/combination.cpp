@@ -22,14 +22,13 @@ bool haveOneInCommon(const std::vector<const Diagnosis*>& recordings) {
 
 /// What all recordings share where none has a mechanism.
 std::string withoutMechanism(const std::vector<Diagnosis>& recordings) {
-  const auto judged = [](Verdict verdict) {
-    return [verdict](const Diagnosis& one) { return one.verdict == verdict; };
+  const auto areAll = [&](std::initializer_list<Verdict> verdicts) {
+    return std::all_of(recordings.begin(), recordings.end(), [&](const Diagnosis& one) {
+      return std::count(verdicts.begin(), verdicts.end(), one.verdict) > 0;
+    });
   };
-  if (std::all_of(recordings.begin(), recordings.end(), judged(Verdict::kInsufficientData)))
-    return "No recording can answer.";
-  if (std::all_of(recordings.begin(), recordings.end(), [](const Diagnosis& one) {
-        return one.verdict == Verdict::kNoMismatch || one.verdict == Verdict::kInsufficientData;
-      }))
+  if (areAll({Verdict::kInsufficientData})) return "No recording can answer.";
+  if (areAll({Verdict::kNoMismatch, Verdict::kInsufficientData}))
     return "Model and measurement agree as far as these recordings show.";
   return "The mechanism is not stated: no recording has one.";
 }

@@ -11,6 +11,7 @@
 #include "diagnosis/regimes.hpp"
 #include "estimation/fit_quality.hpp"
 #include "recording/events.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -26,10 +27,9 @@ void requireOneSize(const char* function, const Series& series, IndexRange range
   if (modelled.size() == series.size() && (masked.empty() || masked.size() == series.size()) &&
       range.first <= range.last && range.last <= series.size())
     return;
-  throw std::invalid_argument(std::string(function) + ": " + std::to_string(modelled.size()) +
-                              " voltages and " + std::to_string(masked.size()) + " masks for " +
-                              std::to_string(series.size()) + " samples, range " +
-                              std::to_string(range.first) + " to " + std::to_string(range.last));
+  throw std::invalid_argument(
+      format("%s: %zu voltages and %zu masks for %zu samples, range %zu to %zu", function,
+             modelled.size(), masked.size(), series.size(), range.first, range.last));
 }
 
 bool counts(const std::vector<char>& masked, std::size_t n) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "diagnosis/locate.hpp"
+#include "diagnosis/parameter_bias.hpp"
 #include "diagnosis/validation.hpp"
 #include "diagnosis/verdict.hpp"
 
@@ -41,38 +42,6 @@ Diagnosis insufficient(const Series& series, const std::string& lack) {
   return found;
 }
 
-void take(Diagnosis& found, const Explained& explained, EstimatedDiscrepancy discrepancy,
-          Judged judged) {
-  found.evidence_base = explained.explanation.base_evidence;
-  found.evidence_extended = explained.explanation.evidence;
-  found.effective_sample_fraction = explained.explanation.effective_sample_fraction;
-  found.unexplained = discrepancy.unexplained;
-  found.discrepancy = std::move(discrepancy.finding);
-  found.verdict = judged.verdict;
-  found.mechanism = judged.mechanism;
-  found.probability = judged.probability;
-  found.mechanisms = std::move(judged.mechanisms);
-  if (explained.is_lead_acid) found.mechanism_evidence = judged.evidence;
-  found.candidates = std::move(judged.candidates);
-  found.detection_limits = std::move(judged.detection_limits);
-}
-
-void take(Diagnosis& found, Named named, Validation validation) {
-  found.base = std::move(named.base);
-  found.effects = std::move(named.effects);
-  found.extended = std::move(validation.extended);
-  found.base_voltage = std::move(validation.base_voltage);
-  found.extended_voltage = std::move(validation.extended_voltage);
-  found.fit = std::move(validation.fit);
-  found.source = std::move(validation.source);
-  found.charger_share = found.source.share;
-  found.withheld_rmse = validation.withheld_rmse;
-  if (found.withheld_rmse && found.discrepancy) found.discrepancy->is_used = false;
-  for (Candidate& candidate : found.candidates)
-    if (candidate.rejected_because.empty())
-      candidate.holdout_gain_percent = validation.holdout_gain_percent;
-}
-
 }  // namespace
 
 Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
@@ -80,22 +49,19 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   const Parts parts = partsOf(recording.series, options.holdout_share);
   const std::string lack = lackOf(slice(recording.series, parts.train), options.holdout_share);
   if (!lack.empty()) return insufficient(recording.series, lack);
-  Residuals residuals = residualsOf(recording, parts, options);
-  ModelSelection selected = selectModel(recording, residuals, options);
-  Validation validation = validate(recording, residuals, selected, options);
-
+  const Residuals residuals = residualsOf(recording, parts, options);
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
-  for (const std::vector<std::string>* notes :
-       {&residuals.notes, &selected.explained.notes, &validation.notes})
-    found.instrument.insert(found.instrument.end(), notes->begin(), notes->end());
-  found.mismatch =
-      mismatchSegments(residuals.base, selected.last.quiet, residuals.regimes,
-                       selected.last.at_edges ? residuals.base.noise : selected.last.fit.noise);
-  found.regimes = std::move(residuals.findings);
-  found.parameter_bias = std::move(residuals.parameter_bias);
-  take(found, selected.explained, std::move(selected.discrepancy), std::move(selected.judged));
-  take(found, std::move(selected.named), std::move(validation));
+  found.instrument = residuals.screened.sentences;
+  tell(options, "locating where model and measurement deviate");
+  const std::vector<Regime> regimes = regimesOf(residuals.quiet);
+  found.regimes = regimeFindings(residuals.base, residuals.quiet, regimes);
+  found.parameter_bias = parameterBiases(residuals.base, residuals.quiet, regimes);
+  const ModelSelection selected = selectModel(recording, residuals, options, found);
+  const FinalFit& last = selected.last;
+  found.mismatch = mismatchSegments(residuals.base, last.quiet, regimes,
+                                    last.at_edges ? residuals.base.noise : last.fit.noise);
+  validate(recording, residuals, selected, options, found);
   found.summary = summaryOf(found);
   found.next_experiment = nextExperiment(found);
   return found;

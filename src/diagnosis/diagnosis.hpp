@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -155,27 +156,13 @@ struct DiscrepancyFinding {
   /// the same over the currents of the training part, ascending
   std::vector<DiscrepancyAtCurrent> curve;
   std::string description;  ///< one sentence
-};
-
-/// The unexplained residual, and the limits below which nothing is reported.
-struct UnexplainedPart {
-  double rmse = 0.0;          ///< [V]
-  double crank = 0.0;         ///< [V]
-  double charge_share = 0.0;  ///< [1], of the charging current
-  Relevance limits;           ///< rmse: as it was used, with the noise
-  double noise = 0.0;         ///< [V], RMS of the residual of a row after all that explains it
-  /// Whether the residual is noise of instruments, and nothing in it exceeds the relevance
-  /// threshold. Where it is not, any effect may be in it: no strength of one is reported.
-  bool isNoise() const { return noise <= kPlausible && rmse < limits.rmse; }
-};
-
-/// The smallest strength at which this recording would have led to an effect's name (explain()).
-struct DetectionLimit {
-  std::string id, parameter, unit;
-  /// in unit; none: at no strength within the catalogue's range, or the residual is not noise alone
-  std::optional<double> strength;
-  double typical = 0.0;  ///< the catalogue's order of magnitude, in unit
-  bool visible = false;  ///< strength <= typical
+  /// Whether it takes enough of the error on left-out blocks to be reported; a little less error is
+  /// worth a place in the model alone. A block that the others hardly determine is missed by more
+  /// than what is missing: the circuit fitted to all of them must be missed by more, too.
+  bool holds() const {
+    return is_used && left_out.discrepancy <
+                          std::min((1.0 - kCatalogueTolerance) * left_out.base, left_out.in_sample);
+  }
 };
 
 /// Everything a diagnosis found.

@@ -1,6 +1,6 @@
 #include "effect_search.hpp"
 
-#include "diagnosis/explanation_state.hpp"
+#include "diagnosis/explanation_fits.hpp"
 #include "model/base_model.hpp"
 
 namespace battery_sof {
@@ -71,7 +71,7 @@ std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state
   ExplanationState next = withMember(state, grid_[*best], gains[*best]);
   if (!std::isfinite(next.evidence)) return std::nullopt;
   fits_.optimize(next);
-  weighed_.push_back({id, next.evidence - state.evidence});
+  addWeighed(id, next.evidence - state.evidence);
   return next;
 }
 
@@ -115,8 +115,7 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
   if (!keepsPromise() || isDistorted(state)) {
     // A circuit that has taken the effect up is far from where it belongs: once more from Table I.
     ExplanationState typical = next;
-    for (Eigen::Index j = 0; j < kRowUDc; ++j)
-      typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    typical.point.parameters.head(kRowUDc) = BatteryModel().typicalParameters().head(kRowUDc);
     tryFrom(std::move(typical));
   }
   if (!keepsPromise()) {
@@ -171,13 +170,13 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
       fits_.optimize(fitted[k]);
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   for (const ExplanationState& one : fitted)
-    weighed_.push_back({one.members.back(), one.evidence - state.evidence});
+    addWeighed(one.members.back(), one.evidence - state.evidence);
   return fitted;
 }
 
-std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
+std::vector<DetectionLimit> EffectSearch::minStrengths(
     const ExplanationState& state, const std::function<double(Mechanism)>& needed) const {
-  std::vector<LinearDetectionLimit> least;
+  std::vector<DetectionLimit> least;
   const LinearRest rest(fits_, state);
   std::map<Mechanism, LinearRest> others;
   for (const Mechanism mechanism : kAllMechanisms)
@@ -199,10 +198,19 @@ std::vector<LinearDetectionLimit> EffectSearch::minStrengths(
         information);
     const double relevant = fits_.relevanceLimit(state) /
                             std::sqrt(length / static_cast<double>(fits_.counted().size()));
-    least.push_back(
-        minStrength(point, std::max(evident + std::abs(added.dot(rest.left)) / length, relevant)));
+    const double times = std::max(evident + std::abs(added.dot(rest.left)) / length, relevant);
+    if (const auto one = minStrength(point, times)) least.push_back(*one);
   }
   return least;
+}
+
+void EffectSearch::addWeighed(const std::string& id, double gain) {
+  for (WeighedMember& known : weighed_)
+    if (known.id == id) {
+      known.gain = std::max(known.gain, gain);
+      return;
+    }
+  weighed_.push_back({id, gain});
 }
 
 double EffectSearch::rankOf(const ExplanationState& state) const {
@@ -215,15 +223,14 @@ CompositionPoint EffectSearch::magnitudesOf(const BatteryModel& model) const {
   CompositionPoint point = embedded(BatteryModel(), fits_.base(), model);
   for (const FitCoordinate& c : fits_.coordinatesOf(model)) {
     if (c.row < kBaseRows || c.row >= model.parameterCount()) continue;
-    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(c.row)];
+    const ParameterInfo& info = model.parameters()[c.row];
     double value = info.magnitude;
     if (c.strength && std::abs(value - *info.vanishes_at) <
                           1e-9 * (std::abs(info.upper) + std::abs(*info.vanishes_at)))
       value = c.logarithmic ? 2.0 * *info.vanishes_at : c.value(1.0);
     point.parameters[c.row] = std::clamp(value, info.lower, info.upper);
   }
-  for (Eigen::Index k = 1; k < model.stateCount(); ++k)
-    if (model.states()[static_cast<std::size_t>(k)].begins_as_u_c2) point.state[k] = point.state[0];
+  beginNewStates(model, point, BatteryModel());
   return point;
 }
 
@@ -234,7 +241,7 @@ void EffectSearch::beginNewStates(const BatteryModel& model, CompositionPoint& p
                         [&](const StateInfo& old) { return old.name == info.name; });
   };
   for (Eigen::Index k = 1; k < model.stateCount(); ++k) {
-    const StateInfo& info = model.states()[static_cast<std::size_t>(k)];
+    const StateInfo& info = model.states()[k];
     if (info.begins_as_u_c2 && isNew(info)) point.state[k] = point.state[0];
   }
 }
@@ -292,7 +299,7 @@ ExplanationState EffectSearch::enlargedBy(const ExplanationState& state,
   const BatteryModel alone = enlarged(BatteryModel(), from.id);
   for (const FitCoordinate& c : next.coordinates) {
     if (c.row < kBaseRows || c.row >= next.model.parameterCount()) continue;
-    const ParameterInfo& info = next.model.parameters()[static_cast<std::size_t>(c.row)];
+    const ParameterInfo& info = next.model.parameters()[c.row];
     if (state.model.parameterRow(info.name)) continue;
     const double there = from.point.parameters[*alone.parameterRow(info.name)];
     next.point.parameters[c.row] = c.strength && !c.logarithmic
@@ -306,8 +313,7 @@ ExplanationState EffectSearch::enlargedBy(const ExplanationState& state,
 bool EffectSearch::isDistorted(const ExplanationState& state) {
   for (const Eigen::Index row :
        {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
-    if (std::abs(std::log(state.point.parameters[row] /
-                          tableOne()[static_cast<std::size_t>(row)].magnitude)) >
+    if (std::abs(std::log(state.point.parameters[row] / tableOne()[row].magnitude)) >
         baseDirectionStd(row))
       return true;
   return false;
@@ -320,22 +326,23 @@ double EffectSearch::strengthOf(const ExplanationState& state, const EffectGridP
   return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
 }
 
-LinearDetectionLimit EffectSearch::minStrength(const EffectGridPoint& point, double times) const {
+std::optional<DetectionLimit> EffectSearch::minStrength(const EffectGridPoint& point,
+                                                        double times) const {
   const BatteryModel model = enlarged(BatteryModel(), point.id);
   for (const ParameterInfo& own : effectInfo(point.id).parameters)
     for (const FitCoordinate& c : fits_.coordinatesOf(model)) {
       if (c.row >= model.parameterCount() || !c.strength ||
-          model.parameters()[static_cast<std::size_t>(c.row)].name != own.name)
+          model.parameters()[c.row].name != own.name)
         continue;
       const double typical = point.point.parameters[c.row];
-      LinearDetectionLimit least{point.id, own.name, own.unit, std::nullopt, typical};
+      DetectionLimit least{point.id, own.name, own.unit, std::nullopt, typical};
       const double wanted = c.centre + times * (c.of(typical) - c.centre);
       const double value =
           c.logarithmic ? std::exp(std::min(wanted, 300.0)) : c.zero + c.unit * wanted;
       if (value >= c.lower && value <= c.upper) least.strength = value;
       return least;
     }
-  return {point.id, "", "", std::nullopt, 0.0};
+  return std::nullopt;
 }
 
 }  // namespace battery_sof

@@ -42,17 +42,18 @@ class EffectSearch {
   /// Detection limits: the smallest strengths that would have been selected (linearised). Counts
   /// what neither the state nor another mechanism's regressors take up of a typical signature, less
   /// the residual that looks like it. @param needed gain of a mechanism.
-  std::vector<LinearDetectionLimit> minStrengths(
-      const ExplanationState& state, const std::function<double(Mechanism)>& needed) const;
+  std::vector<DetectionLimit> minStrengths(const ExplanationState& state,
+                                           const std::function<double(Mechanism)>& needed) const;
 
   /// By what one explanation is taken before another: of two that are as good the one with fewer
   /// effects, an equation before regressors.
   double rankOf(const ExplanationState& state) const;
 
-  /// what was fitted, in the order in which it came
+  /// what was fitted, in the order in which it first came, each at its best gain
   const std::vector<WeighedMember>& weighed() const { return weighed_; }
 
  private:
+  void addWeighed(const std::string& id, double gain);
   /// The base circuit with an effect at its magnitudes.
   CompositionPoint magnitudesOf(const BatteryModel& model) const;
   /// States that a model has beyond another begin as u_c2 where they represent a part of it; the
@@ -72,8 +73,8 @@ class EffectSearch {
   static double most(const FitCoordinate& c) { return std::max(3.0, c.std); }
   /// Multiple of a grid point that a state's errors ask for; at least a tenth.
   double strengthOf(const ExplanationState& state, const EffectGridPoint& from) const;
-  /// @param times a typical strength.
-  LinearDetectionLimit minStrength(const EffectGridPoint& point, double times) const;
+  /// @param times a typical strength.  @return none of an effect without a strength.
+  std::optional<DetectionLimit> minStrength(const EffectGridPoint& point, double times) const;
 
   ExplanationFits& fits_;
   std::vector<std::string> ids_;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <set>
 
-#include "diagnosis/explanation_state.hpp"
 #include "effect_search.hpp"
 #include "explanation_fits.hpp"
 #include "model/effect.hpp"
@@ -79,8 +78,7 @@ class StepwiseSelection {
   ExplanationState circuit() {
     ExplanationState start = fits_.baseState();
     ExplanationState typical = start;
-    for (Eigen::Index j = 0; j < kRowUDc; ++j)
-      typical.point.parameters[j] = tableOne()[static_cast<std::size_t>(j)].magnitude;
+    typical.point.parameters.head(kRowUDc) = BatteryModel().typicalParameters().head(kRowUDc);
     fits_.begin(start, kFirstIterations);
     fits_.begin(typical, kFirstIterations);
     if (typical.evidence > start.evidence) start = std::move(typical);
@@ -340,10 +338,7 @@ class StepwiseSelection {
       fits_.refine(state);
     }
     fits_.evaluateEvidence(start);
-    found_.evidence = state.evidence;
     found_.base_evidence = start.evidence;
-    found_.model = state.model;
-    found_.point = state.point;
     takePlaces(state);
     std::stable_sort(found_.terms.begin(), found_.terms.end(),
                      [](const SelectedTerm& a, const SelectedTerm& b) { return a.gain > b.gain; });
@@ -423,11 +418,9 @@ class StepwiseSelection {
   /// What the library would still take.
   void takeRest(const ExplanationState& state) {
     const Eigen::VectorXd left = fits_.beyondBase(fits_.unexplainedPart(state));
-    found_.unexplained_rms = ExplanationFits::rms(left);
-    found_.unexplained_crank = fits_.crankOf(left);
-    found_.unexplained_charge_share = fits_.chargeShareOf(left);
-    found_.noise = state.fit.noise;
-    found_.relevant = fits_.relevanceLimit(state);
+    found_.unexplained = {ExplanationFits::rms(left), fits_.crankOf(left),
+                          fits_.chargeShareOf(left), rules_.relevance, state.fit.noise};
+    found_.unexplained.limits.rmse = fits_.relevanceLimit(state);
     found_.effective_sample_fraction = fits_.effectiveSampleFraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.weighed = search_.weighed();

@@ -33,7 +33,7 @@ struct SelectedTerm {
 /// An effect that was fitted in some step.
 struct WeighedMember {
   std::string id;
-  double gain = 0.0;  ///< of ln evidence over what had been accepted before [1]
+  double gain = 0.0;  ///< of ln evidence over what had been accepted before, at best [1]
 };
 
 /// A battery's own law is never quite the catalogue's: a smaller share of what something explains
@@ -72,11 +72,28 @@ struct ExplanationRules {
   std::function<void()> pulse = nullptr;
 };
 
-/// Smallest strength at which an effect would have come into an explanation.
-struct LinearDetectionLimit {
+/// The smallest strength at which this recording would have led to an effect's name (explain()).
+struct DetectionLimit {
   std::string id, parameter, unit;
-  std::optional<double> strength;  ///< in unit; none: at no strength within the catalogue's range
-  double typical = 0.0;            ///< the catalogue's magnitude, in unit
+  /// in unit; none: at no strength within the catalogue's range, or the residual is not noise alone
+  std::optional<double> strength;
+  double typical = 0.0;  ///< the catalogue's order of magnitude, in unit
+  bool visible = false;  ///< strength <= typical
+};
+
+/// What the library would still take in addition to an explanation, and the limits below which
+/// nothing is reported.
+struct UnexplainedPart {
+  double rmse = 0.0;          ///< [V]
+  double crank = 0.0;         ///< [V], mean magnitude while cranking
+  double charge_share = 0.0;  ///< [1], of the charging current
+  Relevance limits;           ///< rmse: as it was used, with the noise
+  /// [V], RMS of the residual of a row after all that explains it; away from edges of the current
+  /// where these are noisier
+  double noise = 0.0;
+  /// Whether the residual is noise of instruments, and nothing in it exceeds the relevance
+  /// threshold. Where it is not, any effect may be in it: no strength of one is reported.
+  bool isNoise() const { return noise <= kPlausible && rmse < limits.rmse; }
 };
 
 /// What explains the rows' errors of a base circuit.
@@ -91,15 +108,10 @@ struct Explanation {
   /// share of rows that count as independent once all that can be estimated is taken out
   double effective_sample_fraction = 1.0;
   double edge_jitter = 0.0;  ///< q of TimingJitterNoise [1/A^2]
-  /// [V], RMS of the residual of a row; away from edges of the current where these are noisier
-  double noise = 0.0;
-  double relevant = 0.0;  ///< [V], smallest RMS that is selected
-  /// [V], of what the library would still take in addition
-  double unexplained_rms = 0.0;
-  double unexplained_crank = 0.0;         ///< [V], mean magnitude of that while cranking
-  double unexplained_charge_share = 0.0;  ///< [1], of the charging current, that it represents
-  std::vector<WeighedMember> weighed;     ///< in the order in which they came
-  std::vector<LinearDetectionLimit> detection_limits;  ///< of every effect that is not in it
+  UnexplainedPart unexplained;
+  std::vector<WeighedMember> weighed;  ///< in the order in which they came
+  /// of every effect that is not in it, linearised
+  std::vector<DetectionLimit> detection_limits;
 };
 
 /**

@@ -3,7 +3,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "diagnosis/explanation_state.hpp"
 #include "diagnosis/timing_jitter_noise.hpp"
 #include "util/text.hpp"
 
@@ -27,8 +26,7 @@ constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 }  // namespace
 
 Eigen::MatrixXd ExplanationColumns::times(const Eigen::MatrixXd& z) const {
-  return own * z.topRows(own.cols()) +
-         (*free)(Eigen::all, used) * z.bottomRows(static_cast<Eigen::Index>(used.size()));
+  return own * z.topRows(own.cols()) + (*free)(Eigen::all, used) * z.bottomRows(used.size());
 }
 
 Eigen::MatrixXd ExplanationColumns::ofRows(IndexRange rows) const {
@@ -53,9 +51,8 @@ ExplanationFits::ExplanationFits(const InputSequence& inputs, DesignMatrix table
                                  const CompositionPoint& base, const ExplanationRules& rules)
     : table_(std::move(table)),
       base_(base),
-      response_(linearizationOf(BatteryModel(),
-                                {base.parameters, base.state, inputs.first_time, inputs.first_time},
-                                inputs, inputs.samples.size())),
+      response_(linearizationOf(BatteryModel(), base.at(inputs.first_time), inputs,
+                                inputs.samples.size())),
       rows_(inputs, response_, base),
       priors_(rules.priors),
       pulse_(rules.pulse) {
@@ -96,14 +93,14 @@ std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& mo
   std::vector<FitCoordinate> all;
   const std::vector<KnownParameter> known = knownOf(priors_, model.effects());
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
-    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
+    const ParameterInfo& info = model.parameters()[j];
     if (info.held) continue;
     all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc])
                                 : effectCoordinate(info, j, table_.context.span));
     if (const KnownParameter* one = find(known, info.name)) all.back().take(*one);
   }
   for (Eigen::Index k = 0; k < model.stateCount(); ++k) {
-    const StateInfo& info = model.states()[static_cast<std::size_t>(k)];
+    const StateInfo& info = model.states()[k];
     if (k == 0) {
       FitCoordinate c;
       c.row = model.parameterCount();
@@ -129,12 +126,11 @@ double ExplanationFits::at(const CompositionPoint& point, Eigen::Index row) {
 bool ExplanationFits::linearize(ExplanationState& state) const {
   if (pulse_) pulse_();
   spend(state, 1);
-  Eigen::MatrixXd seeds =
-      Eigen::MatrixXd::Zero(state.model.parameterCount() + state.model.stateCount(),
-                            static_cast<Eigen::Index>(state.coordinates.size()));
+  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(
+      state.model.parameterCount() + state.model.stateCount(), state.coordinates.size());
   for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
     const FitCoordinate& c = state.coordinates[j];
-    seeds(c.row, static_cast<Eigen::Index>(j)) = c.slope(at(state.point, c.row));
+    seeds(c.row, j) = c.slope(at(state.point, c.row));
   }
   const RowErrors errors = rows_.errors(state.model, state.point, seeds);
   if (errors.error.size() == 0) return false;
@@ -144,13 +140,12 @@ bool ExplanationFits::linearize(ExplanationState& state) const {
 }
 
 Eigen::VectorXd ExplanationFits::expectedFrom(const ExplanationState& state, Eigen::VectorXd& std) {
-  const auto known = static_cast<Eigen::Index>(state.coordinates.size());
+  const Eigen::Index known = state.coordinates.size();
   Eigen::VectorXd expected(known);
   std.resize(known);
-  CompositionPoint point = state.point;
   for (Eigen::Index j = 0; j < known; ++j) {
-    const FitCoordinate& c = state.coordinates[static_cast<std::size_t>(j)];
-    expected[j] = c.centre - c.of(ExplanationFits::at(point, c.row));
+    const FitCoordinate& c = state.coordinates[j];
+    expected[j] = c.centre - c.of(at(state.point, c.row));
     std[j] = c.std;
   }
   return expected;
@@ -164,7 +159,7 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   std::vector<Eigen::Index>& used = sums.columns.used;
   for (std::size_t k = 0; k < table_.regressors.size(); ++k)
     if (all || state.estimated.count(table_.regressors[k].mechanism)) {
-      used.push_back(static_cast<Eigen::Index>(k));
+      used.push_back(k);
       problem.group.push_back(static_cast<int>(groupOf(table_.regressors[k].kind)));
     }
   problem.group.insert(problem.group.end(), kRandomWalk, kRegressorGroups);
@@ -173,7 +168,7 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   problem.most.back() = max_random_walk_;
   for (int k = 0; k < kRandomWalk; ++k)
     used.push_back(static_cast<Eigen::Index>(table_.regressors.size()) + k);
-  const auto free = static_cast<Eigen::Index>(used.size());
+  const Eigen::Index free = used.size();
   Eigen::MatrixXd& own = sums.columns.own;
   own = noise_.whitened(state.sensitivity);
   sums.columns.free = &whitenedFree();
@@ -240,9 +235,9 @@ void ExplanationFits::takeNoise(const ExplanationState& state) {
   const LinearFit all = takeEffectiveSampleFraction(state);
   if (!noise_.applies()) return;
   ExplanationSums sums = sumsOf(state, true);
-  const NoiseRows rows(
+  const NoiseRows rows{
       sums.columns.times(NoiseRows::directions(sums.problem, all, effective_sample_fraction_)),
-      std::move(sums.targets), effective_sample_fraction_, all.noise);
+      std::move(sums.targets), effective_sample_fraction_, all.noise};
   takeWhitening(noise_.best([&](const TimingJitterNoise& noise) { return rows.evidence(noise); }));
   takeEffectiveSampleFraction(state);
 }
@@ -252,8 +247,7 @@ double ExplanationFits::minError() {
   if (!base) return std::numeric_limits<double>::infinity();
   const Eigen::VectorXd z = fitOf(sumsOf(*base, true).problem).z;
   Eigen::VectorXd std;
-  const Eigen::VectorXd moved =
-      expectedFrom(*base, std) + z.head(static_cast<Eigen::Index>(base->coordinates.size()));
+  const Eigen::VectorXd moved = expectedFrom(*base, std) + z.head(base->coordinates.size());
   return rms(base->error - base->sensitivity * moved - free_ * z.tail(free_.cols()));
 }
 
@@ -337,13 +331,11 @@ void ExplanationFits::takeBetter(ExplanationState& state, ExplanationState again
 void ExplanationFits::take(const BatteryModel& from, const CompositionPoint& there,
                            const BatteryModel& model, CompositionPoint& point) {
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
-    if (const auto row = from.parameterRow(model.parameters()[static_cast<std::size_t>(j)].name))
+    if (const auto row = from.parameterRow(model.parameters()[j].name))
       point.parameters[j] = there.parameters[*row];
   for (Eigen::Index k = 0; k < model.stateCount(); ++k)
     for (Eigen::Index m = 0; m < from.stateCount(); ++m)
-      if (model.states()[static_cast<std::size_t>(k)].name ==
-          from.states()[static_cast<std::size_t>(m)].name)
-        point.state[k] = there.state[m];
+      if (model.states()[k].name == from.states()[m].name) point.state[k] = there.state[m];
 }
 
 bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
@@ -355,24 +347,23 @@ Eigen::MatrixXd ExplanationFits::penalised(const ExplanationSums& sums,
                                            const ExplanationState& state) const {
   Eigen::MatrixXd H = sums.problem.products;
   for (Eigen::Index k = 0; k < H.rows(); ++k) {
-    const double s =
-        k < sums.problem.known()
-            ? sums.problem.known_std[k]
-            : std::max(state.fit.strength[static_cast<std::size_t>(
-                           sums.problem.group[static_cast<std::size_t>(k - sums.problem.known())])],
-                       1e-6);
+    const double s = k < sums.problem.known()
+                         ? sums.problem.known_std[k]
+                         : std::max(state.fit.strength[static_cast<std::size_t>(
+                                        sums.problem.group[k - sums.problem.known()])],
+                                    1e-6);
     H(k, k) += state.fit.noise * state.fit.noise / (effective_sample_fraction_ * s * s);
   }
   return H;
 }
 
 Eigen::VectorXd ExplanationFits::modelled(const ExplanationState& state) const {
-  const auto known = static_cast<Eigen::Index>(state.coordinates.size());
+  const Eigen::Index known = state.coordinates.size();
   Eigen::VectorXd said = -state.error;
   Eigen::Index j = known;
   for (std::size_t k = 0; k < table_.regressors.size(); ++k)
     if (state.estimated.count(table_.regressors[k].mechanism))
-      said += free_.col(static_cast<Eigen::Index>(k)) * state.fit.z[j++];
+      said += free_.col(k) * state.fit.z[j++];
   return said;
 }
 
@@ -381,8 +372,7 @@ Eigen::VectorXd ExplanationFits::unexplainedPart(const ExplanationState& state) 
   Eigen::VectorXd part = Eigen::VectorXd::Zero(free_.rows());
   for (std::size_t k = 0; k < table_.regressors.size(); ++k)
     if (!state.estimated.count(table_.regressors[k].mechanism))
-      part += free_.col(static_cast<Eigen::Index>(k)) *
-              all.z[static_cast<Eigen::Index>(state.coordinates.size() + k)];
+      part += free_.col(k) * all.z[state.coordinates.size() + k];
   return part;
 }
 
@@ -397,7 +387,7 @@ double ExplanationFits::crankOf(const Eigen::VectorXd& part) const {
   double sum = 0.0, cranks = 0.0;
   for (std::size_t n = 0; n < counted_.size(); ++n) {
     if (!(rows_.currentOf(counted_[n]) < kHeavyDischarge)) continue;
-    sum += std::abs(part[static_cast<Eigen::Index>(n)]);
+    sum += std::abs(part[n]);
     cranks += 1.0;
   }
   return cranks > 0.0 ? sum / cranks : 0.0;
@@ -408,7 +398,7 @@ double ExplanationFits::chargeShareOf(const Eigen::VectorXd& part) const {
   for (std::size_t n = 0; n < counted_.size(); ++n) {
     const double current = rows_.currentOf(counted_[n]);
     if (!(current > kChargeCurrent)) continue;
-    charge += std::abs(part[static_cast<Eigen::Index>(n)]);
+    charge += std::abs(part[n]);
     currents += current;
   }
   const double resistance =
@@ -418,7 +408,7 @@ double ExplanationFits::chargeShareOf(const Eigen::VectorXd& part) const {
 
 LinearFit ExplanationFits::fitOf(const LinearProblem& problem) const {
   std::vector<char> active(kRegressorGroups + 1, 0);
-  for (const int group : problem.group) active[static_cast<std::size_t>(group)] = 1;
+  for (const int group : problem.group) active[group] = 1;
   return fitSomeGroups(problem, effective_sample_fraction_, active);
 }
 
@@ -429,7 +419,7 @@ double ExplanationFits::beyond(const ExplanationState& more, const ExplanationSt
 }
 
 Eigen::MatrixXd ExplanationFits::countedOf(Eigen::MatrixXd values) const {
-  const auto rows = static_cast<Eigen::Index>(counted_.size()), columns = values.cols();
+  const Eigen::Index rows = counted_.size(), columns = values.cols();
   if (rows < values.rows()) values = values(counted_, Eigen::all).eval();
   values.conservativeResize(rows, columns + kRandomWalk);
   return values;
@@ -438,11 +428,10 @@ Eigen::MatrixXd ExplanationFits::countedOf(Eigen::MatrixXd values) const {
 Eigen::MatrixXd ExplanationFits::randomWalk() {
   const double from = response_.time[counted_.front()],
                length = (response_.time[counted_.back()] - from) / kRandomWalk;
-  Eigen::MatrixXd ramps(static_cast<Eigen::Index>(counted_.size()), kRandomWalk);
+  Eigen::MatrixXd ramps(counted_.size(), kRandomWalk);
   for (std::size_t n = 0; n < counted_.size(); ++n)
     for (int k = 0; k < kRandomWalk; ++k)
-      ramps(static_cast<Eigen::Index>(n), k) =
-          std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
+      ramps(n, k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
   max_random_walk_ = kMaxRandomWalk * std::sqrt(length / 60.0);
   return ramps;
 }
@@ -450,7 +439,7 @@ Eigen::MatrixXd ExplanationFits::randomWalk() {
 void ExplanationFits::takeRelevance(const Relevance& relevance) {
   double square = 0.0, currents = 0.0, controlled = 0.0;
   for (const Eigen::Index row : counted_) {
-    if (!response_.voltage_controlled[static_cast<std::size_t>(row)]) continue;
+    if (!response_.voltage_controlled[row]) continue;
     square += std::pow(rows_.currentOf(row) * response_.resistance[row], 2);
     controlled += 1.0;
   }

@@ -2,15 +2,57 @@
 
 #include <Eigen/Cholesky>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "diagnosis/explanation.hpp"
 #include "diagnosis/timing_jitter_noise.hpp"
-#include "explanation_state.hpp"
+#include "model/effect.hpp"
 
 namespace battery_sof {
+
+constexpr double kWideStrength = 2.0;  // standard deviation of a strength, in magnitudes
+
+/// Coordinate of a parameter of an effect, of the base circuit, and of a first state. @param span
+/// of the recording [s].
+/// @param start value that the base circuit's fit has there [V].
+FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double span);
+FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double start);
+FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start);
+
+/// A composition somewhere, with what it leaves of the counted rows, and the mechanisms whose
+/// regressors are added to it.
+struct ExplanationState {
+  BatteryModel model = BatteryModel();
+  CompositionPoint point;
+  std::vector<FitCoordinate> coordinates;
+  Eigen::VectorXd error;
+  Eigen::MatrixXd sensitivity;
+  std::set<Mechanism> estimated;
+  std::vector<std::string> members;  // named ones, without what they need
+  LinearFit fit;
+  double evidence = -std::numeric_limits<double>::infinity();
+  double structure_gain = 0.0;            // of ln evidence, by the structure taken in
+  std::map<Mechanism, double> explained;  // [V], by the mechanisms taken in
+};
+
+/// What an effect adds to the base circuit at one point of its grid.
+struct EffectGridPoint {
+  std::string id;
+  CompositionPoint point;  // of the base circuit with it
+  bool one_sided;
+  Eigen::VectorXd added;  // counted rows [V]
+};
+
+/// @return a composition with one effect more, and what that one needs.
+BatteryModel enlarged(const BatteryModel& model, const std::string& id);
+
+/// @return ids that a diagnosis weighs: those asked for, else all of the catalogue; what is weighed
+/// on request alone takes part where a source controls the voltage, which is what it is for.
+std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
+                                      bool voltage_controlled);
 
 /// What a state's linear fit stands on: its own columns, and some of the free ones, which are many
 /// and are not copied.
@@ -165,7 +207,6 @@ class ExplanationFits {
   double relevanceLimit(const ExplanationState& state) const {
     return std::max(relevant_, 0.5 * state.fit.noise);
   }
-  double relevant() const { return relevant_; }
   /// Errors of the counted rows [V]; empty where the composition has no voltage.
   Eigen::VectorXd errorsOf(const BatteryModel& model, const CompositionPoint& point) const;
 

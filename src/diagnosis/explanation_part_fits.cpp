@@ -63,7 +63,7 @@ LinearProblem ExplanationFits::restricted(const LinearProblem& all,
                                           const std::set<Mechanism>& mechanisms) const {
   LinearProblem some = all;
   some.group.clear();
-  std::vector<Eigen::Index> used(static_cast<std::size_t>(all.known()));
+  std::vector<Eigen::Index> used(all.known());
   std::iota(used.begin(), used.end(), Eigen::Index{0});
   for (std::size_t k = 0; k < all.group.size(); ++k) {
     if (k < table_.regressors.size() && !mechanisms.count(table_.regressors[k].mechanism)) continue;

@@ -1,4 +1,4 @@
-#include "explanation_state.hpp"
+#include "diagnosis/explanation_fits.hpp"
 
 #include "model/base_model.hpp"
 #include "model/effect.hpp"

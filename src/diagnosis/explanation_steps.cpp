@@ -52,10 +52,10 @@ class ExplanationFits::StepCost {
   /// The step of greatest gain within the coordinates' bounds.
   Eigen::VectorXd step() const {
     Eigen::VectorXd step = Eigen::VectorXd::Zero(H_.rows());
-    std::vector<Eigen::Index> loose(static_cast<std::size_t>(H_.rows()));
+    std::vector<Eigen::Index> loose(H_.rows());
     std::iota(loose.begin(), loose.end(), 0);
     const auto staysOutside = [&](Eigen::Index j) {
-      const FitCoordinate& c = state_.coordinates[static_cast<std::size_t>(j)];
+      const FitCoordinate& c = state_.coordinates[j];
       const double x = c.of(ExplanationFits::at(state_.point, c.row));
       const double held = c.of(c.value(x + step[j])) - x;
       const bool crosses = std::abs(held - step[j]) > kAtBound;
@@ -110,8 +110,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
     for (const double share : kShares) {
       for (std::size_t j = 0; j < next.coordinates.size(); ++j) {
         const FitCoordinate& c = next.coordinates[j];
-        at(next.point, c.row) =
-            c.value(c.of(at(state.point, c.row)) + share * step[static_cast<Eigen::Index>(j)]);
+        at(next.point, c.row) = c.value(c.of(at(state.point, c.row)) + share * step[j]);
       }
       if (!linearize(next)) continue;
       there = evaluateEvidence(next);

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "diagnosis/explanation_state.hpp"
+#include "diagnosis/explanation_fits.hpp"
 #include "diagnosis/profile_interval.hpp"
 #include "diagnosis/slow_tone.hpp"
 #include "diagnosis/verdict.hpp"
@@ -88,26 +88,24 @@ double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltag
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     const double count = inputs.samples[n].count;
     if (!(count > 0.0)) continue;
-    square += count * (std::pow(fit.residual[static_cast<Eigen::Index>(n)], 2) -
-                       std::pow(voltage_lsb_std, 2)) -
+    square += count * (std::pow(fit.residual[n], 2) - std::pow(voltage_lsb_std, 2)) -
               std::pow(fit.noise.white_std, 2);
     counted += count;
   }
   return counted > 0.0 && square > 0.0 ? std::sqrt(square / counted) : 0.0;
 }
 
-Unexplained restOf(const Residuals& residuals, const FinalFit& last,
-                   const EstimatedDiscrepancy& discrepancy) {
+Unexplained restOf(const Residuals& residuals, const FinalFit& last, const Diagnosis& found) {
   Unexplained rest;
   const std::optional<SlowTone> tone = slowTone(last.fit, last.inputs(residuals));
   // RMS of a tone
-  rest.is_tone = tone && tone->amplitude >= std::sqrt(2.0) * discrepancy.unexplained.limits.rmse;
-  rest.has_discrepancy = discrepancy.holds();
+  rest.is_tone = tone && tone->amplitude >= std::sqrt(2.0) * found.unexplained.limits.rmse;
+  rest.has_discrepancy = found.discrepancy && found.discrepancy->holds();
   // Blocks that are left out are missed by more than what is missing where a short recording hardly
   // determines the parameters.
-  if (discrepancy.finding)
+  if (found.discrepancy)
     rest.rmse = std::min(
-        discrepancy.finding->left_out.base,
+        found.discrepancy->left_out.base,
         leftOf(last.fit, last.inputs(residuals), residuals.screened.limits.voltage_lsb_std));
   return rest;
 }
@@ -115,13 +113,12 @@ Unexplained restOf(const Residuals& residuals, const FinalFit& last,
 /// What is reported of an explanation: effects by their evidence; a mechanism that its regressors
 /// alone represent where what they estimated holds on blocks that were left out. Ageing is reported
 /// by its evidence: how far it had come in a block the others do not say.
-Explanation confirmed(Explanation explanation, const EstimatedDiscrepancy& discrepancy) {
+std::vector<SelectedTerm> confirmed(std::vector<SelectedTerm> terms, bool holds) {
   const auto is_untold = [&](const SelectedTerm& one) {
-    return one.member.empty() && !discrepancy.holds() && one.mechanism != Mechanism::kAgeing;
+    return one.member.empty() && !holds && one.mechanism != Mechanism::kAgeing;
   };
-  std::vector<SelectedTerm>& all = explanation.terms;
-  all.erase(std::remove_if(all.begin(), all.end(), is_untold), all.end());
-  return explanation;
+  terms.erase(std::remove_if(terms.begin(), terms.end(), is_untold), terms.end());
+  return terms;
 }
 
 std::string rejection(const Candidate& candidate, const std::vector<SelectedTerm>& terms) {
@@ -133,27 +130,17 @@ std::string rejection(const Candidate& candidate, const std::vector<SelectedTerm
                        : "what was taken instead explains more of the error";
 }
 
-/// Every effect that was fitted once, at its best gain.
-std::vector<Candidate> weighedOnce(const std::vector<WeighedMember>& weighed) {
-  std::vector<Candidate> candidates;
-  for (const WeighedMember& one : weighed) {
-    const auto known = std::find_if(candidates.begin(), candidates.end(),
-                                    [&](const Candidate& c) { return c.id == one.id; });
-    if (known == candidates.end())
-      candidates.push_back({one.id, one.gain, 0.0, "", mechanismId(mechanismOf(one.id))});
-    else
-      known->evidence = std::max(known->evidence, one.gain);
-  }
-  return candidates;
-}
-
-/// The same, with why it was not taken.
+/// Every effect that was fitted, with why it was not taken.
 std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
                                     const std::vector<SelectedTerm>& terms) {
-  std::vector<Candidate> candidates = weighedOnce(weighed);
-  for (Candidate& candidate : candidates) {
-    const auto accepted = std::find_if(terms.begin(), terms.end(), [&](const SelectedTerm& one) {
-      return one.member == candidate.id;
+  std::vector<Candidate> candidates;
+  for (const WeighedMember& one : weighed) {
+    Candidate& candidate = candidates.emplace_back();
+    candidate.id = one.id;
+    candidate.evidence = one.gain;
+    candidate.mechanism = mechanismId(mechanismOf(one.id));
+    const auto accepted = std::find_if(terms.begin(), terms.end(), [&](const SelectedTerm& term) {
+      return term.member == one.id;
     });
     if (accepted == terms.end()) {
       candidate.rejected_because = rejection(candidate, terms);
@@ -190,28 +177,31 @@ std::array<double, kMechanisms> gainsOf(const std::vector<SelectedTerm>& terms,
 /// of the others each has its share of what those before it leave. What is no lead-acid battery has
 /// none of lead and acid.
 /// @param accepted also what is not reported, as it does not hold on left-out blocks.
-void takeMechanisms(Judged& judged, const std::vector<SelectedTerm>& accepted, bool is_lead_acid) {
+/// @param terms take their probabilities.
+void takeMechanisms(const std::vector<SelectedTerm>& accepted, bool is_lead_acid,
+                    std::vector<SelectedTerm>& terms, Diagnosis& found) {
   const std::array<double, kMechanisms> whole = gainsOf(accepted, std::nullopt);
   const auto most = std::max_element(whole.begin(), whole.end()) - whole.begin();
-  if (!is_lead_acid && isOfLeadAcid(kAllMechanisms[static_cast<std::size_t>(most)])) return;
-  for (std::size_t half = 0; half < judged.evidence.size(); ++half) {
+  if (!is_lead_acid && isOfLeadAcid(kAllMechanisms[most])) return;
+  for (std::size_t half = 0; half < found.mechanism_evidence.size(); ++half) {
     const std::array<double, kMechanisms> gains = gainsOf(accepted, half);
     const double largest = std::max(*std::max_element(gains.begin(), gains.end()), 1e-12);
     for (std::size_t k = 0; k < kMechanisms; ++k)
-      judged.evidence[half][k].accepted = std::sqrt(gains[k] / largest);
+      found.mechanism_evidence[half][k].accepted = std::sqrt(gains[k] / largest);
   }
-  judged.mechanisms = likelyMechanisms(judged.evidence, is_lead_acid);
-  judged.mechanism = judged.mechanisms.front().mechanism;
-  judged.probability = judged.mechanisms.front().probability;
-  std::stable_partition(judged.terms.begin(), judged.terms.end(), [&](const SelectedTerm& one) {
-    return one.mechanism == *judged.mechanism && !one.member.empty();
+  found.mechanisms = likelyMechanisms(found.mechanism_evidence, is_lead_acid);
+  found.mechanism = found.mechanisms.front().mechanism;
+  found.probability = found.mechanisms.front().probability;
+  std::stable_partition(terms.begin(), terms.end(), [&](const SelectedTerm& one) {
+    return one.mechanism == *found.mechanism && !one.member.empty();
   });
   std::map<Mechanism, double> shares;
-  for (const MechanismProbability& one : mechanismProbabilities(judged.evidence, is_lead_acid))
+  for (const MechanismProbability& one :
+       mechanismProbabilities(found.mechanism_evidence, is_lead_acid))
     shares[one.mechanism] = one.probability;
   double left = 1.0;
   std::map<Mechanism, double> given;
-  for (SelectedTerm& term : judged.terms) {
+  for (SelectedTerm& term : terms) {
     const double share = shares[term.mechanism];
     if (given.emplace(term.mechanism, std::min(1.0, share / left)).second)
       left = std::max(left - share, 1e-12);
@@ -219,21 +209,16 @@ void takeMechanisms(Judged& judged, const std::vector<SelectedTerm>& accepted, b
   }
 }
 
-std::vector<DetectionLimit> detectionLimitsOf(const std::vector<LinearDetectionLimit>& all,
-                                              const UnexplainedPart& left,
+std::vector<DetectionLimit> detectionLimitsOf(std::vector<DetectionLimit> limits, bool is_noise,
                                               const Confirmation& confirmation,
                                               const DiagnoseOptions& options) {
-  std::vector<DetectionLimit> detection_limits;
-  for (const LinearDetectionLimit& least : all) {
-    if (least.parameter.empty()) continue;
-    DetectionLimit one{least.id, least.parameter, least.unit, std::nullopt, least.typical, false};
-    if (left.isNoise()) one.strength = least.strength;
+  for (DetectionLimit& one : limits) {
+    if (!is_noise) one.strength.reset();
     if (contains(options.confirm, one.id))
       one.strength = confirmedStrength(confirmation, one, options);
     one.visible = one.strength && std::abs(*one.strength) <= std::abs(one.typical);
-    detection_limits.push_back(one);
   }
-  return detection_limits;
+  return limits;
 }
 
 constexpr double kTwoSided = 1.96;          // standard deviations of a 95 % interval
@@ -257,8 +242,9 @@ FittedModel completed(const WhitenedFit& fit, const Residuals& residuals,
 
 /// Where a source controls the voltage, both models are fitted in the direction that is controlled;
 /// the extended one with what its window teaches.
-void takeBothWays(Named& named, const Residuals& residuals, const Explained& explained,
-                  const std::string& recording) {
+void takeBothWays(const Residuals& residuals, const std::string& recording,
+                  ModelSelection& selected, Diagnosis& found) {
+  const Explained& explained = selected.explained;
   IdentifyOptions options;
   options.masked = residuals.screened.limits.masked;
   options.source = explained.driving;
@@ -267,12 +253,12 @@ void takeBothWays(Named& named, const Residuals& residuals, const Explained& exp
   options.effects = explained.explanation.model.effects();
   options.chooses_effects = !explained.hasEffects();
   const bool lacks_something = !explained.explanation.terms.empty();
-  named.extended =
+  found.extended =
       lacks_something ? identify(residuals.screened.series, residuals.parts.train, options) : base;
-  named.extended.provenance.recording = recording;
+  found.extended.provenance.recording = recording;
   base.fit.residual_regression = ResidualRegression();
   base.intervals.event_history = EventHistory();
-  named.base_both_ways = std::move(base);
+  selected.base_both_ways = std::move(base);
 }
 
 /// Interval by profile likelihood; by the standard error where the model was fitted in the other
@@ -328,8 +314,8 @@ std::vector<std::string> biasedParameters(const Fit& base, const Fit& extended) 
 }
 
 /// A component's effect, then those that would do as well.
-void takeEffect(Named& named, const SelectedTerm& one, const WhitenedFit& fit,
-                const InputSequence& inputs, bool is_driven) {
+void takeEffect(const SelectedTerm& one, const WhitenedFit& fit, const InputSequence& inputs,
+                bool is_driven, Diagnosis& found) {
   std::vector<std::string> alike = {one.member};
   alike.insert(alike.end(), one.indistinguishable.begin(), one.indistinguishable.end());
   for (const std::string& id : alike) {
@@ -340,69 +326,65 @@ void takeEffect(Named& named, const SelectedTerm& one, const WhitenedFit& fit,
     std::copy_if(alike.begin(), alike.end(), std::back_inserter(effect.indistinguishable_from),
                  [&](const std::string& other) { return other != id; });
     if (id == one.member) {
-      effect.biased_parameters = biasedParameters(named.base.fit, named.extended.fit);
+      effect.biased_parameters = biasedParameters(found.base.fit, found.extended.fit);
       for (const ParameterInfo& info : effectInfo(id).parameters)
-        for (const ParameterEstimate& estimate : named.extended.fit.estimates)
+        for (const ParameterEstimate& estimate : found.extended.fit.estimates)
           if (estimate.name == info.name && !estimate.held)
             effect.parameters.push_back(withInterval(estimate, info, fit, inputs, is_driven));
     }
-    named.effects.push_back(effect);
+    found.effects.push_back(effect);
   }
 }
 
 }  // namespace
 
-Judged judgeFindings(const Recording& recording, const Residuals& residuals,
-                     const Explained& explained, const FinalFit& last,
-                     const EstimatedDiscrepancy& discrepancy, const DiagnoseOptions& options) {
-  const Unexplained rest = restOf(residuals, last, discrepancy);
-  Explanation explanation = confirmed(explained.explanation, discrepancy);
-  if (options.given.empty()) removeSmall(explanation.terms);
-  Judged judged;
-  judged.terms = explanation.terms;
-  judged.evidence = explanation.mechanisms;
-  if (!judged.terms.empty())
-    takeMechanisms(judged, explained.explanation.terms, explained.is_lead_acid);
-  explanation.terms = judged.terms;
-  judged.verdict =
-      judge(explanation, {residuals.screened.faults, residuals.screened.sentences}, rest);
-  if (judged.terms.empty() && judged.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
-      !discrepancy.finding->mechanisms.empty()) {
-    SelectedTerm estimated{
-        discrepancy.finding->mechanisms.front().mechanism, "", 1.0, 0.0, {}, 0.0};
-    estimated.half_gains.assign(judged.evidence.size(), 1.0);
-    takeMechanisms(judged, {estimated}, explained.is_lead_acid);
+std::vector<SelectedTerm> judgeFindings(const Recording& recording, const Residuals& residuals,
+                                        const ModelSelection& selected,
+                                        const DiagnoseOptions& options, Diagnosis& found) {
+  const Explanation& explanation = selected.explained.explanation;
+  const bool is_lead_acid = selected.explained.is_lead_acid;
+  const Unexplained rest = restOf(residuals, selected.last, found);
+  std::vector<SelectedTerm> terms = confirmed(explanation.terms, rest.has_discrepancy);
+  if (options.given.empty()) removeSmall(terms);
+  found.mechanism_evidence = explanation.mechanisms;
+  if (!terms.empty()) takeMechanisms(explanation.terms, is_lead_acid, terms, found);
+  found.verdict = judge(terms, residuals.screened.faults, rest);
+  if (terms.empty() && found.verdict == Verdict::kUnexplained && rest.has_discrepancy &&
+      !found.discrepancy->mechanisms.empty()) {
+    SelectedTerm estimated{found.discrepancy->mechanisms.front().mechanism, "", 1.0, 0.0, {}, 0.0};
+    estimated.half_gains.assign(found.mechanism_evidence.size(), 1.0);
+    takeMechanisms({estimated}, is_lead_acid, terms, found);
   }
-  if (judged.mechanism)
-    judged.verdict = withMechanism(judged.verdict, judged.terms, *judged.mechanism);
-  judged.candidates = candidatesOf(explanation.weighed, judged.terms);
+  if (!is_lead_acid) found.mechanism_evidence.clear();
+  if (found.mechanism) found.verdict = withMechanism(found.verdict, terms, *found.mechanism);
+  found.candidates = candidatesOf(explanation.weighed, terms);
   if (options.lists_detection_limits)
-    judged.detection_limits =
-        detectionLimitsOf(explanation.detection_limits, discrepancy.unexplained,
-                          {recording, residuals, last.fit}, options);
-  return judged;
+    found.detection_limits =
+        detectionLimitsOf(explanation.detection_limits, found.unexplained.isNoise(),
+                          {recording, residuals, selected.last.fit}, options);
+  return terms;
 }
 
-Named nameEffects(const Recording& recording, const Residuals& residuals,
-                  const Explained& explained, const FinalFit& last,
-                  const EstimatedDiscrepancy& discrepancy, const Judged& judged) {
-  Named named;
-  named.base = completed(residuals.base, residuals, recording.name);
-  if (explained.driving)
-    takeBothWays(named, residuals, explained, recording.name);
-  else if (discrepancy.with_discrepancy)
-    named.extended = completed(*discrepancy.with_discrepancy, residuals, recording.name);
+void nameEffects(const Recording& recording, const Residuals& residuals,
+                 const std::vector<SelectedTerm>& terms, ModelSelection& selected,
+                 Diagnosis& found) {
+  const FinalFit& last = selected.last;
+  const bool is_driven = selected.explained.driving.has_value();
+  found.base = completed(residuals.base, residuals, recording.name);
+  if (is_driven)
+    takeBothWays(residuals, recording.name, selected, found);
+  else if (selected.with_discrepancy)
+    found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
   else
-    named.extended =
-        explained.hasEffects() ? completed(last.fit, residuals, recording.name) : named.base;
-  if (hasNoEquation(judged.verdict) || judged.verdict == Verdict::kNoMismatch) return named;
-  for (const SelectedTerm& one : judged.terms)
-    if (!one.member.empty())
-      takeEffect(named, one, last.fit, last.inputs(residuals), explained.driving.has_value());
-  if (judged.verdict == Verdict::kSensorFault)
+    found.extended = selected.explained.hasEffects()
+                         ? completed(last.fit, residuals, recording.name)
+                         : found.base;
+  if (hasNoEquation(found.verdict) || found.verdict == Verdict::kNoMismatch) return;
+  for (const SelectedTerm& one : terms)
+    if (!one.member.empty()) takeEffect(one, last.fit, last.inputs(residuals), is_driven, found);
+  if (found.verdict == Verdict::kSensorFault)
     for (const std::string& id : residuals.screened.faults)
-      named.effects.push_back(namedEffect(id, Mechanism::kInstrument, kFaultProbability));
-  return named;
+      found.effects.push_back(namedEffect(id, Mechanism::kInstrument, kFaultProbability));
 }
 
 }  // namespace battery_sof

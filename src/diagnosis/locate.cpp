@@ -4,7 +4,6 @@
 #include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <stdexcept>
 
 #include "diagnosis/random_bits.hpp"
 #include "diagnosis/whitened_fit.hpp"
@@ -12,17 +11,6 @@
 
 namespace battery_sof {
 namespace {
-
-void requireOneSize(const char* function, const WhitenedFit& fit, const InputSequence& inputs,
-                    const std::vector<Regime>& regimes) {
-  if (regimes.size() == inputs.samples.size() &&
-      static_cast<std::size_t>(fit.innovation.size()) == inputs.samples.size())
-    return;
-  throw std::invalid_argument(std::string(function) + ": fit, inputs and regimes have " +
-                              std::to_string(fit.innovation.size()) + ", " +
-                              std::to_string(inputs.samples.size()) + " and " +
-                              std::to_string(regimes.size()) + " samples");
-}
 
 // ---------------------------------------------------------------------------------------------- regimes
 
@@ -68,7 +56,7 @@ Point meanPoint(const WhitenedFit& fit, const InputSequence& inputs, const Episo
   for (std::size_t k = first; k < last; ++k) {
     const InputSample& sample = inputs.samples[episode.samples[k]];
     mean.time += sample.count * sample.step.time;
-    mean.error += sample.count * fit.residual[static_cast<Eigen::Index>(episode.samples[k])];
+    mean.error += sample.count * fit.residual[episode.samples[k]];
     count += sample.count;
   }
   return {mean.time / count, mean.error / count};
@@ -110,8 +98,7 @@ void addSignature(Statistic statistic, const WhitenedFit& fit, const InputSequen
   const double middle = meanPoint(fit, inputs, episode, 0, size).time;
   for (std::size_t k = first; k < size; ++k) {
     const std::size_t n = episode.samples[k];
-    column[static_cast<Eigen::Index>(n)] =
-        statistic == kSlope ? inputs.samples[n].step.time - middle : 1.0;
+    column[n] = statistic == kSlope ? inputs.samples[n].step.time - middle : 1.0;
   }
 }
 
@@ -220,14 +207,12 @@ void markSignificant(std::vector<RegimeFinding>& findings) {
 
 std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSequence& inputs,
                                           const std::vector<Regime>& regimes) {
-  requireOneSize("regimeFindings", fit, inputs, regimes);
+  requireOneSize("regimeFindings", inputs, regimes, fit.innovation.size());
   const std::vector<Question> questions = questionsOf(inputs, regimes);
-  Eigen::MatrixXd columns =
-      Eigen::MatrixXd::Zero(fit.innovation.size(), static_cast<Eigen::Index>(questions.size()));
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.innovation.size(), questions.size());
   for (std::size_t k = 0; k < questions.size(); ++k)
     for (const EpisodeError& episode : questions[k].episodes)
-      addSignature(questions[k].statistic, fit, inputs, episode,
-                   columns.col(static_cast<Eigen::Index>(k)));
+      addSignature(questions[k].statistic, fit, inputs, episode, columns.col(k));
   const Signatures signatures = signaturesOf(fit, inputs, std::move(columns));
   std::vector<RegimeFinding> findings;
   for (std::size_t k = 0; k < questions.size(); ++k) {
@@ -240,8 +225,7 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSeq
     for (const EpisodeError& episode : question.episodes)
       values.push_back(valueOf(question.statistic, fit, inputs, episode));
     takeMean(values, finding);
-    finding.p_value = signFlipP(
-        sharesOf(question, signatures.columns.col(static_cast<Eigen::Index>(k)), fit.innovation));
+    finding.p_value = signFlipP(sharesOf(question, signatures.columns.col(k), fit.innovation));
     findings.push_back(finding);
   }
   markSignificant(findings);
@@ -286,20 +270,19 @@ class MovingSums {
                                               : 0.0),
                           counts * std::abs(i)});
     }
-    accumulate([](std::size_t, double f) { return f * f; });
+    for (std::size_t n = 0; n < factors_.size(); ++n)
+      for (std::size_t k = 0; k < kFactors; ++k)
+        sums_[n + 1][k] = sums_[n][k] + factors_[n][k] * factors_[n][k];
     for (const double length : kWindows) addWindows(length);
   }
 
   /// Takes in innovations. @param innovation of every sample; those of count 0 do not matter.
   template <typename Innovation>
   void take(Innovation&& innovation) {
-    double v = 0.0;
-    std::size_t last = factors_.size();
-    accumulate([&](std::size_t n, double f) {
-      if (n != last) v = factors_[n][0] > 0.0 ? innovation(n) : 0.0;
-      last = n;
-      return f * v;
-    });
+    for (std::size_t n = 0; n < factors_.size(); ++n) {
+      const double v = factors_[n][0] > 0.0 ? innovation(n) : 0.0;
+      for (std::size_t k = 0; k < kFactors; ++k) sums_[n + 1][k] = sums_[n][k] + factors_[n][k] * v;
+    }
   }
 
   const std::vector<MovingWindow>& windows() const { return windows_; }
@@ -320,13 +303,6 @@ class MovingSums {
   }
 
  private:
-  template <typename Term>
-  void accumulate(Term&& term) {
-    for (std::size_t n = 0; n < factors_.size(); ++n)
-      for (std::size_t k = 0; k < kFactors; ++k)
-        sums_[n + 1][k] = sums_[n][k] + term(n, factors_[n][k]);
-  }
-
   /// While sums_ holds the squares of the factors.
   void addWindows(double length) {
     const auto time = [&](std::size_t n) { return inputs_.samples[n].step.time; };
@@ -422,7 +398,7 @@ MismatchSegment describedSegment(const Found& found, const WhitenedFit& fit,
   for (std::size_t n = found.range.first; n < found.range.last; ++n) {
     const InputSample& sample = inputs.samples[n];
     if (sample.count <= 0.0) continue;
-    const double error = fit.residual[static_cast<Eigen::Index>(n)];
+    const double error = fit.residual[n];
     duration[static_cast<std::size_t>(regimes[n])] += sample.step.duration;
     segment.mean_error += sample.count * error;
     count += sample.count;
@@ -439,7 +415,7 @@ MismatchSegment describedSegment(const Found& found, const WhitenedFit& fit,
 std::vector<MismatchSegment> mismatchSegments(const WhitenedFit& fit, const InputSequence& inputs,
                                               const std::vector<Regime>& regimes,
                                               const std::optional<NoiseModel>& noise) {
-  requireOneSize("mismatchSegments", fit, inputs, regimes);
+  requireOneSize("mismatchSegments", inputs, regimes, fit.innovation.size());
   const Eigen::VectorXd innovation =
       noise ? Whitening(*noise, inputs.samples).whitened(fit.residual) : fit.innovation;
   MovingSums sums(inputs);
@@ -447,9 +423,8 @@ std::vector<MismatchSegment> mismatchSegments(const WhitenedFit& fit, const Inpu
   const std::vector<double> maxima = simulatedMaxima(sums);
   const double threshold =
       maxima[static_cast<std::size_t>(kQuantile * static_cast<double>(maxima.size()))];
-  sums.take([&](std::size_t n) {
-    return std::clamp(innovation[static_cast<Eigen::Index>(n)], -kMaxInnovation, kMaxInnovation);
-  });
+  sums.take(
+      [&](std::size_t n) { return std::clamp(innovation[n], -kMaxInnovation, kMaxInnovation); });
   std::vector<MismatchSegment> segments;
   for (const Found& found : joined(inputs, separateWindows(sums, threshold))) {
     segments.push_back(describedSegment(found, fit, inputs, regimes));

@@ -51,17 +51,16 @@ std::vector<MechanismProbability> mechanismProbabilities(
     if (is_lead_acid || !isOfLeadAcid(mechanism)) all.push_back({mechanism, 0.0});
   for (const MechanismEvidence& evidence : samples) {
     const std::array<Numbers, kMechanisms> numbers = numbersOf(evidence);
-    Eigen::ArrayXd odds(static_cast<Eigen::Index>(all.size()));
+    Eigen::ArrayXd odds(all.size());
     for (Eigen::Index j = 0; j < odds.size(); ++j) {
-      const auto k = static_cast<std::size_t>(all[static_cast<std::size_t>(j)].mechanism);
+      const auto k = static_cast<std::size_t>(all[j].mechanism);
       odds[j] = std::inner_product(numbers[k].begin(), numbers[k].end(), kWeights[k].begin(),
                                    kWeights[k].back()) +
                 kAcceptedWeight * evidence[k].accepted;
     }
     odds = (odds - odds.maxCoeff()).exp();
     odds /= odds.sum() * static_cast<double>(samples.size());
-    for (std::size_t j = 0; j < all.size(); ++j)
-      all[j].probability += odds[static_cast<Eigen::Index>(j)];
+    for (std::size_t j = 0; j < all.size(); ++j) all[j].probability += odds[j];
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const MechanismProbability& one, const MechanismProbability& other) {

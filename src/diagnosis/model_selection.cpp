@@ -5,7 +5,6 @@
 #include <memory>
 #include <utility>
 
-#include "diagnosis/explanation_state.hpp"
 #include "diagnosis/timing_jitter_noise.hpp"
 #include "diagnosis/verdict.hpp"
 #include "explanation_fits.hpp"
@@ -68,7 +67,7 @@ std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
   const CompositionPoint& base = residuals.base.point;
   const BatteryModel circuit;
   DesignMatrix table = designMatrix(
-      inputs, linearizationOf(circuit, beginningOf(base, inputs), inputs, inputs.samples.size()),
+      inputs, linearizationOf(circuit, base.at(inputs.first_time), inputs, inputs.samples.size()),
       base.parameters[kRowBeta]);
   return std::make_unique<ExplanationFits>(inputs, std::move(table), base, rules);
 }
@@ -85,7 +84,8 @@ ExplanationRules rulesOf(const DiagnoseOptions& options) {
 /// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
 /// source, and a voltage that is controlled although it is not brings its noise into the battery's
 /// state.
-Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& options) {
+Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& options,
+                        std::vector<std::string>& notes) {
   Explained explained;
   explained.driving = chargerControl(residuals.screened.series);
   explained.is_lead_acid = isLeadAcid(residuals.screened.series);
@@ -97,14 +97,14 @@ Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& optio
       fits = std::move(controlled);
     } else {
       explained.driving.reset();
-      explained.notes.push_back(
+      notes.push_back(
           "a source is seen, but to take it as holding the voltage leaves no less of the error: "
           "the current is the input");
     }
   }
   const std::vector<std::string> ids =
       idsToWeigh(residuals.screened, options.hypotheses, explained.driving.has_value(),
-                 explained.is_lead_acid, explained.notes);
+                 explained.is_lead_acid, notes);
   explained.explanation = explain(*fits, ids, options.given, rules, options.progress);
   return explained;
 }
@@ -139,8 +139,7 @@ WhitenedFit composedWith(const WhitenedFit& without,
 std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy) {
   std::vector<std::pair<double, std::string>> terms;
   for (Eigen::Index k = 0; k < discrepancy.weight.size(); ++k)
-    terms.push_back({std::abs(discrepancy.weight[k]),
-                     toString(discrepancy.regressors[static_cast<std::size_t>(k)])});
+    terms.push_back({std::abs(discrepancy.weight[k]), toString(discrepancy.regressors[k])});
   std::stable_sort(terms.begin(), terms.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::string> words;
@@ -167,7 +166,7 @@ DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Residual
                                       const DiagnoseOptions& options, DiscrepancyFit& fit) {
   const InputSequence full = inputSequence(residuals.screened.series, residuals.parts.train,
                                            residuals.screened.limits.masked);
-  const ModelPoint beginning = beginningOf(without.point, full);
+  const ModelPoint beginning = without.point.at(full.first_time);
   Linearization response = linearizationOf(without.model, beginning, full, full.samples.size());
   pulse(options);
   takeDiscrepancyDirections(response, without.model, beginning, full);
@@ -188,33 +187,29 @@ DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Residual
   return discrepancy;
 }
 
-EstimatedDiscrepancy estimateDiscrepancy(const Residuals& residuals, const Explained& explained,
-                                         const FinalFit& last, const DiagnoseOptions& options) {
-  const Explanation& explanation = explained.explanation;
+/// The discrepancy of the voltage by currents and their memory, checked on blocks left out.
+/// @param found takes it where it is used or needed.  @return the model with it, where it is used.
+std::optional<WhitenedFit> estimateDiscrepancy(const Residuals& residuals,
+                                               const Explanation& explanation, const FinalFit& last,
+                                               const DiagnoseOptions& options, Diagnosis& found) {
   DiscrepancyFit fit;
   DiscrepancyFinding finding = fitWithDiscrepancy(last.fit, residuals, options, fit);
-  EstimatedDiscrepancy discrepancy;
-  discrepancy.unexplained = {explanation.unexplained_rms, explanation.unexplained_crank,
-                             explanation.unexplained_charge_share, options.relevance};
-  discrepancy.unexplained.limits.rmse = explanation.relevant;
-  discrepancy.unexplained.noise = explanation.noise;
   const bool is_relevant = finding.rms >= std::max(options.relevance.rmse, 0.5 * fit.noise);
   // Where nothing else was selected, it alone would be the finding: it needs as much evidence as
   // any other component.
   const bool is_evident = !explanation.terms.empty() || fit.gain >= ExplanationRules().min_gain;
   finding.is_used =
       is_relevant && is_evident && finding.left_out.discrepancy < finding.left_out.base;
-  if (!finding.is_used && finding.left_out.base <= kPlausible) return discrepancy;
+  if (!finding.is_used && finding.left_out.base <= kPlausible) return std::nullopt;
   describeDiscrepancy(finding);
-  if (finding.is_used)
-    discrepancy.with_discrepancy =
-        composedWith(last.fit, std::make_shared<const DiscrepancyModel>(finding.discrepancy));
   const std::vector<double>& current = residuals.screened.series.current;
   const auto [least, most] = std::minmax_element(
       current.begin(), current.begin() + static_cast<std::ptrdiff_t>(residuals.parts.train.last));
   finding.curve = curveOf(finding.discrepancy, *least, *most);
-  discrepancy.finding = std::move(finding);
-  return discrepancy;
+  found.discrepancy = std::move(finding);
+  if (!found.discrepancy->is_used) return std::nullopt;
+  return composedWith(last.fit,
+                      std::make_shared<const DiscrepancyModel>(found.discrepancy->discrepancy));
 }
 
 }  // namespace
@@ -226,19 +221,24 @@ MechanismEvidence weighMechanisms(const Residuals& residuals, const DiagnoseOpti
 }
 
 ModelSelection selectModel(const Recording& recording, const Residuals& residuals,
-                           const DiagnoseOptions& options) {
+                           const DiagnoseOptions& options, Diagnosis& found) {
   ModelSelection selected;
-  selected.explained = explainErrors(residuals, options);
+  selected.explained = explainErrors(residuals, options, found.instrument);
+  const Explanation& explanation = selected.explained.explanation;
+  found.evidence_base = explanation.base_evidence;
+  found.evidence_extended = explanation.evidence;
+  found.effective_sample_fraction = explanation.effective_sample_fraction;
+  found.unexplained = explanation.unexplained;
   tell(options, "learning what no equation represents");
   selected.last = fitExplained(residuals, selected.explained);
   pulse(options);
-  selected.discrepancy = estimateDiscrepancy(residuals, selected.explained, selected.last, options);
+  selected.with_discrepancy =
+      estimateDiscrepancy(residuals, explanation, selected.last, options, found);
   pulse(options);
-  selected.judged = judgeFindings(recording, residuals, selected.explained, selected.last,
-                                  selected.discrepancy, options);
+  const std::vector<SelectedTerm> terms =
+      judgeFindings(recording, residuals, selected, options, found);
   pulse(options);
-  selected.named = nameEffects(recording, residuals, selected.explained, selected.last,
-                               selected.discrepancy, selected.judged);
+  nameEffects(recording, residuals, terms, selected, found);
   return selected;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,8 +16,7 @@ struct Explained {
   /// a charger that controls the voltage
   std::optional<ChargerControl> driving;
   Explanation explanation;
-  bool is_lead_acid = true;        ///< the voltage is that of blocks of six lead-acid cells
-  std::vector<std::string> notes;  ///< on what was not weighed, a sentence each
+  bool is_lead_acid = true;  ///< the voltage is that of blocks of six lead-acid cells
   bool hasEffects() const { return !explanation.model.effects().empty(); }
 };
 
@@ -36,65 +34,34 @@ struct FinalFit {
   }
 };
 
-/// The discrepancy of the voltage by currents and their memory, checked on blocks left out.
-struct EstimatedDiscrepancy {
-  UnexplainedPart unexplained;
-  std::optional<DiscrepancyFinding> finding;    ///< none where it is neither used nor needed
-  std::optional<WhitenedFit> with_discrepancy;  ///< where it is used: the model with it
-  bool isUsed() const { return finding && finding->is_used; }
-  /// Whether it takes enough of the error on left-out blocks to be reported; a little less error is
-  /// worth a place in the model alone. A block that the others hardly determine is missed by more
-  /// than what is missing: the circuit fitted to all of them must be missed by more, too.
-  bool holds() const {
-    if (!isUsed()) return false;
-    const LeftOutErrors& errors = finding->left_out;
-    return errors.discrepancy <
-           std::min((1.0 - kCatalogueTolerance) * errors.base, errors.in_sample);
-  }
-};
-
-/// What the findings come to.
-struct Judged {
-  Verdict verdict = Verdict::kInsufficientData;
-  std::vector<SelectedTerm> terms;  ///< of the explanation
-  std::optional<Mechanism> mechanism;
-  double probability = 0.0;                      ///< of it [0, 1]
-  std::vector<MechanismProbability> mechanisms;  ///< Diagnosis::mechanisms
-  std::vector<MechanismEvidence> evidence;       ///< with what was accepted
-  std::vector<Candidate> candidates;             ///< best first
-  std::vector<DetectionLimit> detection_limits;
-};
-
-/// The models that are handed on, and the effects that stand in the extended one.
-struct Named {
-  FittedModel base, extended;  ///< extended equals base when nothing was added
-  /// the base model in the direction that is controlled, where a source controls the voltage
-  std::optional<FittedModel> base_both_ways;
-  std::vector<NamedEffect> effects;
-};
-
-/// What is missing in the base circuit, and the models with and without it.
+/// What is missing in the base circuit, and the models with it.
 struct ModelSelection {
   Explained explained;
   FinalFit last;
-  EstimatedDiscrepancy discrepancy;
-  Judged judged;
-  Named named;
+  /// with the discrepancy of the voltage by currents and their memory, where it is used
+  std::optional<WhitenedFit> with_discrepancy;
+  /// the base model in the direction that is controlled, where a source controls the voltage
+  std::optional<FittedModel> base_both_ways;
 };
 
+/// @param found takes the verdict and all that speaks for it, the models that are handed on, and
+/// notes on what was not weighed; extended equals base when nothing was added.
 ModelSelection selectModel(const Recording& recording, const Residuals& residuals,
-                           const DiagnoseOptions& options);
+                           const DiagnoseOptions& options, Diagnosis& found);
 
 /// @return what the training part says for each mechanism with the current as its input: whether a
 /// source is taken to control the voltage hangs on little.
 MechanismEvidence weighMechanisms(const Residuals& residuals, const DiagnoseOptions& options);
 
-Judged judgeFindings(const Recording& recording, const Residuals& residuals,
-                     const Explained& explained, const FinalFit& last,
-                     const EstimatedDiscrepancy& discrepancy, const DiagnoseOptions& options);
+/// What the findings come to. @return the terms that are reported, the likeliest mechanism's first.
+std::vector<SelectedTerm> judgeFindings(const Recording& recording, const Residuals& residuals,
+                                        const ModelSelection& selected,
+                                        const DiagnoseOptions& options, Diagnosis& found);
 
-Named nameEffects(const Recording& recording, const Residuals& residuals,
-                  const Explained& explained, const FinalFit& last,
-                  const EstimatedDiscrepancy& discrepancy, const Judged& judged);
+/// The models that are handed on, and the effects that stand in the extended one.
+/// @param terms as judgeFindings() returned them.
+void nameEffects(const Recording& recording, const Residuals& residuals,
+                 const std::vector<SelectedTerm>& terms, ModelSelection& selected,
+                 Diagnosis& found);
 
 }  // namespace battery_sof

@@ -35,14 +35,14 @@ std::size_t thirdOf(const InputSequence& inputs, double time) {
 std::vector<Eigen::Index> baseCoordinates(const WhitenedFit& fit) {
   std::vector<Eigen::Index> coordinates;
   for (std::size_t k = 0; k < fit.rows.size(); ++k)
-    if (fit.rows[k] < kBaseRows) coordinates.push_back(static_cast<Eigen::Index>(k));
+    if (fit.rows[k] < kBaseRows) coordinates.push_back(k);
   return coordinates;
 }
 
 /// A coordinate's change of one as a change of its parameter: relative, of u_dc in V.
 double unitOf(const WhitenedFit& fit, Eigen::Index coordinate) {
-  const Eigen::Index row = fit.rows[static_cast<std::size_t>(coordinate)];
-  const ParameterInfo& info = fit.model.parameters()[static_cast<std::size_t>(row)];
+  const Eigen::Index row = fit.rows[coordinate];
+  const ParameterInfo& info = fit.model.parameters()[row];
   if (info.logarithmic) return 1.0;
   return row == kRowUDc ? std::abs(info.magnitude)
                         : std::abs(info.magnitude) / fit.point.parameters[row];
@@ -58,7 +58,7 @@ Eigen::MatrixXd cutColumns(const WhitenedFit& fit, const InputSequence& inputs,
       fit.jacobian.rows(), parts * static_cast<Eigen::Index>(coordinates.size()));
   for (std::size_t j = 0; j < coordinates.size(); ++j)
     for (Eigen::Index n = 0; n < fit.jacobian.rows(); ++n) {
-      const auto sample = static_cast<std::size_t>(n);
+      const std::size_t sample = n;
       const Eigen::Index first = parts * static_cast<Eigen::Index>(j);
       const auto third =
           static_cast<Eigen::Index>(kRegimes + thirdOf(inputs, inputs.samples[sample].step.time));
@@ -69,10 +69,17 @@ Eigen::MatrixXd cutColumns(const WhitenedFit& fit, const InputSequence& inputs,
   return columns;
 }
 
+/// max(1, mean of v^2) over what was measured: never below what the noise model says, and not
+/// lessened by what a test explains.
+double innovationVariance(const WhitenedFit& fit, const InputSequence& inputs) {
+  const auto measured = std::count_if(inputs.samples.begin(), inputs.samples.end(),
+                                      [](const InputSample& sample) { return sample.count > 0.0; });
+  return std::max(1.0, fit.innovation.squaredNorm() / std::max(1.0, static_cast<double>(measured)));
+}
+
 double costOf(const WhitenedFit& fit, const CompositionPoint& point, const InputSequence& inputs) {
   Eigen::VectorXd error = -simulatedVoltage(fit.model, point, inputs);
-  for (Eigen::Index n = 0; n < error.size(); ++n)
-    error[n] += inputs.samples[static_cast<std::size_t>(n)].voltage;
+  for (Eigen::Index n = 0; n < error.size(); ++n) error[n] += inputs.samples[n].voltage;
   return whitened(fit, inputs, error).squaredNorm();
 }
 
@@ -80,53 +87,42 @@ double costOf(const WhitenedFit& fit, const CompositionPoint& point, const Input
 
 std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSequence& inputs,
                                            const std::vector<Regime>& regimes) {
-  if (regimes.size() != inputs.samples.size() || fit.residual.size() != fit.jacobian.rows() ||
-      inputs.samples.size() != static_cast<std::size_t>(fit.residual.size()))
-    throw std::invalid_argument("parameterBiases: fit, inputs and regimes have " +
-                                std::to_string(fit.residual.size()) + ", " +
-                                std::to_string(inputs.samples.size()) + " and " +
-                                std::to_string(regimes.size()) + " samples");
+  requireOneSize("parameterBiases", inputs, regimes, fit.residual.size());
   const std::vector<Eigen::Index> coordinates = baseCoordinates(fit);
   const Signatures signatures =
       signaturesOf(fit, inputs, cutColumns(fit, inputs, regimes, coordinates));
-  const double std = std::sqrt(innovationVariance(fit));
+  const double std = std::sqrt(innovationVariance(fit, inputs));
   std::vector<ParameterBias> map;
   for (std::size_t j = 0; j < coordinates.size(); ++j) {
     const double unit = unitOf(fit, coordinates[j]);
-    const Eigen::Index row = fit.rows[static_cast<std::size_t>(coordinates[j])];
+    const Eigen::Index row = fit.rows[coordinates[j]];
     for (std::size_t part = 0; part < kParts; ++part) {
       const auto column = static_cast<Eigen::Index>(j * kParts + part);
       const double length = signatures.columns.col(column).norm();
-      if (signatures.freeShare(column) <= kMinShare) continue;
+      if (length <= 0.0 || length / signatures.length[column] <= kMinShare) continue;
       if (unit * std / length > (row == kRowUDc ? kMaxLevel : kMaxRelative)) continue;
       const double along = signatures.columns.col(column).dot(fit.innovation) / length;
-      map.push_back({fit.model.parameters()[static_cast<std::size_t>(row)].name, partName(part),
-                     along / std, unit * along / length});
+      map.push_back(
+          {fit.model.parameters()[row].name, partName(part), along / std, unit * along / length});
     }
   }
   return map;
 }
 
-Exchange exchangeOf(const std::vector<const InputSequence*>& parts,
-                    const std::vector<const WhitenedFit*>& fits) {
+bool optimiserFailed(const std::vector<const InputSequence*>& parts,
+                     const std::vector<const WhitenedFit*>& fits) {
   if (parts.size() != fits.size())
-    throw std::invalid_argument("exchangeOf: " + std::to_string(fits.size()) + " fits for " +
+    throw std::invalid_argument("optimiserFailed: " + std::to_string(fits.size()) + " fits for " +
                                 std::to_string(parts.size()) + " parts");
-  const auto count = static_cast<Eigen::Index>(parts.size());
-  Exchange exchange{Eigen::MatrixXd(count, count)};
-  for (Eigen::Index k = 0; k < count; ++k)
-    for (Eigen::Index j = 0; j < count; ++j) {
-      const WhitenedFit& own = *fits[static_cast<std::size_t>(k)];
-      const WhitenedFit& other = *fits[static_cast<std::size_t>(j)];
-      exchange.cost(k, j) = costOf(own, {other.point.parameters, own.point.state},
-                                   *parts[static_cast<std::size_t>(k)]);
-    }
-  return exchange;
-}
-
-bool optimiserFailed(const Exchange& exchange) {
-  const Eigen::VectorXd gain = exchange.cost.diagonal() - exchange.cost.rowwise().minCoeff();
-  return (gain.array() > kMismatch).any();
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const WhitenedFit& own = *fits[k];
+    const double at_own = costOf(own, own.point, *parts[k]);
+    for (const WhitenedFit* other : fits)
+      if (other != &own &&
+          at_own - costOf(own, {other->point.parameters, own.point.state}, *parts[k]) > kMismatch)
+        return true;
+  }
+  return false;
 }
 
 }  // namespace battery_sof

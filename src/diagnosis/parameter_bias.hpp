@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "diagnosis/diagnosis.hpp"
@@ -15,7 +14,7 @@ namespace battery_sof {
  *     s_jg = J_j 1_g,   z = (M K s)' v / (|M K s| s_v),   change = (M K s)' v / |M K s|^2,   M = 1 - Q Q'
  *
  * for r_discharge, r_charge, c2, beta, u_dc and every regime g, and for "first third", "middle
- * third", "last third" of the recording's time; s_v^2 = innovationVariance(). Under the model z is
+ * third", "last third" of the recording's time; s_v^2 = max(1, mean of v^2). Under the model z is
  * standard normal; the largest of all of a map is below 4 in 99.7 % of cases.
  *
  * @return entries that this recording determines: the parameters together leave more than a
@@ -25,29 +24,18 @@ namespace battery_sof {
 std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSequence& inputs,
                                            const std::vector<Regime>& regimes);
 
-/// Cost of the parts of a recording at each other's parameters.
-struct Exchange {
-  /// row k, column j: E_k(theta_j), v' v of part k under its own noise at the parameters of part j
-  /// [1]
-  Eigen::MatrixXd cost;
-};
-
 /**
- * @brief Simulates every part with every part's parameters, from its own fit's first state.
+ * @brief Whether a part of a recording fits better with another part's parameters than with its
+ * own: E_k(theta_j) < E_k(theta_k) - 12.
+ *
+ * E_k(theta_j): v' v of part k under its own noise at the parameters of part j, from its own fit's
+ * first state [1]. That is no physics but an optimiser that stopped early
+ * (docs/physics.md#parameter-bias-by-missing-physics). Less than 12 could not be taken for a mismatch.
  *
  * @param parts, fits one fit a part, in the same order; all of one composition.
  * @throws std::invalid_argument when their numbers differ.
  */
-Exchange exchangeOf(const std::vector<const InputSequence*>& parts,
-                    const std::vector<const WhitenedFit*>& fits);
-
-/**
- * @brief Whether a part fits better with another part's parameters than with its own: E_k(theta_j)
- * < E_k(theta_k) - 12.
- *
- * That is no physics but an optimiser that stopped early (docs/physics.md#parameter-bias-by-missing-physics). Less than 12
- * could not be taken for a mismatch.
- */
-bool optimiserFailed(const Exchange& exchange);
+bool optimiserFailed(const std::vector<const InputSequence*>& parts,
+                     const std::vector<const WhitenedFit*>& fits);
 
 }  // namespace battery_sof

@@ -41,7 +41,7 @@ ProfileInterval profileInterval(const WhitenedFit& fit, const InputSequence& inp
   if (!(first_step > 0.0))
     throw std::invalid_argument("first_step is " + std::to_string(first_step) +
                                 ", expected above 0");
-  const ParameterInfo& info = fit.model.parameters()[static_cast<std::size_t>(*row)];
+  const ParameterInfo& info = fit.model.parameters()[*row];
   const double optimum = fit.point.parameters[*row];
   CompositionPoint there = fit.point;
   const std::optional<double> least = heldDeviance(fit, inputs, parameter, there);

@@ -1,10 +1,12 @@
 #include "diagnosis/regimes.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <deque>
 #include <stdexcept>
 
 #include "recording/events.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -73,73 +75,42 @@ Regime regimeOf(const Run& run, Load before) {
   return before == Load::kCharge ? Regime::kPostChargeRest : Regime::kPostDischargeRest;
 }
 
-/// Whether the current changes by more than kEdgeStep around each sample; one pass with the
-/// extremes of a moving window.
-class EdgeFinder {
- public:
-  explicit EdgeFinder(const InputSequence& inputs) : inputs_(inputs) {}
-
-  /// Samples in order.
-  bool isEdge(std::size_t n) {
-    while (next_ < inputs_.samples.size() && (next_ <= n || isNear(n, next_))) take(next_++);
-    while (first_ < n && !isNear(n, first_)) ++first_;
-    // The sample before belongs to it at any rate: at slow rates the jump shows in nothing else.
-    const bool alone = first_ == n && n > 0 && !inputs_.samples[n].step.gap;
-    const std::size_t from = alone ? n - 1 : first_;
-    drop(high_, from);
-    drop(low_, from);
-    return current(high_.front()) - current(low_.front()) > kEdgeStep;
-  }
-
-  bool isSlow(std::size_t n) const { return inputs_.samples[n].step.duration > kEdgeReach; }
-
- private:
-  double current(std::size_t n) const { return inputs_.samples[n].step.current; }
-  bool isNear(std::size_t a, std::size_t b) const {
-    return std::abs(inputs_.samples[a].step.time - inputs_.samples[b].step.time) <=
-           kEdgeReach * (1.0 + 1e-9);
-  }
-  void take(std::size_t n) {
-    while (!high_.empty() && current(high_.back()) <= current(n)) high_.pop_back();
-    while (!low_.empty() && current(low_.back()) >= current(n)) low_.pop_back();
-    high_.push_back(n);
-    low_.push_back(n);
-  }
-  static void drop(std::deque<std::size_t>& window, std::size_t from) {
-    while (window.front() < from) window.pop_front();
-  }
-
-  const InputSequence& inputs_;
-  std::size_t first_ = 0, next_ = 0;
-  std::deque<std::size_t> high_, low_;
-};
+/// Whether the current changes by more than kEdgeStep around a sample. The sample before belongs to
+/// its surroundings at any rate: at slow rates the jump shows in nothing else.
+bool isEdge(const InputSequence& inputs, std::size_t n) {
+  const std::vector<InputSample>& samples = inputs.samples;
+  const auto isNear = [&](std::size_t k) {
+    return std::abs(samples[n].step.time - samples[k].step.time) <= kEdgeReach * (1.0 + 1e-9);
+  };
+  double low = samples[n].step.current, high = low;
+  const auto take = [&](std::size_t k) {
+    low = std::min(low, samples[k].step.current);
+    high = std::max(high, samples[k].step.current);
+  };
+  for (std::size_t k = n; k > 0 && isNear(k - 1); --k) take(k - 1);
+  for (std::size_t k = n + 1; k < samples.size() && isNear(k); ++k) take(k);
+  if (n > 0 && !samples[n].step.gap) take(n - 1);
+  return high - low > kEdgeStep;
+}
 
 }  // namespace
 
 std::string regimeName(Regime regime) {
-  switch (regime) {
-    case Regime::kEdge: return "edge";
-    case Regime::kCrank: return "crank";
-    case Regime::kLongCharge: return "long charge";
-    case Regime::kHighVoltageCharge: return "high-voltage charge";
-    case Regime::kShortCharge: return "short charge";
-    case Regime::kLongDischarge: return "long discharge";
-    case Regime::kDischarge: return "discharge";
-    case Regime::kPostChargeRest: return "post-charge rest";
-    case Regime::kPostDischargeRest: return "post-discharge rest";
-  }
-  throw std::invalid_argument("regimeName: not a regime");
+  static constexpr std::array<const char*, kRegimes> kNames = {
+      "edge",           "crank",     "long charge",      "high-voltage charge", "short charge",
+      "long discharge", "discharge", "post-charge rest", "post-discharge rest"};
+  return kNames.at(static_cast<std::size_t>(regime));
 }
 
 std::vector<Regime> regimesOf(const InputSequence& inputs) {
   std::vector<Regime> regimes(inputs.samples.size());
-  EdgeFinder edges(inputs);
   Load before = Load::kRest;
   for (const Run& run : runsOf(inputs)) {
     const Regime regime = regimeOf(run, before);
     for (std::size_t n = run.range.first; n < run.range.last; ++n) {
-      const bool edge = edges.isEdge(n) && !(regime == Regime::kCrank && edges.isSlow(n));
-      regimes[n] = edge ? Regime::kEdge : regime;
+      const bool is_slow = inputs.samples[n].step.duration > kEdgeReach;
+      regimes[n] =
+          isEdge(inputs, n) && !(regime == Regime::kCrank && is_slow) ? Regime::kEdge : regime;
     }
     if (run.load != Load::kRest && std::abs(run.charge) > kMoved)
       before = run.charge > 0.0 ? Load::kCharge : Load::kDischarge;
@@ -158,10 +129,15 @@ std::vector<Regime> regimesOf(const Series& series, IndexRange range) {
   return all;
 }
 
+void requireOneSize(const char* function, const InputSequence& inputs,
+                    const std::vector<Regime>& regimes, std::size_t fitted) {
+  if (regimes.size() == inputs.samples.size() && fitted == inputs.samples.size()) return;
+  throw std::invalid_argument(format("%s: fit, inputs and regimes have %zu, %zu and %zu samples",
+                                     function, fitted, inputs.samples.size(), regimes.size()));
+}
+
 std::vector<Episode> episodesOf(const InputSequence& inputs, const std::vector<Regime>& regimes) {
-  if (regimes.size() != inputs.samples.size())
-    throw std::invalid_argument("episodesOf: " + std::to_string(regimes.size()) + " regimes for " +
-                                std::to_string(inputs.samples.size()) + " samples");
+  requireOneSize("episodesOf", inputs, regimes, inputs.samples.size());
   std::vector<Episode> episodes;
   for (std::size_t n = 0; n < regimes.size(); ++n) {
     if (episodes.empty() || inputs.samples[n].step.gap || episodes.back().regime != regimes[n])

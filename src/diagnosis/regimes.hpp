@@ -50,6 +50,11 @@ std::vector<Regime> regimesOf(const InputSequence& inputs);
 /// noise.
 std::vector<Regime> regimesOf(const Series& series, IndexRange range);
 
+/// @throws std::invalid_argument unless there are as many regimes, and samples that were fitted, as
+/// inputs; the message names the function.
+void requireOneSize(const char* function, const InputSequence& inputs,
+                    const std::vector<Regime>& regimes, std::size_t fitted);
+
 /// A run of samples of one regime.
 struct Episode {
   Regime regime;

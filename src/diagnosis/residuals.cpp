@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "diagnosis/locate.hpp"
 #include "diagnosis/parameter_bias.hpp"
 #include "util/text.hpp"
 
@@ -76,8 +75,8 @@ void exchangeHalves(Residuals& residuals) {
     return fitWhitened(model, part, {base.point, typicalStart(model, part)}, base.noise, once);
   };
   const WhitenedFit one = fitOf(first), other = fitOf(second);
-  if (!optimiserFailed(exchangeOf({&first, &second}, {&one, &other}))) return;
-  residuals.notes.push_back(
+  if (!optimiserFailed({&first, &second}, {&one, &other})) return;
+  residuals.screened.sentences.push_back(
       "the base model's search stopped early in a half of the recording and was begun again from "
       "more starts");
   WhitenedSearch wider = residuals.search;
@@ -102,22 +101,13 @@ Residuals residualsOf(const Recording& recording, const Parts& parts,
   residuals.parts = parts;
   tell(options, "checking the instruments");
   residuals.screened = screenInstruments(recording, slice(recording.series, parts.train));
-  residuals.notes = residuals.screened.sentences;
   tell(options, "fitting the base model");
   takeDrives(residuals);
   residuals.search.pulse = options.pulse;
   residuals.search.priors = options.priors;
   fitBase(residuals);
   exchangeHalves(residuals);
-  tell(options, "locating where model and measurement deviate");
-  residuals.regimes = regimesOf(residuals.quiet);
-  residuals.findings = regimeFindings(residuals.base, residuals.quiet, residuals.regimes);
-  residuals.parameter_bias = parameterBiases(residuals.base, residuals.quiet, residuals.regimes);
   return residuals;
-}
-
-ModelPoint beginningOf(const CompositionPoint& point, const InputSequence& inputs) {
-  return {point.parameters, point.state, inputs.first_time, inputs.first_time};
 }
 
 void tell(const DiagnoseOptions& options, const std::string& stage) {

@@ -11,7 +11,7 @@
 
 namespace battery_sof {
 
-// A diagnosis is three functions from values to values: residualsOf(), selectModel(), validate().
+// A diagnosis is residualsOf(), selectModel() and validate(), which add their parts to it.
 
 /// A recording in two: what is estimated from, and what is compared with at the end.
 struct Parts {
@@ -20,27 +20,20 @@ struct Parts {
 /// @param holdout_share of the samples, the last ones.
 Parts partsOf(const Series& series, double holdout_share);
 
-/// A training part as it can be fitted, the base circuit fitted to it, and where the two part.
+/// A training part as it can be fitted, and the base circuit fitted to it.
 struct Residuals {
   Parts parts;
   Screening screened;
   InputSequence inputs;  ///< of the training part; long ones compressed
   /// of it, without the surroundings of edges; the same where sampling is slow
   InputSequence quiet;
-  WhitenedSearch search;           ///< how compositions are fitted to them
-  WhitenedFit base;                ///< the base circuit, to quiet
-  std::vector<std::string> notes;  ///< on the instruments, a sentence each
-  std::vector<Regime> regimes;     ///< one a sample of quiet
-  std::vector<RegimeFinding> findings;
-  std::vector<ParameterBias> parameter_bias;
+  WhitenedSearch search;  ///< how compositions are fitted to them
+  WhitenedFit base;       ///< the base circuit, to quiet
 };
 
 /// @param parts the training part holds what lackOf() requires.
 Residuals residualsOf(const Recording& recording, const Parts& parts,
                       const DiagnoseOptions& options);
-
-/// What every simulation of the training part at full rate begins with.
-ModelPoint beginningOf(const CompositionPoint& point, const InputSequence& inputs);
 
 /// Says what begins; a pulse, too.
 void tell(const DiagnoseOptions& options, const std::string& stage);

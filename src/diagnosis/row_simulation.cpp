@@ -62,7 +62,7 @@ bool actsAtEdges(const BatteryModel& model) {
 RowSimulation::Grid RowSimulation::gridOf(const InputSequence& inputs, bool fine_at_edges) const {
   Grid grid;
   grid.inputs.trace = inputs.trace;
-  const auto rows = static_cast<std::size_t>(response_.error.size());
+  const std::size_t rows = response_.error.size();
   for (std::size_t row = 0; row < rows; ++row) {
     const std::size_t begin = response_.first[row], end = response_.first[row + 1];
     const bool whole = end - begin == 1 || (fine_at_edges && moves(inputs, begin, end));
@@ -73,7 +73,7 @@ RowSimulation::Grid RowSimulation::gridOf(const InputSequence& inputs, bool fine
       if (whole) sample.step.averaged = inputs.samples[n].step.averaged;
       if (whole) sample.step.slope = inputs.samples[n].step.slope;
       grid.inputs.samples.push_back(sample);
-      grid.row.push_back(static_cast<Eigen::Index>(row));
+      grid.row.push_back(row);
     }
   }
   grid.inputs.first_time = grid.inputs.samples.front().step.time;
@@ -101,8 +101,7 @@ RowErrors RowSimulation::errors(const BatteryModel& model, const CompositionPoin
 RowErrors RowSimulation::simulated(const Grid& grid, const BatteryModel& model,
                                    const CompositionPoint& point,
                                    const Eigen::MatrixXd& seeds) const {
-  const ModelPoint start{point.parameters, point.state, grid.inputs.first_time,
-                         grid.inputs.first_time};
+  const ModelPoint start = point.at(grid.inputs.first_time);
   Simulation simulation =
       seeds.cols() > 0 ? Simulation(model, start, seeds) : Simulation(model, start);
   RowErrors out{Eigen::VectorXd::Zero(response_.error.size()),

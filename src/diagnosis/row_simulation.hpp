@@ -40,9 +40,7 @@ class RowSimulation {
                    const Eigen::MatrixXd& seeds = {}) const;
 
   /// mean [A]
-  double currentOf(Eigen::Index row) const {
-    return rows_.inputs.samples[static_cast<std::size_t>(row)].step.current;
-  }
+  double currentOf(Eigen::Index row) const { return rows_.inputs.samples[row].step.current; }
 
  private:
   struct Grid {

@@ -60,8 +60,7 @@ std::vector<double> moved(const std::vector<double>& values, std::ptrdiff_t by) 
   const auto last = static_cast<std::ptrdiff_t>(values.size()) - 1;
   std::vector<double> shifted(values.size());
   for (std::ptrdiff_t n = 0; n <= last; ++n)
-    shifted[static_cast<std::size_t>(n)] =
-        values[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(n - by, 0, last))];
+    shifted[n] = values[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(n - by, 0, last))];
   return shifted;
 }
 

@@ -16,7 +16,7 @@ struct Screening {
   InstrumentLimits limits;
   /// ids of tier I: clipping, dropouts, quantisation, aliasing, time_skew; sorted
   std::vector<std::string> faults;
-  std::vector<std::string> sentences;  ///< all findings worth telling
+  std::vector<std::string> sentences;  ///< all findings worth telling, and on the first fit
   double flicker_share = 1.0;          ///< of the current sensor's flicker that is the battery's
   std::ptrdiff_t late_samples = 0;     ///< that the current was moved by to meet the voltage
   bool slow = false;                   ///< sampled too slowly to set edges aside

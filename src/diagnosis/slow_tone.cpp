@@ -49,7 +49,7 @@ std::vector<double> binned(const WhitenedFit& fit, const InputSequence& inputs, 
     if (!(inputs.samples[n].count > 0.0)) continue;
     const auto at = static_cast<std::size_t>(
         std::max(0.0, inputs.samples[n].step.time - inputs.first_time) / bin);
-    sums[at] += fit.innovation[static_cast<Eigen::Index>(n)];
+    sums[at] += fit.innovation[n];
     counts[at] += 1.0;
   }
   for (std::size_t k = 0; k < sums.size(); ++k)
@@ -69,12 +69,21 @@ double chanceOf(double power) {
   return chance;
 }
 
+/// RMS error over the measurements, each as often as it counts [V]; 0 without any.
+double rmsError(const WhitenedFit& fit, const InputSequence& inputs) {
+  double square = 0.0, counts = 0.0;
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
+    const double count = inputs.samples[n].count, error = fit.residual[n];
+    square += count * error * error;
+    counts += count;
+  }
+  return counts > 0.0 ? std::sqrt(square / counts) : 0.0;
+}
+
 double amplitudeOf(const WhitenedFit& fit, const InputSequence& inputs, double period) {
   Eigen::MatrixXd columns(fit.innovation.size(), 2);
   for (Eigen::Index n = 0; n < columns.rows(); ++n) {
-    const double angle =
-        kTwoPi * (inputs.samples[static_cast<std::size_t>(n)].step.time - inputs.first_time) /
-        period;
+    const double angle = kTwoPi * (inputs.samples[n].step.time - inputs.first_time) / period;
     columns.row(n) << std::sin(angle), std::cos(angle);
   }
   for (Eigen::Index k = 0; k < 2; ++k) columns.col(k) = whitened(fit, inputs, columns.col(k));
@@ -109,7 +118,7 @@ std::optional<SlowTone> slowTone(const WhitenedFit& fit, const InputSequence& in
   }
   if (static_cast<double>(power.size()) * chanceOf(best.power) > kChance) return std::nullopt;
   best.amplitude = amplitudeOf(fit, inputs, best.period);
-  if (best.amplitude < kMinShare * rmsOver(fit.residual, inputs)) return std::nullopt;
+  if (best.amplitude < kMinShare * rmsError(fit, inputs)) return std::nullopt;
   return best;
 }
 

@@ -38,12 +38,12 @@ std::vector<double> around(double centre, double factor, int count) {
 TimingJitterNoise::TimingJitterNoise(const InputSequence& inputs, const Linearization& response,
                                      const std::vector<Eigen::Index>& counted) {
   if (counted.empty() || response.first[1] - response.first[0] > 1) return;
-  change_.resize(static_cast<Eigen::Index>(counted.size()));
+  change_.resize(counted.size());
   Step step;
   Eigen::Index row = 0;
   for (std::size_t n = 0; n < counted.size(); ++n) {
     for (; row <= counted[n]; ++row) {
-      const std::size_t sample = response.first[static_cast<std::size_t>(row)];
+      const std::size_t sample = response.first[row];
       const double kept = response.persistence[row] * (1.0 - response.yielding[row]);
       step.retained *= kept;
       step.brought = kept * kept * step.brought +
@@ -51,8 +51,7 @@ TimingJitterNoise::TimingJitterNoise(const InputSequence& inputs, const Lineariz
     }
     steps_.push_back(step);
     step = {};
-    change_[static_cast<Eigen::Index>(n)] =
-        squaredChange(inputs, response.first[static_cast<std::size_t>(counted[n])]);
+    change_[n] = squaredChange(inputs, response.first[counted[n]]);
   }
 }
 
@@ -64,7 +63,7 @@ TimingJitterNoise TimingJitterNoise::with(double jitter, double charge) const {
   next.scale_.resize(change_.size());
   double spread = 0.0;  // variance of x over s^2
   for (Eigen::Index n = 0; n < change_.size(); ++n) {
-    const Step& step = steps_[static_cast<std::size_t>(n)];
+    const Step& step = steps_[n];
     spread = step.retained * step.retained * spread + charge * charge * step.brought;
     const double seen = spread + 1.0 + jitter * change_[n];
     next.gain_[n] = spread / seen;
@@ -84,8 +83,8 @@ Eigen::MatrixXd TimingJitterNoise::whitened(
     std::array<double, kAtOnce> x{};
     for (Eigen::Index n = 0; n < columns.rows(); ++n)
       for (Eigen::Index k = 0; k < count; ++k) {
-        double& expected = x[static_cast<std::size_t>(k)];
-        expected *= steps_[static_cast<std::size_t>(n)].retained;
+        double& expected = x[k];
+        expected *= steps_[n].retained;
         const double left = columns(n, first + k) - expected;
         expected += gain_[n] * left;
         innovations(n, first + k) = scale_[n] * left;
@@ -138,8 +137,7 @@ Eigen::VectorXd deviationOf(const LinearProblem& problem, const LinearFit& fit) 
   Eigen::VectorXd deviation(problem.products.cols());
   deviation.head(problem.known()) = problem.known_std;
   for (Eigen::Index k = problem.known(); k < deviation.size(); ++k)
-    deviation[k] = fit.strength[static_cast<std::size_t>(
-        problem.group[static_cast<std::size_t>(k - problem.known())])];
+    deviation[k] = fit.strength[static_cast<std::size_t>(problem.group[k - problem.known()])];
   return deviation;
 }
 
@@ -157,14 +155,14 @@ Eigen::MatrixXd NoiseRows::directions(const LinearProblem& problem, const Linear
 }
 
 double NoiseRows::evidence(const TimingJitterNoise& noise) const {
-  const Eigen::MatrixXd innovations = noise.whitened(columns_);
-  const Eigen::VectorXd left = noise.whitened(targets_);
-  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(columns_.cols(), columns_.cols());
+  const Eigen::MatrixXd innovations = noise.whitened(columns);
+  const Eigen::VectorXd left = noise.whitened(targets);
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
   products.selfadjointView<Eigen::Lower>().rankUpdate(innovations.transpose());
   const double of_columns =
       evidenceOfUnitPriors(products, innovations.transpose() * left, left.squaredNorm(),
-                           static_cast<double>(left.size()), effective_sample_fraction_, noise_);
-  return of_columns + effective_sample_fraction_ * noise.logScale();
+                           static_cast<double>(left.size()), effective_sample_fraction, level);
+  return of_columns + effective_sample_fraction * noise.logScale();
 }
 
 }  // namespace battery_sof

@@ -63,7 +63,9 @@ std::vector<double> voltageOf(const Opened& opened, const FittedModel& model) {
   return voltageOf(opened, compositionOf(model.fit), {first.parameters, first.state});
 }
 
-void takeShares(const MixedScores& scores, ErrorMetrics& metrics) {
+/// @param scores MixedScores, or another model's errors.
+template <typename Scores>
+void takeShares(const Scores& scores, ErrorMetrics& metrics) {
   metrics.share_percent = scores.share_percent;
   metrics.current_share_percent = scores.current_share_percent;
   metrics.voltage_share_percent = scores.voltage_share_percent;
@@ -106,22 +108,21 @@ void compareBaseline(Comparison& fit, const Series& series, const Residuals& res
 
 void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
   const ErrorMetrics shares = std::exchange(extended, base);
-  extended.share_percent = shares.share_percent;
-  extended.current_share_percent = shares.current_share_percent;
-  extended.voltage_share_percent = shares.voltage_share_percent;
+  takeShares(shares, extended);
 }
 
 /// What predicts the hold-out worse than the base model is reported and not given. Where a source
 /// controls the voltage, the model that is handed on answers in the other direction and stays.
-void withhold(Validation& validation, const FittedModel& base, bool is_driven) {
-  Comparison& fit = validation.fit;
-  validation.withheld_rmse = fit.extended_holdout.rmse;
-  validation.extended_voltage = validation.base_voltage;
+void withhold(Diagnosis& found, bool is_driven) {
+  Comparison& fit = found.fit;
+  found.withheld_rmse = fit.extended_holdout.rmse;
+  found.extended_voltage = found.base_voltage;
+  if (found.discrepancy) found.discrepancy->is_used = false;
   if (is_driven) {
     takeErrorsOfBase(fit.base_train, fit.extended_train);
     takeErrorsOfBase(fit.base_holdout, fit.extended_holdout);
   } else {
-    validation.extended = base;
+    found.extended = found.base;
     fit.extended_train = fit.base_train;
     fit.extended_holdout = fit.base_holdout;
   }
@@ -129,12 +130,11 @@ void withhold(Validation& validation, const FittedModel& base, bool is_driven) {
 
 /// Where a source controls the voltage, what was estimated of the voltage from the current; the
 /// model that is handed on answers in the other direction.
-std::vector<double> extendedVoltage(const Opened& opened, const Validation& validation,
-                                    bool is_driven, const EstimatedDiscrepancy& discrepancy) {
-  if (!is_driven) return voltageOf(opened, validation.extended);
-  return discrepancy.with_discrepancy ? voltageOf(opened, discrepancy.with_discrepancy->model,
-                                                  discrepancy.with_discrepancy->point)
-                                      : validation.base_voltage;
+std::vector<double> extendedVoltage(const Opened& opened, const ModelSelection& selected,
+                                    const Diagnosis& found) {
+  if (!selected.explained.driving) return voltageOf(opened, found.extended);
+  const std::optional<WhitenedFit>& fit = selected.with_discrepancy;
+  return fit ? voltageOf(opened, fit->model, fit->point) : found.base_voltage;
 }
 
 /// Of the error: relative to the spread of current and voltage where a charger controls the voltage.
@@ -146,58 +146,52 @@ std::optional<double> gainPercent(const ErrorMetrics& base, const ErrorMetrics& 
   return 100.0 * (1.0 - after / before);
 }
 
-void compareErrors(Validation& validation, const Parts& parts, const Opened& opened,
-                   const FittedModel& base) {
-  Comparison& fit = validation.fit;
-  fit.base_train = metricsOf(opened, parts.train, validation.base_voltage, base);
-  fit.base_holdout = metricsOf(opened, parts.holdout, validation.base_voltage, base);
-  fit.extended_train =
-      metricsOf(opened, parts.train, validation.extended_voltage, validation.extended);
-  fit.extended_holdout =
-      metricsOf(opened, parts.holdout, validation.extended_voltage, validation.extended);
+void compareErrors(Diagnosis& found, const Parts& parts, const Opened& opened) {
+  Comparison& fit = found.fit;
+  fit.base_train = metricsOf(opened, parts.train, found.base_voltage, found.base);
+  fit.base_holdout = metricsOf(opened, parts.holdout, found.base_voltage, found.base);
+  fit.extended_train = metricsOf(opened, parts.train, found.extended_voltage, found.extended);
+  fit.extended_holdout = metricsOf(opened, parts.holdout, found.extended_voltage, found.extended);
 }
 
 }  // namespace
 
-Validation validate(const Recording& recording, const Residuals& residuals,
-                    const ModelSelection& selected, const DiagnoseOptions& options) {
+void validate(const Recording& recording, const Residuals& residuals,
+              const ModelSelection& selected, const DiagnoseOptions& options, Diagnosis& found) {
   tell(options, "opening the part that was held out");
-  const EstimatedDiscrepancy& discrepancy = selected.discrepancy;
-  const Named& named = selected.named;
   const Series& series = recording.series;
   const Parts& parts = residuals.parts;
   const bool is_driven = selected.explained.driving.has_value();
-  Validation validation;
-  Comparison& fit = validation.fit;
-  const Opened opened = open(series, residuals, validation.notes);
-  validation.extended = named.extended;
-  validation.base_voltage = voltageOf(opened, named.base);
-  validation.extended_voltage = extendedVoltage(opened, validation, is_driven, discrepancy);
+  Comparison& fit = found.fit;
+  const Opened opened = open(series, residuals, found.instrument);
+  found.base_voltage = voltageOf(opened, found.base);
+  found.extended_voltage = extendedVoltage(opened, selected, found);
   fit.train = windowOf(series, parts.train);
   fit.holdout = windowOf(series, parts.holdout);
   pulse(options);
-  compareErrors(validation, parts, opened, named.base);
+  compareErrors(found, parts, opened);
   pulse(options);
-  validation.source = detectControlMode(series);
+  found.source = detectControlMode(series);
+  found.charger_share = found.source.share;
   const std::optional<ChargerControl> driving = chargerControl(series);
   compareBaseline(fit, series, residuals, opened, driving);
   pulse(options);
   if (driving) {
-    takeShares(sharesOf(named.base_both_ways.value_or(named.base), *driving, series, parts.holdout),
-               fit.base_holdout);
-    takeShares(sharesOf(validation.extended, *driving, series, parts.holdout),
-               fit.extended_holdout);
+    takeShares(
+        sharesOf(selected.base_both_ways.value_or(found.base), *driving, series, parts.holdout),
+        fit.base_holdout);
+    takeShares(sharesOf(found.extended, *driving, series, parts.holdout), fit.extended_holdout);
   }
-  validation.holdout_gain_percent = gainPercent(fit.base_holdout, fit.extended_holdout);
-  if (is_driven && !discrepancy.with_discrepancy)
-    validation.notes.push_back(
+  const std::optional<double> gain_percent = gainPercent(fit.base_holdout, fit.extended_holdout);
+  for (Candidate& candidate : found.candidates)
+    if (candidate.rejected_because.empty()) candidate.holdout_gain_percent = gain_percent;
+  if (is_driven && !selected.with_discrepancy)
+    found.instrument.push_back(
         "the extended model answers in current: its voltage rows are the base model's, its gain is "
         "the explained variation");
-  if (fit.extended_holdout.rmse > fit.base_holdout.rmse)
-    withhold(validation, named.base, is_driven);
-  fit.regimes = compareRegimes(opened.whole, parts.holdout, validation.base_voltage,
-                               validation.extended_voltage, opened.masked);
-  return validation;
+  if (fit.extended_holdout.rmse > fit.base_holdout.rmse) withhold(found, is_driven);
+  fit.regimes = compareRegimes(opened.whole, parts.holdout, found.base_voltage,
+                               found.extended_voltage, opened.masked);
 }
 
 }  // namespace battery_sof

@@ -1,6 +1,7 @@
 #include "diagnosis/verdict.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "util/text.hpp"
@@ -64,39 +65,30 @@ std::string byEquation(const Diagnosis& diagnosis) {
 }  // namespace
 
 std::string toString(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kNoMismatch: return "no_mismatch";
-    case Verdict::kEffect: return "effect";
-    case Verdict::kSeveral: return "several";
-    case Verdict::kAmbiguous: return "ambiguous";
-    case Verdict::kMechanism: return "mechanism";
-    case Verdict::kUnexplained: return "unexplained";
-    case Verdict::kSensorFault: return "sensor_fault";
-    case Verdict::kInsufficientData: return "insufficient_data";
-  }
-  return "insufficient_data";
+  static constexpr std::array kNames = {"no_mismatch",  "effect",           "several",
+                                        "ambiguous",    "mechanism",        "unexplained",
+                                        "sensor_fault", "insufficient_data"};
+  return kNames.at(static_cast<std::size_t>(verdict));
 }
 
-Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,
+Verdict judge(const std::vector<SelectedTerm>& terms, const std::vector<std::string>& faults,
               const Unexplained& rest) {
-  if (explanation.terms.empty()) {
+  if (terms.empty()) {
     if (rest.is_tone || rest.rmse > kPlausible) return Verdict::kUnexplained;
-    if (!instruments.faults.empty()) return Verdict::kSensorFault;
+    if (!faults.empty()) return Verdict::kSensorFault;
     return rest.has_discrepancy ? Verdict::kUnexplained : Verdict::kNoMismatch;
   }
-  const auto& all = explanation.terms;
-  const bool instrumental = std::all_of(all.begin(), all.end(), [](const SelectedTerm& one) {
+  const bool instrumental = std::all_of(terms.begin(), terms.end(), [](const SelectedTerm& one) {
     return one.mechanism == Mechanism::kInstrument;
   });
-  if (all.front().member.empty())
-    return instrumental && !instruments.faults.empty() ? Verdict::kSensorFault
-                                                       : Verdict::kUnexplained;
+  if (terms.front().member.empty())
+    return instrumental && !faults.empty() ? Verdict::kSensorFault : Verdict::kUnexplained;
   if (instrumental) return Verdict::kSensorFault;
-  const auto named = std::count_if(all.begin(), all.end(),
+  const auto named = std::count_if(terms.begin(), terms.end(),
                                    [](const SelectedTerm& one) { return !one.member.empty(); });
-  const bool indistinguishable = std::any_of(all.begin(), all.end(), [](const SelectedTerm& one) {
-    return !one.indistinguishable.empty();
-  });
+  const bool indistinguishable =
+      std::any_of(terms.begin(), terms.end(),
+                  [](const SelectedTerm& one) { return !one.indistinguishable.empty(); });
   if (indistinguishable) return Verdict::kAmbiguous;
   return named == 1 ? Verdict::kEffect : Verdict::kSeveral;
 }

@@ -8,13 +8,6 @@
 
 namespace battery_sof {
 
-/// What the instrument screen found, in the words of the catalogue.
-struct InstrumentScreen {
-  /// ids of tier I: clipping, dropouts, quantisation, aliasing
-  std::vector<std::string> faults;
-  std::vector<std::string> sentences;  ///< all findings worth telling
-};
-
 /// What speaks for something that no component of an explanation represents.
 struct Unexplained {
   bool is_tone = false;          ///< slowTone() in addition
@@ -30,8 +23,10 @@ struct Unexplained {
  * - the most evident component is a mechanism's regressors: unexplained (withMechanism());
  * - no component: unexplained where a tone stands out or more is left than instruments leave, else
  * sensor_fault for a fault of theirs, unexplained where a discrepancy is estimated, or no_mismatch.
+ *
+ * @param faults that the screen found, ids of tier I: clipping, dropouts, quantisation, aliasing.
  */
-Verdict judge(const Explanation& explanation, const InstrumentScreen& instruments,
+Verdict judge(const std::vector<SelectedTerm>& terms, const std::vector<std::string>& faults,
               const Unexplained& rest);
 
 /// Removes what gains less than a tenth of the largest term, of another mechanism: a battery's own

@@ -11,12 +11,6 @@ namespace {
 // double precision).
 constexpr double kDependent = 1e-7;
 
-std::size_t measuredSamples(const InputSequence& inputs) {
-  return static_cast<std::size_t>(
-      std::count_if(inputs.samples.begin(), inputs.samples.end(),
-                    [](const InputSample& sample) { return sample.count > 0.0; }));
-}
-
 Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
   for (Eigen::Index k = 0; k < columns.cols(); ++k) {
     const double length = columns.col(k).norm();
@@ -31,14 +25,12 @@ Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
 
 /// One pass with derivatives over the sequence.
 void takePass(WhitenedFit& fit, const InputSequence& inputs, const Eigen::MatrixXd& seeds) {
-  Simulation simulation(
-      fit.model, {fit.point.parameters, fit.point.state, inputs.first_time, inputs.first_time},
-      seeds);
-  const auto count = static_cast<Eigen::Index>(inputs.samples.size());
+  Simulation simulation(fit.model, fit.point.at(inputs.first_time), seeds);
+  const Eigen::Index count = inputs.samples.size();
   fit.jacobian.resize(count, seeds.cols());
   fit.residual.resize(count);
   for (Eigen::Index n = 0; n < count; ++n) {
-    const InputSample& sample = inputs.samples[static_cast<std::size_t>(n)];
+    const InputSample& sample = inputs.samples[n];
     simulation.advance(sample.step);
     fit.jacobian.row(n) = simulation.voltageDerivatives().transpose();
     fit.residual[n] = sample.count > 0.0 ? sample.voltage - simulation.voltage() : 0.0;
@@ -48,9 +40,8 @@ void takePass(WhitenedFit& fit, const InputSequence& inputs, const Eigen::Matrix
 void takeWhitened(WhitenedFit& fit, const InputSequence& inputs) {
   const Whitening whitening(fit.noise, inputs.samples);
   fit.innovation = whitening.whitened(fit.residual);
-  Eigen::MatrixXd columns(fit.jacobian.rows(), fit.jacobian.cols());
-  for (Eigen::Index k = 0; k < columns.cols(); ++k)
-    columns.col(k) = whitening.whitened(fit.jacobian.col(k));
+  Eigen::MatrixXd columns = fit.jacobian;
+  for (auto column : columns.colwise()) column = whitening.whitened(column);
   fit.biased = orthonormalColumns(std::move(columns));
 }
 
@@ -80,7 +71,8 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
                           search.min_white);
     plain.more_starts = 0;
   }
-  WhitenedFit fit{model, {}, {}, {}, {}, {}, {}, {}, 0.0, measuredSamples(inputs)};
+  WhitenedFit fit;
+  fit.model = model;
   for (int round = 0; round < search.rounds; ++round) {
     const CompositionProblem problem(model, inputs, cost, starts.front());
     const CompositionFit found = fitComposition(problem, from, plain);
@@ -107,16 +99,6 @@ Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
   return Whitening(fit.noise, inputs.samples).whitened(column);
 }
 
-double rmsOver(const Eigen::VectorXd& values, const InputSequence& inputs) {
-  double square = 0.0, counts = 0.0;
-  for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
-    const double count = inputs.samples[n].count, value = values[static_cast<Eigen::Index>(n)];
-    square += count * value * value;
-    counts += count;
-  }
-  return counts > 0.0 ? std::sqrt(square / counts) : 0.0;
-}
-
 InputSequence withoutEdges(const InputSequence& inputs, double edge, double before, double after) {
   InputSequence quiet = inputs;
   std::size_t first = 0;
@@ -135,18 +117,13 @@ InputSequence withoutEdges(const InputSequence& inputs, double edge, double befo
 
 Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoint& point,
                                  const InputSequence& inputs) {
-  Simulation simulation(model,
-                        {point.parameters, point.state, inputs.first_time, inputs.first_time});
-  Eigen::VectorXd voltage(static_cast<Eigen::Index>(inputs.samples.size()));
+  Simulation simulation(model, point.at(inputs.first_time));
+  Eigen::VectorXd voltage(inputs.samples.size());
   for (Eigen::Index n = 0; n < voltage.size(); ++n) {
-    simulation.advance(inputs.samples[static_cast<std::size_t>(n)].step);
+    simulation.advance(inputs.samples[n].step);
     voltage[n] = simulation.voltage();
   }
   return voltage;
-}
-
-double Signatures::freeShare(Eigen::Index column) const {
-  return length[column] > 0.0 ? columns.col(column).norm() / length[column] : 0.0;
 }
 
 Signatures signaturesOf(const WhitenedFit& fit, const InputSequence& inputs,
@@ -154,17 +131,11 @@ Signatures signaturesOf(const WhitenedFit& fit, const InputSequence& inputs,
   const Whitening whitening(fit.noise, inputs.samples);
   Signatures signatures;
   signatures.columns = std::move(columns);
-  for (Eigen::Index k = 0; k < signatures.columns.cols(); ++k)
-    signatures.columns.col(k) = whitening.whitened(signatures.columns.col(k));
+  for (auto column : signatures.columns.colwise()) column = whitening.whitened(column);
   signatures.length = signatures.columns.colwise().norm();
-  signatures.biased = fit.biased.transpose() * signatures.columns;
-  signatures.columns.noalias() -= fit.biased * signatures.biased;
+  const Eigen::MatrixXd biased = fit.biased.transpose() * signatures.columns;
+  signatures.columns.noalias() -= fit.biased * biased;
   return signatures;
-}
-
-double innovationVariance(const WhitenedFit& fit) {
-  return std::max(1.0, fit.innovation.squaredNorm() /
-                           static_cast<double>(std::max<std::size_t>(1, fit.measured)));
 }
 
 }  // namespace battery_sof

@@ -29,7 +29,6 @@ struct WhitenedFit {
   Eigen::MatrixXd biased;          ///< Q, samples x rank
   std::vector<Eigen::Index> rows;  ///< of (parameters, first states) that each coordinate moves
   double deviance = 0.0;           ///< -2 ln likelihood with priors
-  std::size_t measured = 0;        ///< samples of the inputs that count
 };
 
 struct WhitenedSearch : CompositionSearch {
@@ -47,10 +46,6 @@ struct WhitenedSearch : CompositionSearch {
 WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
                         const std::vector<CompositionPoint>& starts,
                         const std::optional<NoiseModel>& noise, const WhitenedSearch& search = {});
-
-/// @return RMS of values over the sequence's measurements, each as often as it counts [the values'
-/// unit]; 0 without any.
-double rmsOver(const Eigen::VectorXd& values, const InputSequence& inputs);
 
 /// @return K s for a column of the sequence's samples [V].
 Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
@@ -80,19 +75,11 @@ Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoi
 /// Columns as the innovation sees them once the parameters had their share.
 struct Signatures {
   Eigen::MatrixXd columns;  ///< (1 - Q Q') K s, samples x columns
-  Eigen::MatrixXd biased;   ///< Q' K s, rank x columns
   Eigen::VectorXd length;   ///< |K s|
-
-  /// Share of a column's length that the parameters leave [1]; 0 for an empty column.
-  double freeShare(Eigen::Index column) const;
 };
 
 /// @param columns [V], samples x columns; taken in place.
 Signatures signaturesOf(const WhitenedFit& fit, const InputSequence& inputs,
                         Eigen::MatrixXd columns);
-
-/// @return max(1, mean of v^2) over what was measured: never below what the noise model says, and
-/// not lessened by what a test explains.
-double innovationVariance(const WhitenedFit& fit);
 
 }  // namespace battery_sof

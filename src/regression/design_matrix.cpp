@@ -43,10 +43,8 @@ Eigen::MatrixXd directionSeeds(const ModelPoint& at) {
 Eigen::VectorXd expectedFrom(const Eigen::VectorXd& parameters) {
   const std::array<ParameterInfo, 4>& known = tableOne();
   Eigen::VectorXd expected = Eigen::VectorXd::Zero(kBaseDirections);
-  for (Eigen::Index k = 0; k < 2; ++k)
-    expected[k] = known[static_cast<std::size_t>(k)].magnitude - parameters[k];
-  for (Eigen::Index k = 2; k < 4; ++k)
-    expected[k] = std::log(known[static_cast<std::size_t>(k)].magnitude / parameters[k]);
+  for (Eigen::Index k = 0; k < 2; ++k) expected[k] = known[k].magnitude - parameters[k];
+  for (Eigen::Index k = 2; k < 4; ++k) expected[k] = std::log(known[k].magnitude / parameters[k]);
   return expected;
 }
 
@@ -64,81 +62,12 @@ Slope slopeOf(const BaseParameters& parameters, double overpotential, double dur
   return {of_state, (1.0 - of_state) / conductance};
 }
 
-class Responder {
- public:
-  Responder(const BatteryModel& model, const ModelPoint& base, const InputSequence& inputs,
-            std::size_t training)
-      : inputs_(inputs),
-        parameters_(baseParameters(base.parameters)),
-        per_row_(samplesPerRow(inputs)),
-        simulation_(model, base, directionSeeds(base)) {
-    const auto rows = static_cast<Eigen::Index>(inputs.samples.size() / per_row_);
-    out_.time = out_.error = out_.weight = out_.yielding = out_.resistance =
-        Eigen::VectorXd::Zero(rows);
-    out_.persistence = Eigen::VectorXd::Ones(rows);
-    out_.sensitivity = Eigen::MatrixXd::Zero(rows, kBaseDirections);
-    out_.voltage_controlled.assign(static_cast<std::size_t>(rows), 0);
-    out_.training = static_cast<Eigen::Index>(training / per_row_);
-    for (std::size_t row = 0; row <= static_cast<std::size_t>(rows); ++row)
-      out_.first.push_back(row * per_row_);
-    out_.expected = expectedFrom(base.parameters);
-    out_.overpotential.reserve(inputs.samples.size());
-  }
-
-  Linearization run() {
-    for (Eigen::Index row = 0; row < out_.time.size(); ++row) {
-      const auto begin = out_.first[static_cast<std::size_t>(row)],
-                 end = out_.first[static_cast<std::size_t>(row) + 1];
-      double measured = 0.0;
-      for (std::size_t n = begin; n < end; ++n) measured += take(row, inputs_.samples[n]);
-      out_.time[row] /= static_cast<double>(end - begin);
-      if (!(measured > 0.0)) continue;
-      out_.error[row] /= measured;
-      out_.sensitivity.row(row) /= measured;
-      out_.weight[row] = 1.0;
-    }
-    return std::move(out_);
-  }
-
- private:
-  /// @return 1 for a measurement.
-  double take(Eigen::Index row, const InputSample& sample) {
-    const double error = simulation_.follow(sample);
-    const double overpotential = simulation_.state()[0];
-    out_.overpotential.push_back(overpotential);
-    out_.time[row] += sample.step.time;
-    const Slope slope = slopeOf(parameters_, overpotential, sample.step.duration);
-    out_.persistence[row] *= slope.of_state;
-    if (sample.voltage_controlled) {
-      const double resistance =
-          ohmicResistance(parameters_, sample.step.current) + slope.of_current;
-      out_.voltage_controlled[static_cast<std::size_t>(row)] = 1;
-      out_.resistance[row] = resistance;
-      out_.yielding[row] = slope.of_current / resistance;
-      if (!(sample.count > 0.0) || sample.step.duration <= 0.0) return 0.0;
-      out_.error[row] -= resistance * error;
-      out_.sensitivity.row(row) += resistance * simulation_.currentErrorDerivatives().transpose();
-      return 1.0;
-    }
-    if (!(sample.count > 0.0)) return 0.0;
-    out_.error[row] += error;
-    out_.sensitivity.row(row) += simulation_.voltageDerivatives().transpose();
-    return 1.0;
-  }
-
-  const InputSequence& inputs_;
-  BaseParameters parameters_;
-  std::size_t per_row_;
-  Simulation simulation_;
-  Linearization out_;
-};
-
 /// Context for regressors: how high the overpotential goes, how fast and how long the recording is.
 RegressorContext contextOf(const InputSequence& inputs, const Linearization& response,
                            double beta) {
   RegressorContext context;
   context.interval = medianDuration(inputs);
-  const std::size_t training = response.first[static_cast<std::size_t>(response.training)];
+  const std::size_t training = response.first[response.training];
   context.span = std::max(
       1.0, inputs.samples[std::max<std::size_t>(training, 1) - 1].step.time - inputs.first_time);
   context.beta = beta;
@@ -157,13 +86,12 @@ RegressorContext contextOf(const InputSequence& inputs, const Linearization& res
 /// Means of a memory's regressors over the rows.
 Eigen::MatrixXd rawRegressors(const InputSequence& inputs, const Linearization& response,
                               RegressorMemory& memory) {
-  const auto count = static_cast<Eigen::Index>(memory.regressors().size());
+  const Eigen::Index count = memory.regressors().size();
   Eigen::MatrixXd values(response.time.size(), count);
   Eigen::VectorXd now(count), sum(count);
   for (Eigen::Index row = 0; row < response.time.size(); ++row) {
     sum.setZero();
-    const auto begin = response.first[static_cast<std::size_t>(row)],
-               end = response.first[static_cast<std::size_t>(row) + 1];
+    const auto begin = response.first[row], end = response.first[static_cast<std::size_t>(row) + 1];
     for (std::size_t n = begin; n < end; ++n) {
       const InputStep& step = inputs.samples[n].step;
       memory.advance({step.duration, step.current, step.held, step.gap, response.overpotential[n],
@@ -180,7 +108,51 @@ Eigen::MatrixXd rawRegressors(const InputSequence& inputs, const Linearization& 
 
 Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start,
                               const InputSequence& inputs, std::size_t training) {
-  return Responder(model, start, inputs, training).run();
+  const BaseParameters parameters = baseParameters(start.parameters);
+  const std::size_t per_row = samplesPerRow(inputs), rows = inputs.samples.size() / per_row;
+  Simulation simulation(model, start, directionSeeds(start));
+  Linearization out;
+  out.time = out.error = out.weight = out.yielding = out.resistance = Eigen::VectorXd::Zero(rows);
+  out.persistence = Eigen::VectorXd::Ones(rows);
+  out.sensitivity = Eigen::MatrixXd::Zero(rows, kBaseDirections);
+  out.voltage_controlled.assign(rows, 0);
+  out.training = training / per_row;
+  out.expected = expectedFrom(start.parameters);
+  out.overpotential.reserve(inputs.samples.size());
+  for (std::size_t row = 0; row <= rows; ++row) out.first.push_back(row * per_row);
+  for (std::size_t row = 0; row < rows; ++row) {
+    double measured = 0.0;
+    for (std::size_t n = out.first[row]; n < out.first[row + 1]; ++n) {
+      const InputSample& sample = inputs.samples[n];
+      const double error = simulation.follow(sample), overpotential = simulation.state()[0];
+      const Slope slope = slopeOf(parameters, overpotential, sample.step.duration);
+      out.overpotential.push_back(overpotential);
+      out.time[row] += sample.step.time;
+      out.persistence[row] *= slope.of_state;
+      bool counts = sample.count > 0.0;
+      if (sample.voltage_controlled) {
+        const double resistance =
+            ohmicResistance(parameters, sample.step.current) + slope.of_current;
+        out.voltage_controlled[row] = 1;
+        out.resistance[row] = resistance;
+        out.yielding[row] = slope.of_current / resistance;
+        counts = counts && sample.step.duration > 0.0;
+        if (!counts) continue;
+        out.error[row] -= resistance * error;
+        out.sensitivity.row(row) += resistance * simulation.currentErrorDerivatives().transpose();
+      } else if (counts) {
+        out.error[row] += error;
+        out.sensitivity.row(row) += simulation.voltageDerivatives().transpose();
+      }
+      measured += counts;
+    }
+    out.time[row] /= static_cast<double>(per_row);
+    if (!(measured > 0.0)) continue;
+    out.error[row] /= measured;
+    out.sensitivity.row(row) /= measured;
+    out.weight[row] = 1.0;
+  }
+  return out;
 }
 
 void takeDiscrepancyDirections(Linearization& response, const BatteryModel& model,
@@ -192,7 +164,7 @@ void takeDiscrepancyDirections(Linearization& response, const BatteryModel& mode
     discrepancy->base_change = Eigen::VectorXd::Unit(kBaseDirections, direction);
     Simulation alone(model, start), moved(withDiscrepancy(model, discrepancy), start);
     for (Eigen::Index row = 0; row < response.time.size(); ++row) {
-      const auto begin = response.first[static_cast<std::size_t>(row)],
+      const auto begin = response.first[row],
                  end = response.first[static_cast<std::size_t>(row) + 1];
       double sum = 0.0, counted = 0.0;
       for (std::size_t n = begin; n < end; ++n) {
@@ -232,17 +204,16 @@ DesignMatrix designMatrix(const InputSequence& inputs, const Linearization& resp
   for (Eigen::Index k = 0; k < values.cols(); ++k) {
     if (!(scale[k] > kFlat * (1.0 + std::max(std::abs(low[k]), std::abs(high[k]))))) continue;
     moving.push_back(k);
-    table.regressors.push_back(memory.regressors()[static_cast<std::size_t>(k)]);
+    table.regressors.push_back(memory.regressors()[k]);
   }
   table.lower = low(moving);
   table.upper = high(moving);
   table.centre = centre(moving);
   table.scale = scale(moving);
-  const auto kept_count = static_cast<Eigen::Index>(moving.size());
+  const Eigen::Index kept_count = moving.size();
   for (Eigen::Index j = 0; j < kept_count; ++j) {  // in place: a regressor's own is never before it
-    Eigen::ArrayXd x = values.col(moving[static_cast<std::size_t>(j)]).array();
-    if (!isUnbounded(table.regressors[static_cast<std::size_t>(j)].kind))
-      x = x.max(table.lower[j]).min(table.upper[j]);
+    Eigen::ArrayXd x = values.col(moving[j]).array();
+    if (!isUnbounded(table.regressors[j].kind)) x = x.max(table.lower[j]).min(table.upper[j]);
     values.col(j) = answered(response, ((x - table.centre[j]) / table.scale[j]).matrix());
   }
   values.conservativeResize(Eigen::NoChange, kept_count);

@@ -35,8 +35,7 @@ std::optional<double> changeStd(const DiscrepancyModel& discrepancy, const Eigen
 std::vector<DiscrepancyAnswer> answersOf(const DiscrepancyModel& discrepancy, double current,
                                          double longest) {
   const double step = std::max(0.1, discrepancy.context.interval);
-  Eigen::VectorXd rest(static_cast<Eigen::Index>(discrepancy.regressors.size())), up = rest,
-                                                                                  down = rest;
+  Eigen::VectorXd rest(discrepancy.regressors.size()), up = rest, down = rest;
   RegressorMemory rested(discrepancy.regressors, discrepancy.context);
   rested.advance({0.0, 0.0, 0.0, false, 0.0, discrepancy.context.span}, rest);
   RegressorMemory charged = rested, discharged = rested, resting = rested;

@@ -52,8 +52,7 @@ void takeSums(Rows& rows) {
     Eigen::MatrixXd block(some.size(), all);
     block << rows.directions(some, Eigen::all), rows.table(some, rows.used);
     problem.products.selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
-    problem.targets +=
-        block.transpose() * rows.targets.segment(static_cast<Eigen::Index>(begin), block.rows());
+    problem.targets += block.transpose() * rows.targets.segment(begin, block.rows());
   }
   problem.products.triangularView<Eigen::StrictlyUpper>() = problem.products.transpose();
 }
@@ -62,7 +61,7 @@ Rows rowsOf(const Linearization& response, const DesignMatrix& table,
             const RegressorFilter& wanted) {
   Rows rows{response.sensitivity, table.values, {}, {}, {}, {}, {}};
   for (Eigen::Index k = 0; k < table.values.cols(); ++k) {
-    const Regressor& regressor = table.regressors[static_cast<std::size_t>(k)];
+    const Regressor& regressor = table.regressors[k];
     if (wanted && !wanted(regressor)) continue;
     rows.used.push_back(k);
     rows.mechanism.push_back(regressor.mechanism);
@@ -99,9 +98,8 @@ double rmsBeyondBase(const Rows& rows, const Eigen::VectorXd& z, Eigen::Index kn
 
 /// Which of the free regressors belong to a mechanism, 1 each.
 Eigen::VectorXd ofMechanism(const Rows& rows, Mechanism mechanism) {
-  Eigen::VectorXd own(static_cast<Eigen::Index>(rows.used.size()));
-  for (Eigen::Index k = 0; k < own.size(); ++k)
-    own[k] = rows.mechanism[static_cast<std::size_t>(k)] == mechanism ? 1.0 : 0.0;
+  Eigen::VectorXd own(rows.used.size());
+  for (Eigen::Index k = 0; k < own.size(); ++k) own[k] = rows.mechanism[k] == mechanism ? 1.0 : 0.0;
   return own;
 }
 
@@ -128,8 +126,7 @@ std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const SparseFit& spa
                                           const Eigen::VectorXd& weight) {
   std::array<double, kMechanisms> gain{};
   for (const SparseStep& step : sparse.path)
-    gain[static_cast<std::size_t>(rows.mechanism[static_cast<std::size_t>(step.column)])] +=
-        step.gain;
+    gain[static_cast<std::size_t>(rows.mechanism[step.column])] += step.gain;
   std::vector<MechanismWeight> mechanisms;
   const Eigen::Index known = rows.problem.known();
   for (const Mechanism mechanism : kAllMechanisms) {
@@ -187,8 +184,7 @@ DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table,
                                const GroupedFit& grouped, const Eigen::VectorXd& z) {
   const Eigen::Index free = z.size() - rows.problem.known();
   DiscrepancyModel discrepancy;
-  for (const Eigen::Index k : rows.used)
-    discrepancy.regressors.push_back(table.regressors[static_cast<std::size_t>(k)]);
+  for (const Eigen::Index k : rows.used) discrepancy.regressors.push_back(table.regressors[k]);
   discrepancy.context = table.context;
   discrepancy.lower = table.lower(rows.used);
   discrepancy.upper = table.upper(rows.used);
@@ -204,9 +200,7 @@ DiscrepancyModel discrepancyOf(const Rows& rows, const DesignMatrix& table,
 
 }  // namespace
 
-double baseDirectionStd(Eigen::Index direction) {
-  return kDirectionStd[static_cast<std::size_t>(direction)];
-}
+double baseDirectionStd(Eigen::Index direction) { return kDirectionStd[direction]; }
 
 BatteryModel withDiscrepancy(const BatteryModel& model,
                              std::shared_ptr<const DiscrepancyModel> discrepancy) {

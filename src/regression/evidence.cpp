@@ -96,6 +96,9 @@ class GroupSearch {
       : problem_(problem),
         part_(partOf(problem, effective_sample_fraction, active)),
         active_(active) {}
+  /// Of all groups.
+  GroupSearch(const LinearProblem& problem, double effective_sample_fraction)
+      : GroupSearch(problem, effective_sample_fraction, std::vector<char>(problem.groups, 1)) {}
 
   /// @return covariance of z where a fit ended.
   Eigen::MatrixXd covarianceOf(const LinearFit& fit) const {
@@ -136,9 +139,9 @@ class GroupSearch {
   }
 
   Point at(const std::vector<double>& strength, double noise) const {
-    Eigen::VectorXd deviation(static_cast<Eigen::Index>(part_.columns.size()));
+    Eigen::VectorXd deviation(part_.columns.size());
     for (Eigen::Index j = 0; j < deviation.size(); ++j) {
-      const Eigen::Index k = part_.columns[static_cast<std::size_t>(j)];
+      const Eigen::Index k = part_.columns[j];
       deviation[j] = k < problem_.known() ? problem_.known_std[k] : strength[problem_.groupOf(k)];
     }
     return evaluated(part_, deviation, noise);
@@ -152,7 +155,7 @@ class GroupSearch {
     for (Eigen::Index j = 0; j < point.mean.size(); ++j) {
       const double well = 1.0 - inverse[j];
       all_fixed += well;
-      const Eigen::Index k = part_.columns[static_cast<std::size_t>(j)];
+      const Eigen::Index k = part_.columns[j];
       if (k < problem_.known()) continue;
       const std::size_t g = problem_.groupOf(k);
       square[g] += point.mean[j] * point.mean[j];
@@ -194,15 +197,14 @@ LinearFit sound(const LinearProblem& problem, double effective_sample_fraction, 
   const double most =
       -0.5 * effective_sample_fraction * problem.rows * std::log(kTwoPi * kMinNoise * kMinNoise);
   if (fit.evidence <= most && fit.z.allFinite() && std::isfinite(fit.noise)) return fit;
-  return {Eigen::VectorXd::Zero(problem.products.cols()),
-          std::vector<double>(static_cast<std::size_t>(problem.groups), 0.0),
+  return {Eigen::VectorXd::Zero(problem.products.cols()), std::vector<double>(problem.groups, 0.0),
           std::sqrt(problem.square / std::max(problem.rows, 1.0)),
           -std::numeric_limits<double>::infinity()};
 }
 
 /// Groups taken in one after the other while ln p gains more than 1.
 LinearFit greedy(const LinearProblem& problem, double effective_sample_fraction) {
-  std::vector<char> active(static_cast<std::size_t>(problem.groups), 0);
+  std::vector<char> active(problem.groups, 0);
   std::vector<double> strength(active.size(), 0.03);
   LinearFit best = GroupSearch(problem, effective_sample_fraction, active)
                        .run(strength, firstNoise(problem), kRounds);
@@ -276,9 +278,8 @@ class SparseSearch {
   void solve(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets) {
     Eigen::MatrixXd H = products / (noise_ * noise_);
     for (Eigen::Index j = 0; j < H.rows(); ++j) {
-      const double s = j < problem_.known()
-                           ? problem_.known_std[j]
-                           : strength_[static_cast<std::size_t>(j - problem_.known())];
+      const double s =
+          j < problem_.known() ? problem_.known_std[j] : strength_[j - problem_.known()];
       H(j, j) += 1.0 / (s * s);
     }
     factor_ = factored(std::move(H));
@@ -294,13 +295,12 @@ class SparseSearch {
                               cross.cwiseProduct(factor_.solve(cross)).colwise().sum().transpose();
     const Eigen::VectorXd Q = beta * problem_.targets.tail(free) - cross.transpose() * mean_;
     Gains gains;
-    gains.own = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(columns_.size()));
+    gains.own = Eigen::VectorXd::Zero(columns_.size());
     for (int k = 0; k < free; ++k) {
       const auto chosen = std::find(columns_.begin(), columns_.end(), k);
       double s = S[k], q = Q[k];
       if (chosen != columns_.end()) {
-        const double alpha =
-            std::pow(strength_[static_cast<std::size_t>(chosen - columns_.begin())], -2);
+        const double alpha = std::pow(strength_[chosen - columns_.begin()], -2);
         const double left = std::max(alpha - s, 1e-12 * alpha);
         s = alpha * s / left;
         q = alpha * q / left;
@@ -325,7 +325,7 @@ class SparseSearch {
   /// Takes the chosen columns' strengths again. @return whether one was dropped.
   bool update(const Gains& gains) {
     for (std::size_t j = 0; j < columns_.size(); ++j) {
-      const double variance = gains.own[static_cast<Eigen::Index>(j)];
+      const double variance = gains.own[j];
       if (variance > 1e-13) {
         strength_[j] = std::sqrt(variance);
         continue;
@@ -345,9 +345,8 @@ class SparseSearch {
     LinearFit& fit = sparse.fit;
     fit.z = Eigen::VectorXd::Zero(problem_.products.cols());
     fit.z(index_) = mean_;
-    fit.strength.assign(static_cast<std::size_t>(problem_.products.cols() - problem_.known()), 0.0);
-    for (std::size_t j = 0; j < columns_.size(); ++j)
-      fit.strength[static_cast<std::size_t>(columns_[j])] = strength_[j];
+    fit.strength.assign(problem_.products.cols() - problem_.known(), 0.0);
+    for (std::size_t j = 0; j < columns_.size(); ++j) fit.strength[columns_[j]] = strength_[j];
     fit.noise = noise_;
     for (const SparseStep& step : path_) fit.evidence += step.gain;
     sparse.path = path_;
@@ -378,7 +377,7 @@ LinearFit fitSomeGroups(const LinearProblem& problem, double effective_sample_fr
 }
 
 LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fraction) {
-  const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
+  const std::vector<char> all(problem.groups, 1);
   const LinearFit plain = fitSomeGroups(problem, effective_sample_fraction, all);
   const LinearFit taken = greedy(problem, effective_sample_fraction);
   return better(plain, fitGroupsFrom(problem, effective_sample_fraction, taken));
@@ -386,17 +385,15 @@ LinearFit fitGroups(const LinearProblem& problem, double effective_sample_fracti
 
 LinearFit fitGroupsFrom(const LinearProblem& problem, double effective_sample_fraction,
                         const LinearFit& start) {
-  const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
   std::vector<double> from = start.strength;
   for (double& s : from) s = std::max(s, kMinStrength);
-  return GroupSearch(problem, effective_sample_fraction, all).run(from, start.noise, kRounds);
+  return GroupSearch(problem, effective_sample_fraction).run(from, start.noise, kRounds);
 }
 
 Eigen::MatrixXd covarianceOf(const LinearProblem& problem, double effective_sample_fraction,
                              const LinearFit& fit) {
   if (!std::isfinite(fit.evidence)) return Eigen::MatrixXd::Zero(fit.z.size(), fit.z.size());
-  const std::vector<char> all(static_cast<std::size_t>(problem.groups), 1);
-  return GroupSearch(problem, effective_sample_fraction, all).covarianceOf(fit);
+  return GroupSearch(problem, effective_sample_fraction).covarianceOf(fit);
 }
 
 double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets,
@@ -432,7 +429,7 @@ double independentShare(const Eigen::VectorXd& residual) {
   std::size_t length = 1;  // zeros keep the ends apart, and fill up to what transforms fast
   while (length < static_cast<std::size_t>(2 * count)) length *= 2;
   std::vector<double> e(length, 0.0);
-  for (Eigen::Index n = 0; n < count; ++n) e[static_cast<std::size_t>(n)] = residual[n] - mean;
+  for (Eigen::Index n = 0; n < count; ++n) e[n] = residual[n] - mean;
   Eigen::FFT<double> fft;
   std::vector<std::complex<double>> spectrum;
   fft.fwd(spectrum, e);

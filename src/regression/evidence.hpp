@@ -26,7 +26,7 @@ struct LinearProblem {
   Eigen::Index known() const { return known_std.size(); }
   /// @param column behind the known ones.
   std::size_t groupOf(Eigen::Index column) const {
-    return static_cast<std::size_t>(group[static_cast<std::size_t>(column - known())]);
+    return static_cast<std::size_t>(group[column - known()]);
   }
 };
 

@@ -38,11 +38,11 @@ RidgeFit fitPart(const ResidualSamples& samples, bool voltage_controlled, std::s
   for (std::size_t n = 0; n < samples.error.size(); ++n)
     if (static_cast<bool>(samples.voltage_controlled[n]) == voltage_controlled) rows.push_back(n);
   if (rows.size() < least) return {};
-  Eigen::MatrixXd X(static_cast<Eigen::Index>(rows.size()), samples.columns[rows.front()].size());
+  Eigen::MatrixXd X(rows.size(), samples.columns[rows.front()].size());
   Eigen::VectorXd y(X.rows());
   for (Eigen::Index k = 0; k < X.rows(); ++k) {
-    X.row(k) = samples.columns[rows[static_cast<std::size_t>(k)]].transpose();
-    y[k] = samples.error[rows[static_cast<std::size_t>(k)]];
+    X.row(k) = samples.columns[rows[k]].transpose();
+    y[k] = samples.error[rows[k]];
   }
   RidgeOptions options;
   options.penalties = penalties();
@@ -52,8 +52,7 @@ RidgeFit fitPart(const ResidualSamples& samples, bool voltage_controlled, std::s
   Eigen::VectorXd without;
   RidgeFit fit = fitRidge(X, y, options, &without);
   if (left_out)
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      (*left_out)[rows[k]] = without[static_cast<Eigen::Index>(k)];
+    for (std::size_t k = 0; k < rows.size(); ++k) (*left_out)[rows[k]] = without[k];
   return fit;
 }
 
@@ -141,7 +140,7 @@ Eigen::VectorXd InputMemory::currentColumns(const Moment& moment, double change)
   for (const double low : current) x.push_back(i - low);
   x.push_back(std::abs(i));
   for (std::size_t k = 0; k < 3; ++k) x.push_back(i * faded[k]);
-  return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
+  return Eigen::Map<const Eigen::VectorXd>(x.data(), x.size());
 }
 
 Eigen::VectorXd InputMemory::voltageColumns(const Moment& moment, double change) const {

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <string>
+
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -39,11 +40,10 @@ Eigen::VectorXd solved(Eigen::MatrixXd products, const Eigen::VectorXd& targets,
 
 void requireSound(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options) {
   if (X.rows() != y.size())
-    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " +
-                                std::to_string(y.size()) + " values");
+    throw std::invalid_argument(format("fitRidge: %td rows for %td values", X.rows(), y.size()));
   if (X.rows() < 2L * options.blocks || options.blocks < 2)
-    throw std::invalid_argument("fitRidge: " + std::to_string(X.rows()) + " rows for " +
-                                std::to_string(options.blocks) + " blocks, expected two a block");
+    throw std::invalid_argument(
+        format("fitRidge: %td rows for %d blocks, expected two a block", X.rows(), options.blocks));
   if (options.penalties.empty()) throw std::invalid_argument("fitRidge: no penalty is given");
 }
 

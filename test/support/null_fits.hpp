@@ -59,7 +59,6 @@ class NullFits {
       const InputSample& sample = inputs.samples[static_cast<std::size_t>(n)];
       simulation.advance(sample.step);
       fit_.jacobian.row(n) = simulation.voltageDerivatives().transpose();
-      if (sample.count > 0.0) ++fit_.measured;
     }
     for (Eigen::Index k = 0; k < problem.size(); ++k) fit_.rows.push_back(problem.rowOf(k));
   }
@@ -104,7 +103,7 @@ class NullFits {
   }
 
   const InputSequence& inputs_;
-  WhitenedFit fit_{BatteryModel(), {}, {}, {}, {}, {}, {}, {}, 0.0, 0};
+  WhitenedFit fit_{BatteryModel(), {}, {}, {}, {}, {}, {}, {}, 0.0};
 };
 
 inline const InputSequence& tenMinutes() {

@@ -112,8 +112,8 @@ TEST(Explain, TheBaseCircuitsOwnVoltageNeedsNoExplanation) {
   EXPECT_TRUE(found.terms.empty());
   EXPECT_TRUE(found.model.effects().empty());
   EXPECT_EQ(found.base_evidence, found.evidence);
-  EXPECT_NEAR(0.002 / std::sqrt(10.0), found.noise, 1e-4);
-  EXPECT_LT(found.unexplained_rms, 0.001);
+  EXPECT_NEAR(0.002 / std::sqrt(10.0), found.unexplained.noise, 1e-4);
+  EXPECT_LT(found.unexplained.rmse, 0.001);
 }
 
 TEST(Explain, AnOpenCircuitVoltageThatFollowsTheChargeIsExplainedByItself) {
@@ -141,7 +141,7 @@ TEST(Explain, WithoutEquationsAFamilysColumnsStandForThemselves) {
   EXPECT_EQ("acceptance", mechanismId(found.terms.front().mechanism));
   for (const SelectedTerm& one : found.terms) EXPECT_EQ("", one.member);
   EXPECT_TRUE(found.model.effects().empty());
-  EXPECT_LT(found.noise, 0.2 * found.terms.front().rms);
+  EXPECT_LT(found.unexplained.noise, 0.2 * found.terms.front().rms);
 }
 
 TEST(Explain, WhatIsGivenIsTakenAndNothingElseIsLookedFor) {
@@ -176,7 +176,7 @@ TEST(Explain, LeastStrengthsAreToldOfWhatIsNotInIt) {
   const Explanation found =
       explained(inputsOf({"ocv_soc"}, "ocv_slope", 0.2), {"ocv_soc", "current_offset"});
   ASSERT_EQ(1u, found.detection_limits.size());
-  const LinearDetectionLimit& least = found.detection_limits.front();
+  const DetectionLimit& least = found.detection_limits.front();
   EXPECT_EQ("current_offset", least.id);
   EXPECT_EQ("A", least.unit);
   EXPECT_GT(std::abs(least.typical), 0.0);

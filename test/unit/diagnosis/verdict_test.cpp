@@ -15,9 +15,7 @@ SelectedTerm columnsOf(Mechanism mechanism) { return {mechanism, "", 100.0, 0.01
 
 Verdict verdictOf(const std::vector<SelectedTerm>& terms,
                   const std::vector<std::string>& faults = {}, const Unexplained& rest = {}) {
-  Explanation explanation;
-  explanation.terms = terms;
-  return judge(explanation, {faults, {}}, rest);
+  return judge(terms, faults, rest);
 }
 
 Unexplained discrepancy() {
@@ -221,17 +219,16 @@ TEST(Summary, OfAnExtendedModelThatIsWithheldSaysWhatItCameTo) {
 }
 
 /// A block that the others do not determine is missed by more than anything that is missing.
-TEST(EstimatedDiscrepancy, HoldsWhereItMissesLeftOutBlocksByLessThanTheCircuitFittedToThem) {
-  EstimatedDiscrepancy discrepancy;
-  EXPECT_FALSE(discrepancy.holds());
-  discrepancy.finding.emplace();
-  discrepancy.finding->is_used = true;
-  discrepancy.finding->left_out = {0.300, 0.140, 0.150};
-  EXPECT_TRUE(discrepancy.holds());
-  discrepancy.finding->left_out = {0.300, 0.140, 0.004};
-  EXPECT_FALSE(discrepancy.holds());
-  discrepancy.finding->left_out = {0.150, 0.140, 0.150};
-  EXPECT_FALSE(discrepancy.holds()) << "less than a tenth";
+TEST(DiscrepancyFinding, HoldsWhereItMissesLeftOutBlocksByLessThanTheCircuitFittedToThem) {
+  DiscrepancyFinding finding;
+  EXPECT_FALSE(finding.holds());
+  finding.is_used = true;
+  finding.left_out = {0.300, 0.140, 0.150};
+  EXPECT_TRUE(finding.holds());
+  finding.left_out = {0.300, 0.140, 0.004};
+  EXPECT_FALSE(finding.holds());
+  finding.left_out = {0.150, 0.140, 0.150};
+  EXPECT_FALSE(finding.holds()) << "less than a tenth";
 }
 
 TEST(NextExperiment, TellsTheIndistinguishableApart) {
