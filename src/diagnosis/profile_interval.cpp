@@ -17,6 +17,7 @@ std::optional<double> heldDeviance(const WhitenedFit& fit, const InputSequence& 
                                    const std::string& parameter, CompositionPoint& point) {
   FitCost cost;
   cost.noise = fit.noise;
+  cost.known = fit.known;
   const CompositionProblem problem(fit.model, inputs, cost, point, {}, {parameter});
   CompositionSearch search;
   search.max_iterations = kIterations;
@@ -25,10 +26,17 @@ std::optional<double> heldDeviance(const WhitenedFit& fit, const InputSequence& 
   return std::isfinite(found.at.cost) ? std::optional<double>(found.at.cost) : std::nullopt;
 }
 
-double priorOf(const ParameterInfo& info, double value) {
-  if (!info.prior_std) return 0.0;
-  const double away = info.logarithmic ? std::log(value / info.magnitude) : value - info.magnitude;
-  return away * away / (*info.prior_std * *info.prior_std);
+/// What is known beforehand of one parameter, as a coordinate of the fit.
+FitCoordinate coordinateOf(const WhitenedFit& fit, const std::string& parameter, Eigen::Index row) {
+  const ParameterSpace space(fit.model, fit.point, 0.0, fit.known, {parameter});
+  Eigen::Index k = 0;
+  while (space.rowOf(k) != row) ++k;
+  return space[k];
+}
+
+double priorOf(const FitCoordinate& coordinate, double value) {
+  const double away = (coordinate.of(value) - coordinate.centre) / coordinate.std;
+  return away * away;
 }
 
 }  // namespace
@@ -42,6 +50,7 @@ ProfileInterval profileInterval(const WhitenedFit& fit, const InputSequence& inp
     throw std::invalid_argument("first_step is " + std::to_string(first_step) +
                                 ", expected above 0");
   const ParameterInfo& info = fit.model.parameters()[*row];
+  const FitCoordinate coordinate = coordinateOf(fit, parameter, *row);
   const double optimum = fit.point.parameters[*row];
   CompositionPoint there = fit.point;
   const std::optional<double> least = heldDeviance(fit, inputs, parameter, there);
@@ -56,8 +65,8 @@ ProfileInterval profileInterval(const WhitenedFit& fit, const InputSequence& inp
       point.parameters[*row] = optimum + side * step;
       const std::optional<double> held = heldDeviance(fit, inputs, parameter, point);
       if (!held) break;
-      const double rise =
-          *held - *least + priorOf(info, optimum + side * step) - priorOf(info, optimum);
+      const double rise = *held - *least + priorOf(coordinate, optimum + side * step) -
+                          priorOf(coordinate, optimum);
       if (rise < kRise && step >= reach) break;
       if (std::abs(rise - kRise) < kClose * kRise || look + 1 == kLooks) {
         (side < 0.0 ? interval.lower : interval.upper) = optimum + side * step;

@@ -73,6 +73,7 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
   }
   WhitenedFit fit;
   fit.model = model;
+  fit.known = cost.known;
   for (int round = 0; round < search.rounds; ++round) {
     const CompositionProblem problem(model, inputs, cost, starts.front());
     const CompositionFit found = fitComposition(problem, from, plain);

@@ -29,6 +29,7 @@ struct WhitenedFit {
   Eigen::MatrixXd biased;          ///< Q, samples x rank
   std::vector<Eigen::Index> rows;  ///< of (parameters, first states) that each coordinate moves
   double deviance = 0.0;           ///< -2 ln likelihood with priors
+  std::vector<KnownParameter> known = {};  ///< priors in place of the catalogue's
 };
 
 struct WhitenedSearch : CompositionSearch {

@@ -80,8 +80,9 @@ void describeParameters(File& file, Model& fit, const BatteryModel& composition)
     }
   });
   file.map("fixed", [&](auto& fixed) {
-    fixed.number("i0_a", fit.parameters.i0, {1e-6, 1e6});
-    fixed.number("alpha", fit.parameters.alpha);
+    // Every simulation has these two: with others the file's model would be another.
+    fixed.number("i0_a", fit.parameters.i0, {BaseParameters{}.i0, BaseParameters{}.i0});
+    fixed.number("alpha", fit.parameters.alpha, {BaseParameters{}.alpha, BaseParameters{}.alpha});
   });
 }
 

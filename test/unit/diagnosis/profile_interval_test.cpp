@@ -14,12 +14,13 @@ struct Fitted {
   WhitenedFit fit;
 };
 
-Fitted fitted(const std::vector<std::string>& truth, const std::vector<std::string>& effects) {
+Fitted fitted(const std::vector<std::string>& truth, const std::vector<std::string>& effects,
+              const WhitenedSearch& search = {}) {
   const Series series = recordingOf(truth, 240.0);
   Fitted fitted{inputSequence(series, whole(series)), {}};
   const BatteryModel model(effects);
   fitted.fit =
-      fitWhitened(model, fitted.inputs, {typicalStart(model, fitted.inputs)}, std::nullopt);
+      fitWhitened(model, fitted.inputs, {typicalStart(model, fitted.inputs)}, std::nullopt, search);
   return fitted;
 }
 
@@ -40,6 +41,18 @@ TEST(ProfileInterval, DoesNotDependOnTheFirstStep) {
   EXPECT_NEAR(*near.upper, *far.upper,
               0.1 * (*near.upper -
                      f.fit.point.parameters[*f.fit.model.parameterRow("low_current_resistance")]));
+}
+
+TEST(ProfileInterval, UnderAFleetsPriorIsNoWiderThanThePrior) {
+  const double std = 1e-6;
+  WhitenedSearch search;
+  search.priors = {
+      {{"current_dependent_resistance"}, {{"low_current_resistance", 0.003, std, false}}}};
+  const Fitted f =
+      fitted({"current_dependent_resistance"}, {"current_dependent_resistance"}, search);
+  const ProfileInterval interval = profileInterval(f.fit, f.inputs, "low_current_resistance", 1e-4);
+  ASSERT_TRUE(interval.lower && interval.upper);
+  EXPECT_LT(*interval.upper - *interval.lower, 2.0 * 2.1 * std);
 }
 
 TEST(ProfileInterval, OfAStrengthThatIsNotThereIsOpenBelow) {

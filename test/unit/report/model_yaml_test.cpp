@@ -91,7 +91,11 @@ TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {
   EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: two"))
                 .find("fixed.alpha is \"two\", expected a number"),
             std::string::npos);
-  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: 1.5")).find("alpha"), std::string::npos);
+  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: 0.3"))
+                .find("fixed.alpha is 0.3, expected 0.5 to 0.5"),
+            std::string::npos);
+  EXPECT_NE(errorOf(with(good, "i0_a: 1", "i0_a: 2")).find("fixed.i0_a is 2, expected 1 to 1"),
+            std::string::npos);
   EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: .nan")).find("not finite"), std::string::npos);
   EXPECT_NE(
       errorOf(with(good, "status: converged", "status: lucky")).find("fit.status is \"lucky\""),
