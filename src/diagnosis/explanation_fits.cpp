@@ -114,15 +114,6 @@ std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& mo
   return all;
 }
 
-double& ExplanationFits::at(CompositionPoint& point, Eigen::Index row) {
-  return row < point.parameters.size() ? point.parameters[row]
-                                       : point.state[row - point.parameters.size()];
-}
-
-double ExplanationFits::at(const CompositionPoint& point, Eigen::Index row) {
-  return at(const_cast<CompositionPoint&>(point), row);
-}
-
 bool ExplanationFits::linearize(ExplanationState& state) const {
   if (pulse_) pulse_();
   spend(state, 1);
@@ -130,7 +121,7 @@ bool ExplanationFits::linearize(ExplanationState& state) const {
       state.model.parameterCount() + state.model.stateCount(), state.coordinates.size());
   for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
     const FitCoordinate& c = state.coordinates[j];
-    seeds(c.row, j) = c.slope(at(state.point, c.row));
+    seeds(c.row, j) = c.slope(state.point[c.row]);
   }
   const RowErrors errors = rows_.errors(state.model, state.point, seeds);
   if (errors.error.size() == 0) return false;
@@ -145,7 +136,7 @@ Eigen::VectorXd ExplanationFits::expectedFrom(const ExplanationState& state, Eig
   std.resize(known);
   for (Eigen::Index j = 0; j < known; ++j) {
     const FitCoordinate& c = state.coordinates[j];
-    expected[j] = c.centre - c.of(at(state.point, c.row));
+    expected[j] = c.centre - c.of(state.point[c.row]);
     std[j] = c.std;
   }
   return expected;
@@ -306,7 +297,7 @@ ExplanationState ExplanationFits::withoutMembers(ExplanationState& state,
   }
   optimize(next);
   ExplanationState again = state;
-  take(next.model, next.point, again.model, again.point);
+  takeShared(next.model, next.point, again.model, again.point);
   if (linearize(again)) takeBetter(state, std::move(again));
   return next;
 }
@@ -326,16 +317,6 @@ void ExplanationFits::takeBetter(ExplanationState& state, ExplanationState again
   again.explained = state.explained;
   again.structure_gain = state.structure_gain;
   state = std::move(again);
-}
-
-void ExplanationFits::take(const BatteryModel& from, const CompositionPoint& there,
-                           const BatteryModel& model, CompositionPoint& point) {
-  for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
-    if (const auto row = from.parameterRow(model.parameters()[j].name))
-      point.parameters[j] = there.parameters[*row];
-  for (Eigen::Index k = 0; k < model.stateCount(); ++k)
-    for (Eigen::Index m = 0; m < from.stateCount(); ++m)
-      if (model.states()[k].name == from.states()[m].name) point.state[k] = there.state[m];
 }
 
 bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
@@ -452,7 +433,7 @@ void ExplanationFits::takeRelevance(const Relevance& relevance) {
 CompositionPoint ExplanationFits::movedTo(const BatteryModel& model, const BatteryModel& from,
                                           const CompositionPoint& there) const {
   CompositionPoint point = embedded(BatteryModel(), base_, model);
-  take(from, there, model, point);
+  takeShared(from, there, model, point);
   return point;
 }
 

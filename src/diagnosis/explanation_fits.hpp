@@ -104,8 +104,6 @@ class ExplanationFits {
   /// std::invalid_argument if it has no finite voltage there.
   ExplanationState baseState();
   std::vector<FitCoordinate> coordinatesOf(const BatteryModel& model) const;
-  static double& at(CompositionPoint& point, Eigen::Index row);
-  static double at(const CompositionPoint& point, Eigen::Index row);
   /// Prior means from where a state stands. @param std of the priors.
   static Eigen::VectorXd expectedFrom(const ExplanationState& state, Eigen::VectorXd& std);
   /// Simulates a state where it stands. @return whether the model has a voltage there that does not
@@ -227,9 +225,6 @@ class ExplanationFits {
   void spend(const ExplanationState& state, int linearizations) const;
   /// Takes a fit of the same parts from elsewhere where it does better, to its end.
   void takeBetter(ExplanationState& state, ExplanationState again);
-  /// Moves parameters and states to those that another composition has, too.
-  static void take(const BatteryModel& from, const CompositionPoint& there,
-                   const BatteryModel& model, CompositionPoint& point);
   /// A linear fit to all counted rows but some.
   LinearFit fitWithout(const ExplanationSums& sums, IndexRange rows) const;
   /// Counted rows of some of the blocks that are left out.

@@ -63,12 +63,8 @@ FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double
 }
 
 FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start) {
-  FitCoordinate c;
-  c.row = row;
-  c.unit = *info.initial_std;
-  c.lower = info.lower;
-  c.upper = info.upper;
-  c.centre = c.of(info.begins_as_u_c2 ? start : info.rest);
+  FitCoordinate c = coordinateOf(info, row);
+  if (info.begins_as_u_c2) c.centre = c.of(start);
   return c;
 }
 

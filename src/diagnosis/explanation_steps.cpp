@@ -56,7 +56,7 @@ class ExplanationFits::StepCost {
     std::iota(loose.begin(), loose.end(), 0);
     const auto staysOutside = [&](Eigen::Index j) {
       const FitCoordinate& c = state_.coordinates[j];
-      const double x = c.of(ExplanationFits::at(state_.point, c.row));
+      const double x = c.of(state_.point[c.row]);
       const double held = c.of(c.value(x + step[j])) - x;
       const bool crosses = std::abs(held - step[j]) > kAtBound;
       if (crosses) step[j] = held;
@@ -110,7 +110,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
     for (const double share : kShares) {
       for (std::size_t j = 0; j < next.coordinates.size(); ++j) {
         const FitCoordinate& c = next.coordinates[j];
-        at(next.point, c.row) = c.value(c.of(at(state.point, c.row)) + share * step[j]);
+        next.point[c.row] = c.value(c.of(state.point[c.row]) + share * step[j]);
       }
       if (!linearize(next)) continue;
       there = evaluateEvidence(next);

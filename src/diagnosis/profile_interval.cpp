@@ -18,7 +18,7 @@ std::optional<double> heldDeviance(const WhitenedFit& fit, const InputSequence& 
   FitCost cost;
   cost.noise = fit.noise;
   cost.known = fit.known;
-  const CompositionProblem problem(fit.model, inputs, cost, point, {}, {parameter});
+  const CompositionProblem problem(fit.model, inputs, cost, point, {parameter});
   CompositionSearch search;
   search.max_iterations = kIterations;
   const CompositionFit found = fitComposition(problem, {point}, search);
@@ -26,12 +26,15 @@ std::optional<double> heldDeviance(const WhitenedFit& fit, const InputSequence& 
   return std::isfinite(found.at.cost) ? std::optional<double>(found.at.cost) : std::nullopt;
 }
 
-/// What is known beforehand of one parameter, as a coordinate of the fit.
-FitCoordinate coordinateOf(const WhitenedFit& fit, const std::string& parameter, Eigen::Index row) {
-  const ParameterSpace space(fit.model, fit.point, 0.0, fit.known, {parameter});
-  Eigen::Index k = 0;
-  while (space.rowOf(k) != row) ++k;
-  return space[k];
+/// @return a free parameter as a coordinate of the fit; std::nullopt for any other name.
+std::optional<FitCoordinate> coordinateOf(const WhitenedFit& fit, const InputSequence& inputs,
+                                          const std::string& parameter) {
+  const double length = inputs.samples.back().step.time - inputs.first_time;
+  const ParameterSpace space(fit.model, fit.point, length, fit.known);
+  const std::optional<Eigen::Index> row = fit.model.parameterRow(parameter);
+  for (Eigen::Index k = 0; k < space.size(); ++k)
+    if (row == space.rowOf(k)) return space[k];
+  return std::nullopt;
 }
 
 double priorOf(const FitCoordinate& coordinate, double value) {
@@ -43,30 +46,29 @@ double priorOf(const FitCoordinate& coordinate, double value) {
 
 ProfileInterval profileInterval(const WhitenedFit& fit, const InputSequence& inputs,
                                 const std::string& parameter, double first_step) {
-  const std::optional<Eigen::Index> row = fit.model.parameterRow(parameter);
-  if (!row)
-    throw std::invalid_argument("parameter \"" + parameter + "\" is not one of the composition's");
+  const std::optional<FitCoordinate> coordinate = coordinateOf(fit, inputs, parameter);
+  if (!coordinate)
+    throw std::invalid_argument("parameter \"" + parameter +
+                                "\" is not one that the composition fits");
   if (!(first_step > 0.0))
     throw std::invalid_argument("first_step is " + std::to_string(first_step) +
                                 ", expected above 0");
-  const ParameterInfo& info = fit.model.parameters()[*row];
-  const FitCoordinate coordinate = coordinateOf(fit, parameter, *row);
-  const double optimum = fit.point.parameters[*row];
+  const double optimum = fit.point.parameters[coordinate->row];
   CompositionPoint there = fit.point;
   const std::optional<double> least = heldDeviance(fit, inputs, parameter, there);
   ProfileInterval interval;
   if (!least) return interval;
   const CompositionPoint at_optimum = there;
   for (const double side : {-1.0, 1.0}) {
-    const double reach = side < 0.0 ? optimum - info.lower : info.upper - optimum;
+    const double reach = side < 0.0 ? optimum - coordinate->lower : coordinate->upper - optimum;
     double step = std::min(first_step, reach);
     CompositionPoint point = at_optimum;
     for (int look = 0; look < kLooks && step > 0.0; ++look) {
-      point.parameters[*row] = optimum + side * step;
+      point.parameters[coordinate->row] = optimum + side * step;
       const std::optional<double> held = heldDeviance(fit, inputs, parameter, point);
       if (!held) break;
-      const double rise = *held - *least + priorOf(coordinate, optimum + side * step) -
-                          priorOf(coordinate, optimum);
+      const double rise = *held - *least + priorOf(*coordinate, optimum + side * step) -
+                          priorOf(*coordinate, optimum);
       if (rise < kRise && step >= reach) break;
       if (std::abs(rise - kRise) < kClose * kRise || look + 1 == kLooks) {
         (side < 0.0 ? interval.lower : interval.upper) = optimum + side * step;

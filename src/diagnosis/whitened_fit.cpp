@@ -23,20 +23,6 @@ Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
   return basis;
 }
 
-/// One pass with derivatives over the sequence.
-void takePass(WhitenedFit& fit, const InputSequence& inputs, const Eigen::MatrixXd& seeds) {
-  Simulation simulation(fit.model, fit.point.at(inputs.first_time), seeds);
-  const Eigen::Index count = inputs.samples.size();
-  fit.jacobian.resize(count, seeds.cols());
-  fit.residual.resize(count);
-  for (Eigen::Index n = 0; n < count; ++n) {
-    const InputSample& sample = inputs.samples[n];
-    simulation.advance(sample.step);
-    fit.jacobian.row(n) = simulation.voltageDerivatives().transpose();
-    fit.residual[n] = sample.count > 0.0 ? sample.voltage - simulation.voltage() : 0.0;
-  }
-}
-
 void takeWhitened(WhitenedFit& fit, const InputSequence& inputs) {
   const Whitening whitening(fit.noise, inputs.samples);
   fit.innovation = whitening.whitened(fit.residual);
@@ -85,7 +71,11 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
   }
   const CompositionProblem problem(model, inputs, cost, fit.point);
   const Eigen::VectorXd x = problem.coordinatesOf(fit.point);
-  takePass(fit, inputs, problem.seedsAt(x));
+  const ModelPass pass = passOver(model, inputs, fit.point, problem.seedsAt(x));
+  fit.jacobian = pass.jacobian;
+  fit.residual = pass.residual;
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n)
+    if (!(inputs.samples[n].count > 0.0)) fit.residual[n] = 0.0;
   takeWhitened(fit, inputs);
   for (Eigen::Index k = 0; k < problem.size(); ++k) fit.rows.push_back(problem.rowOf(k));
   NormalEquations at;

@@ -42,7 +42,7 @@ BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point,
                                    InstructionSet set) const {
   LaneProducts products = {};
   sweep_.run(point, set, [&](Eigen::Index block, const OverpotentialStates& states) {
-    addProducts(measured_[static_cast<std::size_t>(block)], states, products, set);
+    addProducts(measured_[block], states, products, set);
   });
   BaseSums total = joined(products);
   total.topLeftCorner<kLinearColumns, kLinearColumns>() = linear_;
@@ -56,7 +56,7 @@ BaseJacobian BaseNormalEquations::jacobian(const OverpotentialSweep::Point& poin
   const Eigen::Vector3d of_offset(0.0, 0.0, offset_);
   sweep_.run(
       point, widestInstructionSet(), [&](Eigen::Index block, const OverpotentialStates& states) {
-        const MeasuredBlock& measured = measured_[static_cast<std::size_t>(block)];
+        const MeasuredBlock& measured = measured_[block];
         const Eigen::Index first = block * kBlockSize;
         for (Eigen::Index n = first; n < std::min(first + kBlockSize, size_); ++n) {
           const int place = lanePosition(static_cast<int>(n - first));
@@ -138,10 +138,10 @@ std::vector<BaseNormalEquations::Sample> coarsened(const Samples& samples, std::
 
 template <typename Samples>
 BaseNormalEquations::BaseNormalEquations(const Samples& samples, double i0)
-    : size_(static_cast<Eigen::Index>(samples.size())),
+    : size_(samples.size()),
       offset_(samples[samples.size() / 2].voltage),
       sweep_(samples.size()),
-      measured_(static_cast<std::size_t>(sweep_.blocks())) {
+      measured_(sweep_.blocks()) {
   HeldBlock held;
   for (std::size_t block = 0; block < measured_.size(); ++block) {
     const std::size_t first = block * kBlockSize;
@@ -157,7 +157,7 @@ BaseNormalEquations::BaseNormalEquations(const Samples& samples, double i0)
       measured_[block].voltage[place] = sample.voltage - offset_;
       measured_[block].weight[place] = sample.weight;
     }
-    sweep_.drive(static_cast<Eigen::Index>(block), held, i0);
+    sweep_.drive(block, held, i0);
     addLinear(measured_[block], linear_);
   }
   linear_.triangularView<Eigen::StrictlyUpper>() = linear_.transpose();

@@ -41,11 +41,10 @@ class BaseProblem final : public LeastSquaresProblem {
     at.hessian.resize(size(), size());
     for (Eigen::Index k = 0; k < size(); ++k) {
       // The columns of c2 and beta are those of their logarithms already.
-      const int column = kColumnOf[static_cast<std::size_t>(k)];
+      const int column = kColumnOf[k];
       at.gradient[k] = -(*this)[k].unit * with_residual[column];
       for (Eigen::Index l = 0; l < size(); ++l)
-        at.hessian(k, l) = (*this)[k].unit * (*this)[l].unit *
-                           sums(column, kColumnOf[static_cast<std::size_t>(l)]);
+        at.hessian(k, l) = (*this)[k].unit * (*this)[l].unit * sums(column, kColumnOf[l]);
     }
     return true;
   }

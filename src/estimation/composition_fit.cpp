@@ -2,9 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-
-#include "estimation/parallel.hpp"
+#include <exception>
+#include <thread>
 
 namespace battery_sof {
 namespace {
@@ -131,7 +132,7 @@ class Elimination {
     double share = 1.0, bound = 0.0;
     for (std::size_t k = 0; k < moved_.size(); ++k) {
       const Eigen::Index j = moved_[k];
-      const double by = wanted[static_cast<Eigen::Index>(k)];
+      const double by = wanted[k];
       if (!std::isfinite(by)) return j;
       const double edge = (by < 0.0 ? problem_.lower()[j] : problem_.upper()[j]) - x[j];
       if (std::abs(by) <= std::abs(edge - step[j])) continue;
@@ -251,8 +252,7 @@ Eigen::VectorXd spreadStart(const LeastSquaresProblem& problem, const Eigen::Vec
     const double low = problem.lower()[k], high = problem.upper()[k];
     const double span = high - low;
     // The middle half: at the very bounds a composition may be blind.
-    x[k] = low + span * (0.25 + 0.5 * spread(start, static_cast<std::size_t>(k),
-                                             static_cast<std::size_t>(problem.size())));
+    x[k] = low + span * (0.25 + 0.5 * spread(start, k, problem.size()));
   }
   return x;
 }
@@ -284,18 +284,21 @@ CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& po
                           const BatteryModel& larger) {
   CompositionPoint out{larger.typicalParameters(), larger.restState()};
   for (Eigen::Index j = 0; j < larger.parameterCount(); ++j) {
-    const ParameterInfo& info = larger.parameters()[static_cast<std::size_t>(j)];
-    if (const auto row = nested.parameterRow(info.name))
-      out.parameters[j] = point.parameters[*row];
-    else if (info.vanishes_at && !info.held)
-      out.parameters[j] = *info.vanishes_at;
+    const ParameterInfo& info = larger.parameters()[j];
+    if (info.vanishes_at && !info.held) out.parameters[j] = *info.vanishes_at;
   }
-  for (Eigen::Index j = 0; j < larger.stateCount(); ++j)
-    for (Eigen::Index k = 0; k < nested.stateCount(); ++k)
-      if (larger.states()[static_cast<std::size_t>(j)].name ==
-          nested.states()[static_cast<std::size_t>(k)].name)
-        out.state[j] = point.state[k];
+  takeShared(nested, point, larger, out);
   return out;
+}
+
+void takeShared(const BatteryModel& from, const CompositionPoint& there, const BatteryModel& model,
+                CompositionPoint& point) {
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
+    if (const auto row = from.parameterRow(model.parameters()[j].name))
+      point.parameters[j] = there.parameters[*row];
+  for (Eigen::Index k = 0; k < model.stateCount(); ++k)
+    for (Eigen::Index m = 0; m < from.stateCount(); ++m)
+      if (model.states()[k].name == from.states()[m].name) point.state[k] = there.state[m];
 }
 
 CompositionPoint typicalStart(const BatteryModel& model, const InputSequence& inputs) {
@@ -307,6 +310,28 @@ CompositionPoint typicalStart(const BatteryModel& model, const InputSequence& in
   }
   if (count > 0.0) start.parameters[kRowUDc] = sum / count;
   return start;
+}
+
+void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
+  const std::size_t wanted = threads > 0 ? static_cast<std::size_t>(threads)
+                                         : std::max(1U, std::thread::hardware_concurrency());
+  std::vector<std::exception_ptr> failures(count);
+  std::atomic<std::size_t> next{0};
+  const auto loop = [&] {
+    for (std::size_t k = next++; k < count; k = next++) {
+      try {
+        work(k);
+      } catch (...) {
+        failures[k] = std::current_exception();
+      }
+    }
+  };
+  std::vector<std::thread> others;
+  for (std::size_t k = 1; k < std::min(wanted, count); ++k) others.emplace_back(loop);
+  loop();
+  for (std::thread& other : others) other.join();
+  for (const auto& failure : failures)
+    if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace battery_sof

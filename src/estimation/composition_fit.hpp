@@ -78,11 +78,10 @@ class LeastSquaresProblem : public ParameterSpace {
  */
 class CompositionProblem final : public LeastSquaresProblem {
  public:
-  /// @param free, fixed as of ParameterSpace.  @throws std::invalid_argument likewise, and for an
+  /// @param fixed as of ParameterSpace.  @throws std::invalid_argument likewise, and for an
   /// empty sequence.
   CompositionProblem(const BatteryModel& model, const InputSequence& inputs, const FitCost& cost,
-                     const CompositionPoint& start, const std::vector<std::string>& free = {},
-                     const std::vector<std::string>& fixed = {});
+                     const CompositionPoint& start, const std::vector<std::string>& fixed = {});
 
   bool evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const override;
 
@@ -110,6 +109,17 @@ class CompositionProblem final : public LeastSquaresProblem {
   std::vector<double> precision_;  // 1 / sigma^2 of ChannelErrors
   double prior_weight_ = 1.0;
 };
+
+/// One pass with derivatives over a sequence, kept whole.
+struct ModelPass {
+  Eigen::MatrixXd jacobian;  ///< samples x tangents
+  Eigen::VectorXd residual;  ///< as CompositionProblem::residual()
+  Eigen::MatrixXd at_end;    ///< d(parameters, last state) / d(tangents)
+};
+
+/// @param seeds as of Simulation.
+ModelPass passOver(const BatteryModel& model, const InputSequence& inputs,
+                   const CompositionPoint& point, const Eigen::MatrixXd& seeds);
 
 /// How a composition is searched.
 struct CompositionSearch {
@@ -154,8 +164,22 @@ CompositionFit fitComposition(const LeastSquaresProblem& problem,
 CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point,
                           const BatteryModel& larger);
 
+/// Moves a point's parameters and states to those that another composition has, too.
+void takeShared(const BatteryModel& from, const CompositionPoint& there, const BatteryModel& model,
+                CompositionPoint& point);
+
 /// @return base parameters at Table I's magnitudes, u_dc from the mean voltage, everything
 /// else typical and at rest.
 CompositionPoint typicalStart(const BatteryModel& model, const InputSequence& inputs);
+
+/**
+ * @brief Runs work(0) to work(count - 1) on up to `threads` threads.
+ *
+ * Every call writes to its own place, so results do not depend on the number of threads. The first
+ * exception, by index, is thrown again once all have ended.
+ *
+ * @param threads at least 1; 0 for as many as the machine has.
+ */
+void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
 }  // namespace battery_sof

@@ -1,9 +1,10 @@
-#include "estimation/composition_identification.hpp"
+#include "estimation/identification.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "estimation/composition_fit.hpp"
 #include "estimation/fit_quality.hpp"
 #include "recording/events.hpp"
 #include "state/state_estimator.hpp"
@@ -40,7 +41,7 @@ bool hasInstant(const BatteryModel& model) {
 /// Where every instant of the recording is `time` [s] after its beginning.
 CompositionPoint withInstants(const BatteryModel& model, CompositionPoint point, double time) {
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j)
-    if (model.parameters()[static_cast<std::size_t>(j)].instant) point.parameters[j] = time;
+    if (model.parameters()[j].instant) point.parameters[j] = time;
   return point;
 }
 
@@ -121,33 +122,6 @@ Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
   return fitted;
 }
 
-/// One pass with derivatives over a sequence, kept whole.
-struct Pass {
-  Eigen::MatrixXd jacobian;  // samples x coordinates
-  Eigen::VectorXd residual, weight;
-  Eigen::MatrixXd at_end;  // d(parameters, last state) / d(coordinates)
-};
-
-Pass passOver(const BatteryModel& model, const InputSequence& inputs,
-              const CompositionProblem& problem, const CompositionFit& fit) {
-  const Eigen::MatrixXd seeds = problem.seedsAt(fit.x);
-  Simulation simulation(model, fit.point.at(inputs.first_time), seeds);
-  const auto count = static_cast<Eigen::Index>(inputs.samples.size());
-  Pass pass{Eigen::MatrixXd(count, problem.size()), Eigen::VectorXd(count), Eigen::VectorXd(count),
-            seeds};
-  for (Eigen::Index n = 0; n < count; ++n) {
-    const InputSample& sample = inputs.samples[static_cast<std::size_t>(n)];
-    pass.residual[n] = simulation.follow(sample);
-    if (sample.voltage_controlled)
-      pass.jacobian.row(n) = -simulation.currentErrorDerivatives().transpose();
-    else
-      pass.jacobian.row(n) = simulation.voltageDerivatives().transpose();
-    pass.weight[n] = problem.weightOf(static_cast<std::size_t>(n));
-  }
-  pass.at_end.bottomRows(model.stateCount()) = simulation.stateDerivatives();
-  return pass;
-}
-
 bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eigen::Index k) {
   const double span = problem.upper()[k] - problem.lower()[k];
   return x[k] <= problem.lower()[k] + 1e-9 * span || x[k] >= problem.upper()[k] - 1e-9 * span;
@@ -155,7 +129,8 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
 
 /// Covariance of the coordinates; those at a bound are taken as known. @param samples fitted.
 Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted,
-                             std::size_t samples, Pass pass, double rho) {
+                             std::size_t samples, ModelPass pass, const Eigen::VectorXd& weights,
+                             double rho) {
   const Eigen::VectorXd precision = problem.priorPrecision();
   if (fitted.cost.noise) {
     const double freedom =
@@ -170,7 +145,7 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
   }
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (isAtBound(problem, fitted.fit.x, k)) pass.jacobian.col(k).setZero();
-  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, pass.weight,
+  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, weights,
                                  bartlettWidth(rho, pass.residual.size()));
   const double weight = problem.priorWeight();
   for (Eigen::Index k = 0; k < problem.size(); ++k) {
@@ -188,7 +163,7 @@ FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequ
   double squares_a = 0.0, currents = 0.0;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     if (!inputs.samples[n].voltage_controlled) continue;
-    double& error = of_voltage[static_cast<Eigen::Index>(n)];
+    double& error = of_voltage[n];
     squares_a += error * error;
     currents += 1.0;
     error = 0.0;
@@ -218,13 +193,16 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   const auto& [series, range, full, compressed] = on;
   const InputSequence& for_errors = on.judged();
   const CompositionProblem problem(model, for_errors, fitted.cost, fitted.fit.point);
-  const Pass pass = passOver(model, for_errors, problem, fitted.fit);
+  const ModelPass pass =
+      passOver(model, for_errors, fitted.fit.point, problem.seedsAt(fitted.fit.x));
+  Eigen::VectorXd weights(pass.residual.size());
+  for (Eigen::Index n = 0; n < weights.size(); ++n) weights[n] = problem.weightOf(n);
   // A pass over the whole window has its residual already; otherwise weights play no part in one.
   const Eigen::VectorXd residual =
       &for_errors == &full
           ? pass.residual
           : CompositionProblem(model, full, FitCost(), fitted.fit.point).residual(fitted.fit.x);
-  const Eigen::VectorXd weighted = pass.weight.cwiseSqrt().cwiseProduct(pass.residual);
+  const Eigen::VectorXd weighted = weights.cwiseSqrt().cwiseProduct(pass.residual);
   const double rho = lagOneCorrelation(fitted.cost.channels ? weighted : pass.residual);
 
   FittedModel found = unfitted(series, range, model, fitted.fit.status, "");
@@ -232,15 +210,14 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   found.fit.iterations = fitted.fit.iterations;
   std::vector<ParameterEstimate>& estimates = found.fit.estimates;
   for (std::size_t j = 0; j < estimates.size(); ++j) {
-    estimates[j].value = fitted.fit.point.parameters[static_cast<Eigen::Index>(j)];
+    estimates[j].value = fitted.fit.point.parameters[j];
     estimates[j].determined = estimates[j].held;
   }
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (problem.rowOf(k) < model.parameterCount())
-      estimates[static_cast<std::size_t>(problem.rowOf(k))].at_bound =
-          isAtBound(problem, fitted.fit.x, k);
+      estimates[problem.rowOf(k)].at_bound = isAtBound(problem, fitted.fit.x, k);
   const Eigen::MatrixXd covariance =
-      covarianceOf(problem, fitted, on.searched().samples.size(), pass, rho);
+      covarianceOf(problem, fitted, on.searched().samples.size(), pass, weights, rho);
   found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
   takeStandardErrors(found.fit);
   found.fit.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);

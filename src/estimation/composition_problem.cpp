@@ -50,9 +50,8 @@ errorDerivatives(const Simulation& simulation, const InputSample& sample) {
 
 CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSequence& inputs,
                                        const FitCost& cost, const CompositionPoint& start,
-                                       const std::vector<std::string>& free,
                                        const std::vector<std::string>& fixed)
-    : LeastSquaresProblem(model, start, lengthOf(inputs), cost.known, free, fixed),
+    : LeastSquaresProblem(model, start, lengthOf(inputs), cost.known, fixed),
       model_(model),
       inputs_(inputs),
       cost_(cost) {
@@ -156,10 +155,27 @@ Eigen::VectorXd CompositionProblem::priorPrecision() const {
 
 Eigen::VectorXd CompositionProblem::residual(const Eigen::VectorXd& x) const {
   Simulation simulation(model_, pointAt(x).at(inputs_.first_time));
-  Eigen::VectorXd e(static_cast<Eigen::Index>(inputs_.samples.size()));
+  Eigen::VectorXd e(inputs_.samples.size());
   for (std::size_t k = 0; k < inputs_.samples.size(); ++k)
-    e[static_cast<Eigen::Index>(k)] = simulation.follow(inputs_.samples[k]);
+    e[k] = simulation.follow(inputs_.samples[k]);
   return e;
+}
+
+ModelPass passOver(const BatteryModel& model, const InputSequence& inputs,
+                   const CompositionPoint& point, const Eigen::MatrixXd& seeds) {
+  Simulation simulation(model, point.at(inputs.first_time), seeds);
+  const Eigen::Index count = inputs.samples.size();
+  ModelPass pass{Eigen::MatrixXd(count, seeds.cols()), Eigen::VectorXd(count), seeds};
+  for (Eigen::Index n = 0; n < count; ++n) {
+    const InputSample& sample = inputs.samples[n];
+    pass.residual[n] = simulation.follow(sample);
+    if (sample.voltage_controlled)
+      pass.jacobian.row(n) = -simulation.currentErrorDerivatives().transpose();
+    else
+      pass.jacobian.row(n) = simulation.voltageDerivatives().transpose();
+  }
+  pass.at_end.bottomRows(model.stateCount()) = simulation.stateDerivatives();
+  return pass;
 }
 
 }  // namespace battery_sof

@@ -88,8 +88,7 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
        detectCranks(series, range, limits, gapThreshold(medianInterval(series.time, range)))) {
     double modelled = std::numeric_limits<double>::infinity();
     for (std::size_t n = crank.range.first; n < crank.range.last; ++n)
-      modelled = std::min(modelled,
-                          series.voltage[n] - residual[static_cast<Eigen::Index>(n - range.first)]);
+      modelled = std::min(modelled, series.voltage[n] - residual[n - range.first]);
     squares += std::pow(crank.min_voltage - modelled, 2);
     ++scores.cranks;
   }

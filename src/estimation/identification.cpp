@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "estimation/base_search.hpp"
-#include "estimation/composition_identification.hpp"
 #include "estimation/fit_quality.hpp"
 #include "estimation/window.hpp"
 #include "recording/events.hpp"
@@ -61,21 +60,19 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
   requireThat(options.threads >= 0, "threads", options.threads, "at least 0");
   BatteryModel known(options.effects, options.discrepancy);
   if (!options.masked.empty() && options.masked.size() != series.size())
-    throw std::invalid_argument("masked has " + std::to_string(options.masked.size()) +
-                                " entries for a recording of " + std::to_string(series.size()));
+    throw std::invalid_argument(format("masked has %zu entries for a recording of %zu",
+                                       options.masked.size(), series.size()));
   if (options.source && options.source->voltage_controlled.size() != series.size())
-    throw std::invalid_argument("source has " +
-                                std::to_string(options.source->voltage_controlled.size()) +
-                                " entries for a recording of " + std::to_string(series.size()));
+    throw std::invalid_argument(format("source has %zu entries for a recording of %zu",
+                                       options.source->voltage_controlled.size(), series.size()));
   if (options.start == FitStart::kPaper && options.source)
     throw std::invalid_argument("the paper's start has the current as its only input: no source");
   if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
     throw std::invalid_argument(
         "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
   if (range.last > series.size() || range.first > range.last)
-    throw std::invalid_argument("window of samples " + std::to_string(range.first) + " to " +
-                                std::to_string(range.last) + " in a recording of " +
-                                std::to_string(series.size()));
+    throw std::invalid_argument(format("window of samples %zu to %zu in a recording of %zu",
+                                       range.first, range.last, series.size()));
 }
 
 bool atBound(const ParameterInfo& info, double value) {
@@ -89,7 +86,7 @@ Eigen::MatrixXd covarianceOf(const std::vector<ParameterEstimate>& estimates, Ba
   static constexpr std::array<int, kCovarianceRows> kColumnOfRow = {
       kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta, kColumnOne, kColumnInitial};
   Eigen::VectorXd scale = Eigen::VectorXd::Ones(kCovarianceRows);
-  for (const int j : {kRowC2, kRowBeta}) scale[j] = estimates[static_cast<std::size_t>(j)].value;
+  for (const int j : {kRowC2, kRowBeta}) scale[j] = estimates[j].value;
   for (std::size_t j = 0; j < estimates.size(); ++j)
     if (estimates[j].at_bound) left.columns.col(kColumnOfRow[j]).setZero();
   const Eigen::MatrixXd of_columns = combined(sandwichParts(
@@ -121,7 +118,7 @@ FittedModel describeFit(const Window& window, const CompositionFit& fit,
   model.fit.iterations = fit.iterations;
   std::vector<ParameterEstimate>& estimates = model.fit.estimates;
   for (std::size_t j = 0; j < estimates.size(); ++j) {
-    estimates[j].value = fit.point.parameters[static_cast<Eigen::Index>(j)];
+    estimates[j].value = fit.point.parameters[j];
     estimates[j].at_bound = j != kRowUDc && atBound(base.parameters()[j], estimates[j].value);
   }
   model.fit.covariance = covarianceOf(estimates, left, rho);

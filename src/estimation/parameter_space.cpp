@@ -8,12 +8,6 @@
 namespace battery_sof {
 namespace {
 
-void requireNames(const BatteryModel& model, const std::vector<std::string>& names) {
-  for (const std::string& name : names)
-    if (!model.parameterRow(name))
-      throw std::invalid_argument("parameter \"" + name + "\" is not one of the composition's");
-}
-
 FitCoordinate coordinateOf(const ParameterInfo& info, Eigen::Index row, double length) {
   FitCoordinate c;
   c.row = row;
@@ -28,6 +22,8 @@ FitCoordinate coordinateOf(const ParameterInfo& info, Eigen::Index row, double l
   return c;
 }
 
+}  // namespace
+
 FitCoordinate coordinateOf(const StateInfo& info, Eigen::Index row) {
   FitCoordinate c;
   c.row = row;
@@ -37,8 +33,6 @@ FitCoordinate coordinateOf(const StateInfo& info, Eigen::Index row) {
   c.centre = c.of(info.rest);
   return c;
 }
-
-}  // namespace
 
 void FitCoordinate::take(const KnownParameter& known) {
   const double at = std::clamp(known.value, lower, upper);
@@ -51,26 +45,26 @@ void FitCoordinate::take(const KnownParameter& known) {
 
 ParameterSpace::ParameterSpace(const BatteryModel& model, const CompositionPoint& start,
                                double length, const std::vector<KnownParameter>& known,
-                               const std::vector<std::string>& free,
                                const std::vector<std::string>& fixed)
     : start_(start) {
-  requireNames(model, free);
-  requireNames(model, fixed);
+  for (const std::string& name : fixed)
+    if (!model.parameterRow(name))
+      throw std::invalid_argument("parameter \"" + name + "\" is not one of the composition's");
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
-    const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
-    if ((info.held && !contains(free, info.name)) || contains(fixed, info.name)) continue;
+    const ParameterInfo& info = model.parameters()[j];
+    if (info.held || contains(fixed, info.name)) continue;
     coordinates_.push_back(coordinateOf(info, j, length));
     if (const KnownParameter* one = find(known, info.name)) coordinates_.back().take(*one);
   }
   for (Eigen::Index j = 0; j < model.stateCount(); ++j) {
-    const StateInfo& info = model.states()[static_cast<std::size_t>(j)];
+    const StateInfo& info = model.states()[j];
     if (info.initial_std) coordinates_.push_back(coordinateOf(info, model.parameterCount() + j));
     if (info.begins_as_u_c2) as_u_c2_.push_back(j);
   }
   if (size() > Simulation::kMaxTangents)
-    throw std::invalid_argument("the composition has " + std::to_string(size()) +
-                                " unknowns, at most " + std::to_string(Simulation::kMaxTangents) +
-                                " can be fitted at once");
+    throw std::invalid_argument(
+        format("the composition has %td unknowns, at most %td can be fitted at once", size(),
+               Simulation::kMaxTangents));
   lower_.resize(size());
   upper_.resize(size());
   for (Eigen::Index k = 0; k < size(); ++k) {
@@ -81,19 +75,13 @@ ParameterSpace::ParameterSpace(const BatteryModel& model, const CompositionPoint
 
 Eigen::VectorXd ParameterSpace::coordinatesOf(const CompositionPoint& point) const {
   Eigen::VectorXd x(size());
-  for (Eigen::Index k = 0; k < size(); ++k) {
-    const Eigen::Index state = rowOf(k) - point.parameters.size();
-    x[k] = (*this)[k].of(state < 0 ? point.parameters[rowOf(k)] : point.state[state]);
-  }
+  for (Eigen::Index k = 0; k < size(); ++k) x[k] = (*this)[k].of(point[rowOf(k)]);
   return x.cwiseMax(lower_).cwiseMin(upper_);
 }
 
 CompositionPoint ParameterSpace::pointAt(const Eigen::VectorXd& x) const {
   CompositionPoint point = start_;
-  for (Eigen::Index k = 0; k < size(); ++k) {
-    const Eigen::Index state = rowOf(k) - point.parameters.size();
-    (state < 0 ? point.parameters[rowOf(k)] : point.state[state]) = (*this)[k].value(x[k]);
-  }
+  for (Eigen::Index k = 0; k < size(); ++k) point[rowOf(k)] = (*this)[k].value(x[k]);
   for (const Eigen::Index j : as_u_c2_) point.state[j] = point.state[0];
   return point;
 }

@@ -31,12 +31,22 @@ struct FitCoordinate {
   void take(const KnownParameter& known);
 };
 
+/// @return a first state's, its rest expected.
+FitCoordinate coordinateOf(const StateInfo& info, Eigen::Index row);
+
 /// Parameters and first states of a composition.
 struct CompositionPoint {
   Eigen::VectorXd parameters;  ///< in the order of BatteryModel::parameters()
   /// at the first sample, in the order of BatteryModel::states()
   Eigen::VectorXd state;
 
+  /// @param row of the parameters, or of the states behind them.
+  double& operator[](Eigen::Index row) {
+    return row < parameters.size() ? parameters[row] : state[row - parameters.size()];
+  }
+  double operator[](Eigen::Index row) const {
+    return row < parameters.size() ? parameters[row] : state[row - parameters.size()];
+  }
   /// Where a simulation begins with it. @param time [s], of the first sample.
   ModelPoint at(double time) const { return {parameters, state, time, time}; }
 };
@@ -51,20 +61,16 @@ class ParameterSpace {
   /**
    * @param length of the recording [s], the upper bound of instants.
    * @param known priors in place of the catalogue's.
-   * @param free names of parameters to set free although they are held by default.
    * @param fixed names of parameters that stay at `start`.
    * @throws std::invalid_argument for unknown names, or more than Simulation::kMaxTangents
    * coordinates.
    */
   ParameterSpace(const BatteryModel& model, const CompositionPoint& start, double length,
                  const std::vector<KnownParameter>& known,
-                 const std::vector<std::string>& free = {},
                  const std::vector<std::string>& fixed = {});
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(coordinates_.size()); }
-  const FitCoordinate& operator[](Eigen::Index k) const {
-    return coordinates_[static_cast<std::size_t>(k)];
-  }
+  const FitCoordinate& operator[](Eigen::Index k) const { return coordinates_[k]; }
   /// Row of the parameter vector, or of the state vector behind it, that a coordinate moves.
   Eigen::Index rowOf(Eigen::Index coordinate) const { return (*this)[coordinate].row; }
   const Eigen::VectorXd& lower() const { return lower_; }

@@ -118,9 +118,9 @@ WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
                                   : indexRange(series, search.from.value_or(series.time.front()),
                                                search.to.value_or(series.time.back()));
   if (searched.size() < kMinFitSamples) {
-    choice.message = "no window: " + std::to_string(searched.size()) +
-                     " samples in the searched stretch, at least " +
-                     std::to_string(kMinFitSamples) + " are needed";
+    choice.message =
+        format("no window: %zu samples in the searched stretch, at least %zu are needed",
+               searched.size(), kMinFitSamples);
     return choice;
   }
   const double length = search.length.value_or(defaultWindowLength(series));
@@ -205,8 +205,7 @@ ExcitedRange excitedRange(const Series& series, IndexRange range, std::optional<
   if (range.empty()) return excited;
   if (!max_gap) max_gap = gapThreshold(series);
   const auto values = [&](const std::vector<double>& all) {
-    return Eigen::Map<const Eigen::ArrayXd>(all.data() + range.first,
-                                            static_cast<Eigen::Index>(range.size()));
+    return Eigen::Map<const Eigen::ArrayXd>(all.data() + range.first, range.size());
   };
   excited.min_current = values(series.current).minCoeff();
   excited.max_current = values(series.current).maxCoeff();

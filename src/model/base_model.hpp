@@ -32,7 +32,7 @@ struct ParameterInfo {
   bool linear = false;
   /// a time of the recording: bounded by it, and fits start from several
   bool instant = false;
-  bool held = false;  ///< stays at its magnitude unless it is set free by name
+  bool held = false;  ///< stays at its magnitude
   /// Standard deviation of what is known beforehand around the magnitude: in unit, of the logarithm
   /// when logarithmic.
   std::optional<double> prior_std = std::nullopt;

@@ -54,31 +54,27 @@ BatteryModel::BatteryModel(const std::vector<std::string>& effects,
   }
   for (const EffectInfo& effect : infos)
     for (const ParameterInfo& info : effect.overrides)
-      if (const auto row = parameterRow(info.name))
-        parameters_[static_cast<std::size_t>(*row)] = info;
+      if (const auto row = parameterRow(info.name)) parameters_[*row] = info;
   for (const EffectInfo& effect : infos)
     for (const std::string& bent : effect.is_nonlinear)
-      if (const auto row = parameterRow(bent))
-        parameters_[static_cast<std::size_t>(*row)].linear = false;
+      if (const auto row = parameterRow(bent)) parameters_[*row].linear = false;
 }
 
 std::optional<Eigen::Index> BatteryModel::parameterRow(const std::string& name) const {
   for (Eigen::Index j = 0; j < parameterCount(); ++j)
-    if (parameters_[static_cast<std::size_t>(j)].name == name) return j;
+    if (parameters_[j].name == name) return j;
   return std::nullopt;
 }
 
 Eigen::VectorXd BatteryModel::typicalParameters() const {
   Eigen::VectorXd typical(parameterCount());
-  for (Eigen::Index j = 0; j < parameterCount(); ++j)
-    typical[j] = parameters_[static_cast<std::size_t>(j)].magnitude;
+  for (Eigen::Index j = 0; j < parameterCount(); ++j) typical[j] = parameters_[j].magnitude;
   return typical;
 }
 
 Eigen::VectorXd BatteryModel::restState() const {
   Eigen::VectorXd rest(stateCount());
-  for (Eigen::Index j = 0; j < stateCount(); ++j)
-    rest[j] = states_[static_cast<std::size_t>(j)].rest;
+  for (Eigen::Index j = 0; j < stateCount(); ++j) rest[j] = states_[j].rest;
   return rest;
 }
 

@@ -29,9 +29,8 @@ const double* derivativesOf(const Dual<N>& x) {
 
 template <typename S>
 Eigen::VectorXd valuesOf(const std::vector<S>& numbers) {
-  Eigen::VectorXd values(static_cast<Eigen::Index>(numbers.size()));
-  for (std::size_t j = 0; j < numbers.size(); ++j)
-    values[static_cast<Eigen::Index>(j)] = valueOf(numbers[j]);
+  Eigen::VectorXd values(numbers.size());
+  for (std::size_t j = 0; j < numbers.size(); ++j) values[j] = valueOf(numbers[j]);
   return values;
 }
 
@@ -138,24 +137,11 @@ class ComposedEffects {
   const S* ownOf(const Member& member) const { return p_.data() + member.parameter; }
   template <typename States>
   static auto stateOf(const Member& member, States& x) -> decltype(x.data()) {
-    return member.state < static_cast<int>(x.size()) ? &x[static_cast<std::size_t>(member.state)]
-                                                     : nullptr;
+    return member.state < static_cast<int>(x.size()) ? &x[member.state] : nullptr;
   }
 
   Present<S> bareModel() const {
-    return {p_[kRowRDischarge],
-            p_[kRowRCharge],
-            p_[kRowC2],
-            p_[kRowBeta],
-            p_[kRowUDc],
-            S(BaseParameters{}.i0),
-            S(BaseParameters{}.alpha),
-            S(1.0),
-            S(0.0),
-            S(0.0),
-            S(1.0),
-            S(0.0),
-            0.0};
+    return {p_[kRowRDischarge], p_[kRowRCharge], p_[kRowC2], p_[kRowBeta], p_[kRowUDc]};
   }
 
   std::shared_ptr<const BoundComposition> bound_;

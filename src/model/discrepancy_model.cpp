@@ -18,7 +18,7 @@ void require(bool sound, const std::string& what) {
 }
 
 void requireSound(const DiscrepancyModel& discrepancy) {
-  const auto regressors = static_cast<Eigen::Index>(discrepancy.regressors.size());
+  const Eigen::Index regressors = discrepancy.regressors.size();
   for (const Eigen::VectorXd* each : {&discrepancy.lower, &discrepancy.upper, &discrepancy.centre,
                                       &discrepancy.scale, &discrepancy.weight})
     require(each->size() == regressors && each->allFinite(),
@@ -47,7 +47,7 @@ void requireSound(const DiscrepancyModel& discrepancy) {
 std::size_t DiscrepancyModel::memorySize() const { return regressors.size() + kSharedStates + 1; }
 
 double DiscrepancyModel::used(Eigen::Index k, double value) const {
-  if (isUnbounded(regressors[static_cast<std::size_t>(k)].kind)) return value;
+  if (isUnbounded(regressors[k].kind)) return value;
   return std::clamp(value, lower[k], upper[k]);
 }
 
@@ -75,7 +75,7 @@ EffectInfo discrepancyInfo(const DiscrepancyModel& discrepancy) {
 std::vector<double> restedMemory(const DiscrepancyModel& discrepancy, std::vector<double> memory) {
   RegressorMemory regressors(discrepancy.regressors, discrepancy.context);
   if (!memory.empty()) regressors.setState({memory.begin(), memory.end() - 1});
-  Eigen::VectorXd values(static_cast<Eigen::Index>(discrepancy.regressors.size()));
+  Eigen::VectorXd values(discrepancy.regressors.size());
   regressors.advance({0.0, 0.0, 0.0, false, 0.0, 0.0}, values);
   regressors.advance({kRest, 0.0, 0.0, false, 0.0, 0.0}, values);
   memory = regressors.state();

@@ -95,7 +95,7 @@ class DiscrepancyRun {
     S sum(0.0);
     beyond_ = 0.0;
     for (std::size_t k = 0; k < values_.size(); ++k) {
-      const auto j = static_cast<Eigen::Index>(k);
+      const Eigen::Index j = k;
       const double weight = discrepancy_->weight[j] / discrepancy_->scale[j];
       if (weight == 0.0) continue;
       const double value = valueOf(values_[k]),

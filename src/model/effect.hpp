@@ -36,7 +36,7 @@ struct EffectInfo {
   std::vector<StateInfo> states;
   std::vector<std::string> look_alikes;  ///< ids it is often confused with
   std::string distinguished_by;          ///< the recording that separates it from them
-  std::vector<std::string> needs;        ///< ids without which it has no meaning
+  std::vector<std::string> needs = {};   ///< ids without which it has no meaning
   /// parameters in which the voltage is not linear once this effect is there
   std::vector<std::string> is_nonlinear = {};
   /// ids that current and voltage at 100 Hz do not tell it from, whatever a fit says

@@ -8,70 +8,66 @@
 namespace battery_sof {
 
 CurrentTrace::CurrentTrace(const Series& series, IndexRange range, double max_gap) {
-  time_.reserve(range.size());
-  current_.reserve(range.size());
-  charge_.reserve(range.size());
-  gap_.reserve(range.size());
+  samples_.reserve(range.size());
   for (std::size_t n = range.first; n < range.last; ++n)
     append(series.time[n], series.current[n], max_gap);
 }
 
 void CurrentTrace::append(double time, double current, double max_gap) {
-  double charge = 0.0;
-  bool gap = false;
-  if (!time_.empty()) {
-    gap = time - time_.back() > max_gap;
-    const double mean = gap ? 0.0 : 0.5 * (current_.back() + current);
-    charge = charge_.back() + mean * (time - time_.back());
+  Sample sample{time, current, 0.0, false};
+  if (!samples_.empty()) {
+    const Sample& before = samples_.back();
+    sample.gap = time - before.time > max_gap;
+    const double mean = sample.gap ? 0.0 : 0.5 * (before.current + current);
+    sample.charge = before.charge + mean * (time - before.time);
   }
-  time_.push_back(time);
-  current_.push_back(current);
-  charge_.push_back(charge);
-  gap_.push_back(gap ? 1 : 0);
+  samples_.push_back(sample);
 }
 
 void CurrentTrace::forgetBefore(double time) {
-  const auto keep = std::upper_bound(time_.begin(), time_.end(), time) - time_.begin();
+  const auto after =
+      std::upper_bound(samples_.begin(), samples_.end(), time,
+                       [](double t, const Sample& sample) { return t < sample.time; });
   // Erased in bulk, so that forgetting costs nothing per sample.
-  if (keep < 2048) return;
-  const auto drop = keep - 1;
-  time_.erase(time_.begin(), time_.begin() + drop);
-  current_.erase(current_.begin(), current_.begin() + drop);
-  charge_.erase(charge_.begin(), charge_.begin() + drop);
-  gap_.erase(gap_.begin(), gap_.begin() + drop);
+  if (after - samples_.begin() >= 2048) samples_.erase(samples_.begin(), after - 1);
 }
 
-std::size_t CurrentTrace::segment(double time) const {
-  const auto after = std::lower_bound(time_.begin() + 1, time_.end() - 1, time);
-  return static_cast<std::size_t>(after - time_.begin());
+const CurrentTrace::Sample* CurrentTrace::endOfSegment(double time) const {
+  return &*std::lower_bound(samples_.begin() + 1, samples_.end() - 1, time,
+                            [](const Sample& sample, double t) { return sample.time < t; });
 }
 
 double CurrentTrace::at(double time) const {
-  if (time_.empty()) return 0.0;
-  if (time <= time_.front()) return current_.front();
-  if (time >= time_.back()) return current_.back();
-  const std::size_t n = segment(time);
-  if (gap_[n] && time < time_[n]) return 0.0;
-  const double share = (time - time_[n - 1]) / (time_[n] - time_[n - 1]);
-  return current_[n - 1] + share * (current_[n] - current_[n - 1]);
+  if (samples_.empty()) return 0.0;
+  if (time <= samples_.front().time) return samples_.front().current;
+  if (time >= samples_.back().time) return samples_.back().current;
+  const Sample* const end = endOfSegment(time);
+  if (end->gap && time < end->time) return 0.0;
+  const Sample& begin = end[-1];
+  const double share = (time - begin.time) / (end->time - begin.time);
+  return begin.current + share * (end->current - begin.current);
 }
 
 double CurrentTrace::slopeAt(double time) const {
-  if (time_.size() < 2 || time <= time_.front() || time > time_.back()) return 0.0;
-  const std::size_t n = segment(time);
-  return gap_[n] ? 0.0 : (current_[n] - current_[n - 1]) / (time_[n] - time_[n - 1]);
+  if (samples_.size() < 2 || time <= samples_.front().time || time > samples_.back().time)
+    return 0.0;
+  const Sample* const end = endOfSegment(time);
+  const Sample& begin = end[-1];
+  return end->gap ? 0.0 : (end->current - begin.current) / (end->time - begin.time);
 }
 
 double CurrentTrace::chargeUntil(double time) const {
-  if (time <= time_.front()) return (time - time_.front()) * current_.front();
-  if (time >= time_.back()) return charge_.back() + (time - time_.back()) * current_.back();
-  const std::size_t n = segment(time);
-  if (gap_[n]) return charge_[n - 1];
-  return charge_[n - 1] + 0.5 * (current_[n - 1] + at(time)) * (time - time_[n - 1]);
+  const Sample &first = samples_.front(), &last = samples_.back();
+  if (time <= first.time) return (time - first.time) * first.current;
+  if (time >= last.time) return last.charge + (time - last.time) * last.current;
+  const Sample* const end = endOfSegment(time);
+  const Sample& begin = end[-1];
+  if (end->gap) return begin.charge;
+  return begin.charge + 0.5 * (begin.current + at(time)) * (time - begin.time);
 }
 
 double CurrentTrace::meanBetween(double from, double to) const {
-  if (time_.empty()) return 0.0;
+  if (samples_.empty()) return 0.0;
   return (chargeUntil(to) - chargeUntil(from)) / (to - from);
 }
 

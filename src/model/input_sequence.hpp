@@ -49,14 +49,19 @@ class CurrentTrace {
   /// [A/s], of the segment that ends at or holds `time`; 0 outside
   double slopeAt(double time) const;
   double meanBetween(double from, double to) const;  ///< [A], from < to
-  bool empty() const { return time_.empty(); }
+  bool empty() const { return samples_.empty(); }
 
  private:
-  std::size_t segment(double time) const;
+  struct Sample {
+    double time, current;
+    double charge;  // [As], since the first sample
+    bool gap;       // the segment that ends here is one
+  };
+  /// @return the sample that ends the segment which holds a time; there are two samples at least.
+  const Sample* endOfSegment(double time) const;
   double chargeUntil(double time) const;
 
-  std::vector<double> time_, current_, charge_;  // [s], [A], [As] since the first sample
-  std::vector<char> gap_;                        // whether the segment that ends here is a gap
+  std::vector<Sample> samples_;
 };
 
 /// An interval of an input sequence and the sample that ends it.

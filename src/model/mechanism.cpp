@@ -1,9 +1,7 @@
 #include "model/mechanism.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 
-#include "model/effect.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -16,6 +14,7 @@ struct MechanismInfo {
   std::vector<std::string> members;
 };
 
+/// In the order of Mechanism.
 const std::vector<MechanismInfo>& table() {
   static const std::vector<MechanismInfo> all = {
       {Mechanism::kAcceptance,
@@ -52,8 +51,7 @@ const std::vector<MechanismInfo>& table() {
 }
 
 const MechanismInfo& infoOf(Mechanism mechanism) {
-  return *std::find_if(table().begin(), table().end(),
-                       [&](const MechanismInfo& info) { return info.mechanism == mechanism; });
+  return table()[static_cast<std::size_t>(mechanism)];
 }
 
 }  // namespace
@@ -71,13 +69,6 @@ Mechanism mechanismOf(const std::string& effect) {
   for (const MechanismInfo& info : table())
     if (contains(info.members, effect)) return info.mechanism;
   throw std::invalid_argument("effect '" + effect + "' belongs to no mechanism");
-}
-
-std::vector<std::string> membersOf(Mechanism mechanism) {
-  std::vector<std::string> ids;
-  for (const EffectInfo& effect : effectCatalogue())
-    if (mechanismOf(effect.id) == mechanism) ids.push_back(effect.id);
-  return ids;
 }
 
 std::vector<std::string> namesOf(Mechanism mechanism) { return infoOf(mechanism).members; }

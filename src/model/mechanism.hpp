@@ -38,9 +38,6 @@ bool isOfLeadAcid(Mechanism mechanism);
 /// an unknown id.
 Mechanism mechanismOf(const std::string& effect);
 
-/// @return ids of the catalogue's effects of a mechanism, in its order.
-std::vector<std::string> membersOf(Mechanism mechanism);
-
 /// @return everything mechanismOf() knows of a mechanism: its effects, and faults that are no
 /// equations.
 std::vector<std::string> namesOf(Mechanism mechanism);

@@ -24,7 +24,7 @@ class NarrowLayer final : public LayerOf<S> {
   NarrowLayer(const BoundComposition& bound, std::vector<int> tangents)
       : layer_(bound),
         tangents_(std::move(tangents)),
-        parameters_(static_cast<std::size_t>(bound.model.parameterCount())),
+        parameters_(bound.model.parameterCount()),
         has_ladder_(bound.ladder_state >= 0),
         adapts_(bound.adapts) {}
   std::unique_ptr<LayerOf<S>> clone() const override {
@@ -60,7 +60,7 @@ class NarrowLayer final : public LayerOf<S> {
   Dual<N> gathered(const S& x) const {
     Dual<N> narrow(x.value());
     for (std::size_t k = 0; k < tangents_.size(); ++k)
-      narrow.derivatives()[static_cast<Eigen::Index>(k)] = x.derivatives()[tangents_[k]];
+      narrow.derivatives()[k] = x.derivatives()[tangents_[k]];
     return narrow;
   }
   Present<Dual<N>> gathered(const Present<S>& f) const {
@@ -69,7 +69,7 @@ class NarrowLayer final : public LayerOf<S> {
   void scatter(const Dual<N>& narrow, S& x) const {
     x.value() = narrow.value();
     for (std::size_t k = 0; k < tangents_.size(); ++k)
-      x.derivatives()[tangents_[k]] = narrow.derivatives()[static_cast<Eigen::Index>(k)];
+      x.derivatives()[tangents_[k]] = narrow.derivatives()[k];
   }
 
   DoubleLayer<Dual<N>> layer_;

@@ -32,7 +32,7 @@ class OverpotentialSweep {
   /// Sets what a block's samples are reached with. @param held in SIMD lane order, duration 0 past
   /// the window's end.  @param i0 exchange current [A], > 0.
   void drive(Eigen::Index block, const HeldBlock& held, double i0) {
-    shareCurrents(held, i0, blocks_[static_cast<std::size_t>(block)], widestInstructionSet());
+    shareCurrents(held, i0, blocks_[block], widestInstructionSet());
   }
 
   Eigen::Index blocks() const { return static_cast<Eigen::Index>(blocks_.size()); }
@@ -48,7 +48,7 @@ class OverpotentialSweep {
                                  1.0};
     OverpotentialStates states;
     for (Eigen::Index block = 0; block < blocks(); ++block) {
-      sweepOverpotential(blocks_[static_cast<std::size_t>(block)], scale, carried, states, set);
+      sweepOverpotential(blocks_[block], scale, carried, states, set);
       visit(block, states);
     }
   }

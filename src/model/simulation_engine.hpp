@@ -73,10 +73,9 @@ class EngineOf final : public Simulation::Engine {
   Eigen::VectorXd state() const override { return valuesOf(battery_.now.x); }
   Eigen::MatrixXd stateDerivatives() const override {
     const std::vector<S>& x = battery_.now.x;
-    Eigen::MatrixXd slopes(static_cast<Eigen::Index>(x.size()), tangents());
+    Eigen::MatrixXd slopes(x.size(), tangents());
     for (std::size_t j = 0; j < x.size(); ++j)
-      for (Eigen::Index k = 0; k < tangents(); ++k)
-        slopes(static_cast<Eigen::Index>(j), k) = derivativesOf(x[j])[k];
+      for (Eigen::Index k = 0; k < tangents(); ++k) slopes(j, k) = derivativesOf(x[j])[k];
     return slopes;
   }
   std::vector<double> regressorMemory() const override { return battery_.regressorMemory(); }

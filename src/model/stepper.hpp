@@ -233,7 +233,7 @@ class Stepper {
   static const S& ohmic(const Present<S>& present, const S& current) {
     return valueOf(current) < 0.0 ? present.r_discharge : present.r_charge;
   }
-  S* stateAt(int j) { return j >= 0 ? &now.x[static_cast<std::size_t>(j)] : nullptr; }
+  S* stateAt(int j) { return j >= 0 ? &now.x[j] : nullptr; }
 
   /// Terminal voltage at an instant, and what the channel makes of it.
   void show(const Instant<S>& instant) {
@@ -315,7 +315,7 @@ class Stepper {
     const int activity = effects_.bound().activity_state;
     const S up = S(present.alpha * present.beta), down = S(present.beta - up);
     S charging = S(present.i0 * present.reactivity * exp(bounded(S(up * u))));
-    if (activity >= 0) charging = S(charging * exp(now.x[static_cast<std::size_t>(activity)]));
+    if (activity >= 0) charging = S(charging * exp(now.x[activity]));
     const S discharging = S(present.i0 * exp(bounded(S(-(down * u)))));
     const S free = S(up * charging + down * discharging),
             limit = S(1.0 + charging * present.inverse_supply);

@@ -19,8 +19,7 @@ struct AcidTransport {
             {{"acid_current_1", "A", 0.0, 20.0, -300.0, 300.0},
              {"acid_current_2", "A", 0.0, 10.0, -100.0, 100.0}},
             {"ocv_soc", "ocv_hysteresis", "cpe2", "high_rate_depletion"},
-            "a rest of two time constants after 0.5 Ah: acid relaxes, the state of charge stays",
-            {}};
+            "a rest of two time constants after 0.5 Ah: acid relaxes, the state of charge stays"};
   }
   // The states are w_j / R_j, so that a vanishing R_j leaves them well defined.
   template <typename S>

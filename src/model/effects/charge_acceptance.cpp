@@ -16,8 +16,7 @@ struct ChargeAcceptance {
             {{"log_activity", "1", 0.0, 0.5, -5.0, 2.0}},
             {"acid_transport", "charge_transfer", "sulphate_history", "ocv_hysteresis"},
             "a discharge of the same size and length as the charge: acid reacts to it, lead ions "
-            "do not",
-            {}};
+            "do not"};
   }
   /// Linear in p for a given u, positive for every step.
   template <typename S>

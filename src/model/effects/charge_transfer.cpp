@@ -18,8 +18,7 @@ struct ChargeTransfer {
             {exchange, symmetry},
             {},
             {"current_offset", "gassing", "charge_acceptance"},
-            "the asymmetry of charge and discharge has no history",
-            {}};
+            "the asymmetry of charge and discharge has no history"};
   }
   template <typename S>
   static void adapt(const S* p, const S*, Present<S>& present) {

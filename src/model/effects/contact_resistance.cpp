@@ -19,8 +19,7 @@ struct ContactResistance {
          when},
         {},
         {"self_heating", "parameter_drift"},
-        "the voltage at the battery's posts",
-        {}};
+        "the voltage at the battery's posts"};
   }
   template <typename S>
   static S voltage(const S* p, const S*, const Instant<S>& instant) {

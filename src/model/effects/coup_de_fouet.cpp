@@ -19,8 +19,7 @@ struct CoupDeFouet {
                         "docs/physics.md#coup_de_fouet"))},
             {{"nucleation", "1"}, {"coup_onset", "1", 1.0}},
             {"acid_transport", "high_rate_depletion"},
-            "a discharge after a full charge: only this dip recovers while the current flows",
-            {}};
+            "a discharge after a full charge: only this dip recovers while the current flows"};
   }
   template <typename S>
   static void advance(const S* p, S* x, const Passage<S>& passage) {

@@ -13,8 +13,7 @@ struct Cpe2 {
                     {strength("dispersion", "1 - p", "1", 0.12, 0.0, 0.4, "docs/physics.md#cpe2")},
                     {},
                     {"second_electrode", "acid_transport", "fast_arc"},
-                    "a rest of a minute after a long step: the slope of log|du/dt| against log t",
-                    {}};
+                    "a rest of a minute after a long step: the slope of log|du/dt| against log t"};
     for (int k = 0; k < kLadderRungs; ++k) {
       StateInfo rung{"cpe2_" + std::to_string(k + 1), "V"};
       rung.begins_as_u_c2 = true;

@@ -19,8 +19,7 @@ struct CurrentDependentResistance {
                            "docs/physics.md#current_dependent_resistance"))},
             {},
             {"charge_transfer", "current_gain", "second_electrode"},
-            "pulses at three amplitudes, looked at after 20 to 100 ms",
-            {}};
+            "pulses at three amplitudes, looked at after 20 to 100 ms"};
   }
   template <typename S>
   static S voltage(const S* p, const S*, const Instant<S>& instant) {

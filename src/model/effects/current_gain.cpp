@@ -14,8 +14,7 @@ struct CurrentGain {
          held(strength("gain_error", "g", "1", 0.0, -0.1, 0.1, "docs/physics.md#current_gain"))},
         {},
         {"charge_transfer", "current_dependent_resistance"},
-        "a second current sensor, or a known charge",
-        {}};
+        "a second current sensor, or a known charge"};
   }
   template <typename S>
   static S corrected(const S* p, const S& current) {

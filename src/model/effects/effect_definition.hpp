@@ -33,18 +33,18 @@ double valueOf(const Eigen::AutoDiffScalar<D>& x) {
 /// The base model's parameters as effects leave them for one interval.
 template <typename S>
 struct Present {
-  S r_discharge, r_charge;  ///< [Ohm]
-  S c2;                     ///< [F]
-  S beta;                   ///< [1/V]
-  S u_dc;                   ///< [V]
-  S i0;                     ///< [A]
-  S alpha;                  ///< [1]
-  S acceptance;             ///< [1], factor on the limiting charge current
-  S warming;                ///< [K], above the temperature at the reference time
-  S dispersion;             ///< [1], 1 - exponent of the double layer's fractional capacitance
-  S reactivity;             ///< g [1], factor on the charging rate of the charge transfer
-  S inverse_supply;         ///< 1/L [1/A], of the charging current that can be fed; 0: any
-  double time = 0.0;        ///< [s] since the reference time, at the interval's end
+  S r_discharge, r_charge;              ///< [Ohm]
+  S c2;                                 ///< [F]
+  S beta;                               ///< [1/V]
+  S u_dc;                               ///< [V]
+  S i0 = S(BaseParameters{}.i0);        ///< [A]
+  S alpha = S(BaseParameters{}.alpha);  ///< [1]
+  S acceptance = S(1.0);                ///< [1], factor on the limiting charge current
+  S warming = S(0.0);                   ///< [K], above the temperature at the reference time
+  S dispersion = S(0.0);      ///< [1], 1 - exponent of the double layer's fractional capacitance
+  S reactivity = S(1.0);      ///< g [1], factor on the charging rate of the charge transfer
+  S inverse_supply = S(0.0);  ///< 1/L [1/A], of the charging current that can be fed; 0: any
+  double time = 0.0;          ///< [s] since the reference time, at the interval's end
 };
 
 /// The same in another arithmetic, each number as `number` makes it one.
@@ -253,35 +253,32 @@ S relaxed(const S& x, const S& target, const S& tau, double duration) {
 }
 
 /// A strength: zero removes its effect.
-inline ParameterInfo strength(std::string name, std::string symbol, std::string unit,
-                              double magnitude, double lower, double upper, std::string source) {
-  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit), magnitude, lower,
-                     upper,           std::move(source)};
+inline ParameterInfo strength(const std::string& name, const char* symbol, const char* unit,
+                              double magnitude, double lower, double upper, const char* source) {
+  ParameterInfo info{name, symbol, unit, magnitude, lower, upper, source};
   info.vanishes_at = 0.0;
   return info;
 }
 
 /// A strength in which the voltage is linear.
-inline ParameterInfo linearStrength(std::string name, std::string symbol, std::string unit,
+inline ParameterInfo linearStrength(const std::string& name, const char* symbol, const char* unit,
                                     double magnitude, double lower, double upper,
-                                    std::string source) {
-  ParameterInfo info = strength(std::move(name), std::move(symbol), std::move(unit), magnitude,
-                                lower, upper, std::move(source));
+                                    const char* source) {
+  ParameterInfo info = strength(name, symbol, unit, magnitude, lower, upper, source);
   info.linear = true;
   return info;
 }
 
 /// A time constant, capacitance or rate: known by its order of magnitude, to a factor e^prior_std.
-inline ParameterInfo shape(std::string name, std::string symbol, std::string unit, double magnitude,
-                           double lower, double upper, double prior_std, std::string source) {
-  ParameterInfo info{std::move(name), std::move(symbol), std::move(unit), magnitude, lower,
-                     upper,           std::move(source)};
+inline ParameterInfo shape(const char* name, const char* symbol, const char* unit, double magnitude,
+                           double lower, double upper, double prior_std, const char* source) {
+  ParameterInfo info{name, symbol, unit, magnitude, lower, upper, source};
   info.logarithmic = true;
   info.prior_std = prior_std;
   return info;
 }
 
-/// The same, kept at its magnitude unless set free by name.
+/// The same, kept at its magnitude.
 inline ParameterInfo held(ParameterInfo info) {
   info.held = true;
   return info;

@@ -20,8 +20,7 @@ struct HighRateDepletion {
                         "docs/physics.md#high_rate_depletion"))},
             {{"drawn_current", "A"}},
             {"acid_transport", "cpe2"},
-            "a crank after 1 s and one after 60 s of -100 A",
-            {}};
+            "a crank after 1 s and one after 60 s of -100 A"};
   }
   template <typename S>
   static void advance(const S* p, S* x, const Passage<S>& passage) {

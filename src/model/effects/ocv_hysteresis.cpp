@@ -14,8 +14,7 @@ struct OcvHysteresis {
                    "docs/physics.md#ocv_hysteresis")},
             {{"hysteresis", "1", 0.0, 0.5, -1.0, 1.0}},
             {"acid_transport", "ocv_soc"},
-            "one cycle again at half the current: hysteresis follows the charge, acid the time",
-            {}};
+            "one cycle again at half the current: hysteresis follows the charge, acid the time"};
   }
   template <typename S>
   static void advance(const S* p, S* x, const Passage<S>& passage) {

@@ -12,8 +12,7 @@ struct OcvSoc {
         {linearStrength("ocv_slope", "k_s", "V/Ah", 0.027, 0.0, 0.3, "docs/physics.md#ocv_soc")},
         {{"charge", "Ah"}},
         {"acid_transport", "ocv_hysteresis", "voltage_drift"},
-        "a rest of an hour after 0.5 Ah: what stays is the state of charge",
-        {}};
+        "a rest of an hour after 0.5 Ah: what stays is the state of charge"};
   }
   template <typename S>
   static void advance(const S*, S* x, const Passage<S>& passage) {

@@ -18,8 +18,7 @@ struct ParameterDrift {
          strength("beta_drift", "d_b", "1/h", 0.1, -2.0, 2.0, "docs/physics.md#parameter_drift")},
         {},
         {"self_heating", "contact_resistance"},
-        "a second recording of the same regime an hour later",
-        {}};
+        "a second recording of the same regime an hour later"};
   }
   template <typename S>
   static void adapt(const S* p, const S*, Present<S>& present) {

@@ -17,8 +17,7 @@ struct SecondElectrode {
                         "docs/physics.md#second_electrode"))},
             {{"u_3_over_b3", "1", 0.0, 1.0, -15.0, 15.0}},
             {"cpe2", "acid_transport"},
-            "a rest of a minute after a long step: one knee or two",
-            {}};
+            "a rest of a minute after a long step: one knee or two"};
   }
   // The state is u_3 / B_3: tau_3 dx/dt = i / I_03 - 2 sinh(x / 2), well defined where B_3
   // vanishes.

@@ -14,8 +14,7 @@ struct TimeSkew {
                       "docs/physics.md#time_skew; bounds: two samples of a logger at 1 Hz")},
             {},
             {"inductance", "fast_arc", "sensor_lag"},
-            "edges up and down: the error is antisymmetric and follows r di/dt",
-            {}};
+            "edges up and down: the error is antisymmetric and follows r di/dt"};
   }
   template <typename S>
   static void sense(const S* p, const InputStep& step, S& held, S& end) {

@@ -12,8 +12,7 @@ struct VoltageDrift {
                             "docs/physics.md#voltage_drift")},
             {},
             {"ocv_soc", "acid_transport"},
-            "a reference voltage on the same channel",
-            {}};
+            "a reference voltage on the same channel"};
   }
   template <typename S>
   static void show(const S* p, S*, const Instant<S>& instant, S& voltage) {

@@ -238,17 +238,13 @@ TEST(CompositionProblem, HeldParametersStayUnlessSetFreeAndFixedOnesStay) {
   const InputSequence inputs = inputSequence(series, whole(series));
   const CompositionPoint start = {livelyPoint(model), model.restState()};
   const CompositionProblem usual(model, inputs, {}, start),
-      freed(model, inputs, {}, start, {"oxygen_limit"}),
-      fixed(model, inputs, {}, start, {}, {"beta", "gassing_slope"});
+      fixed(model, inputs, {}, start, {"beta", "gassing_slope"});
   EXPECT_EQ(usual.size(), 8);  // five, two of gassing, u_c2
-  EXPECT_EQ(freed.size(), 9);
   EXPECT_EQ(fixed.size(), 6);
   const CompositionPoint moved = fixed.pointAt(fixed.coordinatesOf(start) * 1.01);
   EXPECT_EQ(moved.parameters[kRowBeta], start.parameters[kRowBeta]);
   EXPECT_NE(moved.parameters[kRowC2], start.parameters[kRowC2]);
-  EXPECT_THROW(CompositionProblem(model, inputs, {}, start, {"oxigen_limit"}),
-               std::invalid_argument);
-  EXPECT_THROW(CompositionProblem(model, inputs, {}, start, {}, {"r3"}), std::invalid_argument);
+  EXPECT_THROW(CompositionProblem(model, inputs, {}, start, {"r3"}), std::invalid_argument);
   EXPECT_THROW(CompositionProblem(model, InputSequence(), {}, start), std::invalid_argument);
 }
 
@@ -421,7 +417,7 @@ TEST(FitComposition, WithEliminationFindsTheOptimumInsideTheBoundsOfManyLinearSt
     const Series series =
         answeredBy(model, truth, 120.0, 0.002, 100 + static_cast<std::uint64_t>(draw));
     const InputSequence inputs = inputSequence(series, whole(series));
-    const CompositionProblem problem(model, inputs, whitened(0.002), start, {}, fixed);
+    const CompositionProblem problem(model, inputs, whitened(0.002), start, fixed);
     CompositionSearch search;
     const CompositionFit with = fitComposition(problem, {start}, search);
     search.eliminate = false;

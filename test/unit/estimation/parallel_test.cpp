@@ -1,4 +1,4 @@
-#include "estimation/parallel.hpp"
+#include "estimation/composition_fit.hpp"
 
 #include <gtest/gtest.h>
 
