@@ -5,6 +5,8 @@ add_library(${PROJECT_NAME}_ros ${ros_sources})
 target_include_directories(${PROJECT_NAME}_ros SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
 target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_bag ${catkin_LIBRARIES} Threads::Threads)
 battery_sof_build_quickly(${PROJECT_NAME}_ros TOGETHER)
+# Boost.Asio brings netdb.h, whose macro NO_DATA is a name of the actions' codes.
+set_source_files_properties(src/ros/background_work.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 add_dependencies(${PROJECT_NAME}_ros ${${PROJECT_NAME}_EXPORTED_TARGETS} ${catkin_EXPORTED_TARGETS})
 
 add_executable(${PROJECT_NAME}_node src/ros/battery_sof_node_main.cpp)

@@ -168,9 +168,11 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
   const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current},
                               window.maxGap(), options.masked);
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
-  const CompositionFit fit = options.start == FitStart::kPaper
-                                 ? searchAsInPaper(samples, options, series[range.first])
-                                 : searchWindow(samples, equations, options);
+  CompositionFit fit;  // effects at a source are searched from their magnitudes
+  if (options.start == FitStart::kPaper)
+    fit = searchAsInPaper(samples, options, series[range.first]);
+  else if (options.effects.empty() || !options.source)
+    fit = searchWindow(samples, equations, options);
   const bool is_base =
       options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
   FittedModel model = is_base ? describeFit(window, fit, equations, options.crank_weight_current)

@@ -145,7 +145,7 @@ class ModelSnapshot {
  *
  * Accepted: a usable fit whose r_discharge and u_dc are determined (a crank's voltage is u_dc +
  * r_discharge i + u_c2, and u_c2's share is the smallest), and whose error on the most recent
- * window is at most 1.1 times that of the model in use, unless that is too old. A refused model
+ * window is at most 1.1 times that of the model in use. A refused model
  * leaves the old one in use.
  *
  * Periods count from when a job was taken, and what happened since is judged by the new model once
@@ -183,8 +183,8 @@ class OnlineSession {
 
   /**
    * @brief Offers a model from an earlier run. It is judged against the first sample that comes:
-   * refused when that is earlier than the model's state or too late after its window. Else it
-   * answers from that sample on. While nothing else is in use a refused one is judged again
+   * refused when that is earlier than the model's state, and when the model's fit is not usable or
+   * of other series blocks. Else it answers from that sample on. While nothing else is in use a refused one is judged again
    * wherever the clock jumps: a first stamp may be wrong.
    */
   void restore(const FittedModel& model);
@@ -212,7 +212,7 @@ class OnlineSession {
   const Series& series() const { return stream_.series(); }
 
   /// What may be asked, state at the newest sample, as a copy that needs no lock; kNoModel with the
-  /// reason when there is no model or it is too old.
+  /// reason when there is no model.
   ModelSnapshot live() const;
   /// Why nothing is answered; none when queries are.
   std::optional<std::string> whyNoModel() const;

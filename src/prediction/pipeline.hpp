@@ -13,10 +13,10 @@
 /**
  * The steps from a question to its answer, the same for cranks, stops and charges:
  *
- *     physics -> residual filter -> event history -> interval calibration -> validity
+ *     physics -> residual filter, interval calibration -> event history -> validity
  *
- * cranking, charge_acceptance and stop_time supply the physics: a simulation with the directions of
- * the covariance, and what it takes the battery through (QueryRange).
+ * cranking and charge_acceptance supply the physics: a simulation with the directions of the
+ * covariance, and what it takes the battery through (QueryRange).
  */
 namespace battery_sof {
 
