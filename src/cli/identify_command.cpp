@@ -107,7 +107,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
           "none, but where a source controls the voltage fresh_sulphate, the physics of charging");
   options.add_flag("--whiten", fit.whiten,
                    "cost of residuals whitened by a fitted noise model in place of the paper's "
-                   "weights");
+                   "weights; not where a source controls the voltage");
   addOption(options, "--threads", fit.threads,
             "threads for the starts of a fit with effects, 0: all; changes no result");
   addOption(options, "--start", values.start, "initial state: estimated, or as in the paper")

@@ -33,13 +33,14 @@ std::string regimeName(Regime regime);
  *
  * | regime | a sample |
  * |---|---|
- * | edge | with a change of the current by more than 30 A within 0.15 s to both sides; where samples are farther apart than that, the one
- * behind the jump | | crank | below -150 A; goes before edge where samples are farther apart | |
- * long charge | of a charge that lasts longer than 10 s at more than 2 A on average | |
- * high-voltage charge | of a charge at more than 13.8 V on average | | short charge | of any other
- * charge | | long discharge | of a discharge longer than 20 s | | discharge | of any other
- * discharge | | post-charge rest, post-discharge rest | of a rest, by the last load before it that
- * moved more than 1 As; without one, post-discharge |
+ * | edge | a change of the current by more than 30 A within 0.15 s to both sides; else behind it |
+ * | crank | below -150 A; before edge where samples are farther apart than 0.15 s |
+ * | long charge | of a charge that lasts longer than 10 s at more than 2 A on average |
+ * | high-voltage charge | of a charge at more than 13.8 V on average |
+ * | short charge | of any other charge |
+ * | long discharge | of a discharge longer than 20 s |
+ * | discharge | of any other discharge |
+ * | post-charge rest, post-discharge rest | by the last load before it that moved more than 1 As |
  *
  * Charge, discharge and rest are runs: a load begins beyond 0.5 A (EventLimits) and ends below half
  * of that, so that noise does not cut it up; a crank or a gap ends it. Voltages of 12 V blocks.
