@@ -54,7 +54,7 @@ class Layouts(unittest.TestCase):
         with open(os.path.join(CONFIG, "diagnostic_aggregator.yaml")) as file:
             groups = yaml.safe_load(file)["analyzers"]["battery"]["analyzers"].values()
         with open(os.path.join(ROOT, "src", "ros", "node_diagnostics.cpp")) as file:
-            lines = re.findall(r'updater_\.add\("([^"]+)"', file.read())
+            lines = re.findall(r'\badd\("([^"]+)", report', file.read())
         self.assertEqual(sorted(name for group in groups for name in group["contains"]), sorted("battery_sof_node: " + line for line in lines))
         for group in groups:
             self.assertEqual(group["num_items"], len(group["contains"]))

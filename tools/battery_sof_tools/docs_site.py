@@ -86,7 +86,7 @@ def main():
     os.makedirs(work)
     pages, settings = (os.path.join(work, name) for name in ("pages", "mkdocs.yml"))
     assemble(pages)
-    headers = subprocess.run(["doxygen", os.path.join(HERE, "headers.doxyfile")], env=dict(os.environ, ROOT=ROOT, PAGES=pages), capture_output=True, text=True, check=False)
+    headers = subprocess.run(["doxygen", os.path.join(HERE, "headers.doxyfile")], cwd=ROOT, env=dict(os.environ, PAGES=pages), capture_output=True, text=True, check=False)
     if headers.returncode:
         print(headers.stderr, file=sys.stderr)
         return 1
