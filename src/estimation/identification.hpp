@@ -97,7 +97,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  * magnitudes, and options.more_starts. With options.whiten noise and fit are estimated in turns,
  * twice each.
  *
- * @param base the base model's optimum under eq. 3.
+ * @param base the base model's optimum under eq. 3; not read for effects at a source, which start
+ * at their magnitudes.
  */
 FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const CompositionPoint& base);

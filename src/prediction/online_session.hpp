@@ -184,8 +184,8 @@ class OnlineSession {
   /**
    * @brief Offers a model from an earlier run. It is judged against the first sample that comes:
    * refused when that is earlier than the model's state, and when the model's fit is not usable or
-   * of other series blocks. Else it answers from that sample on. While nothing else is in use a refused one is judged again
-   * wherever the clock jumps: a first stamp may be wrong.
+   * of other series blocks. Else it answers from that sample on. While nothing else is in use a
+   * refused one is judged again wherever the clock jumps: a first stamp may be wrong.
    */
   void restore(const FittedModel& model);
 

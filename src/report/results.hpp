@@ -71,7 +71,7 @@ std::string checkReportText(const std::string& name, const Recording& recording,
  *   charge_out_ah (negative), longest_charge_s, charges_over_10_s, charge_voltage_range_v;
  * - source: seen, share (of samples whose voltage is controlled), min_current_a (JSON null when
  * none is seen), charges_begin_with,
- *   stretches (count), reasons (a list of reason, controlled, stretches, samples), summary;
+ *   stretches (count), reasons (a list of reason, mode, stretches, samples), summary;
  * - findings: a list of id, severity, what, meaning, value, unit, samples, at_s;
  * - not_judged: a list of sentences.
  */

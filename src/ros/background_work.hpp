@@ -18,8 +18,8 @@ namespace battery_sof {
 /// work throws nothing.
 class BackgroundWorker {
  public:
-  /// @param nice 0 to 19; higher gives way to more. On Linux it is a thread's own; threads it starts
-  /// inherit it.
+  /// @param nice 0 to 19; higher gives way to more. On Linux it is a thread's own; threads it
+  /// starts inherit it.
   explicit BackgroundWorker(int nice);
   /// Lets running work end, then joins.
   ~BackgroundWorker();
