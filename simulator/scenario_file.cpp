@@ -207,11 +207,12 @@ Scenario parseScenario(const std::string& text, const std::string& source) {
 }
 
 Scenario loadScenario(const std::filesystem::path& path) {
+  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+    throw ScenarioError(path.string() + ": is no regular file");
   std::ifstream file(path);
-  std::ostringstream text;
-  if (!std::filesystem::is_regular_file(path) || !(text << file.rdbuf()))
-    throw ScenarioError(path.string() + ": cannot be read");
-  return parseScenario(text.str(), path.string());
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file.is_open() || file.bad()) throw ScenarioError(path.string() + ": cannot be read");
+  return parseScenario(text, path.string());
 }
 
 }  // namespace battery_sof_simulator

@@ -143,6 +143,8 @@ void run(const Arguments& arguments, std::ostream& out, std::ostream& err) {
         "--impedance: the spectrum is that of Fig. 4 without additions, but " + arguments.scenario +
         " has some");
   scenario.seed = arguments.seed.value_or(scenario.seed);
+  if (arguments.out.empty() && !arguments.json.empty())
+    throw std::invalid_argument("--json is of a recording, expected OUT");
   // With --json - standard output holds nothing but the document.
   std::ostream silent(nullptr);
   std::ostream& said = arguments.json == "-" ? silent : out;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 
 #include "battery_sof/recording_error.hpp"
 #include "battery_sof/series.hpp"
@@ -19,6 +20,11 @@ struct CsvColumns {
   /// [degC]; when not given, a column temperature_c is read if the file has one.
   std::optional<std::string> temperature;
   bool discharge_positive = false;  ///< the file counts current out of the battery as positive
+  bool operator==(const CsvColumns& other) const {
+    return std::tie(time, current, voltage, temperature, discharge_positive) ==
+           std::tie(other.time, other.current, other.voltage, other.temperature,
+                    other.discharge_positive);
+  }
 };
 
 /// What is called with every block of bytes that was read, in order.

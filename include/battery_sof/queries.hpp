@@ -36,7 +36,7 @@ struct CurrentProfile {
   double duration() const { return time.empty() ? 0.0 : time.back(); }
 };
 
-/// Reported how much of an answer's work is done, 0 to 1. @return why the work is to be broken off;
+/// Gets how much of an answer's work is done, 0 to 1. @return why the work is to be broken off;
 /// empty to go on.
 using WorkWatch = std::function<std::string(double share)>;
 

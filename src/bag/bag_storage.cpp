@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <regex>
 #include <set>
 #include <system_error>
 #include <vector>
@@ -149,6 +150,9 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
 }
 
 void writeBag(const std::filesystem::path& path, const Series& series, const std::string& topic) {
+  if (!std::regex_match(topic, std::regex("/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*")))
+    throw std::invalid_argument("topic '" + shortened(topic) +
+                                "' is no name of ROS, expected one like " + kDefaultTopic);
   const auto refuse = [&](const std::string& why) -> RecordingError {
     return RecordingError(path.string() + ": cannot write the bag: " + why);
   };

@@ -59,6 +59,9 @@ class Digest {
 
 Recording readRecording(const RecordingArguments& arguments, std::string* hash) {
   const bool is_bag = isBag(arguments.path);
+  if (is_bag && !(arguments.columns == CsvColumns()))
+    throw UsageError(arguments.path +
+                     " is a bag, expected no options of CSV columns or their sign");
   Digest digest;
   Recording recording = is_bag ? readBag(arguments.path, arguments.topic)
                                : readCsv(arguments.path, arguments.columns,
@@ -118,7 +121,8 @@ void addPriorsOptions(CLI::App& command, PriorsArguments& arguments) {
 }
 
 void addJsonOption(CLI::App& command, std::string& json) {
-  addFile(command, kWrittenFile, "--json", json, "write the result as JSON; - for standard output");
+  addFile(command, kWrittenFile, kJsonOption, json,
+          "write the result as JSON; - for standard output");
 }
 
 std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments) {

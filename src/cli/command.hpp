@@ -57,6 +57,7 @@ Subcommand<Arguments> addSubcommand(CLI::App& app, CommandLine& line, const std:
 /// read and written.
 inline constexpr char kReadFile[] = "INPUT";
 inline constexpr char kWrittenFile[] = "OUTPUT";
+inline constexpr char kJsonOption[] = "--json";
 
 /// An option that takes a value; --help shows its default where there is one.
 template <typename Value>
@@ -78,11 +79,16 @@ CLI::Option* addList(CLI::App& command, const std::string& name, std::vector<Val
                      const std::string& description) {
   return command.add_option(name, list, description)->delimiter(',');
 }
-/// @param kind kReadFile or kWrittenFile. @param path or paths.
+/// @param kind kReadFile or kWrittenFile. @param path or paths; "" is none, "-" no file to write.
 template <typename Path>
 CLI::Option* addFile(CLI::App& command, const char* kind, const std::string& name, Path& path,
                      const std::string& description) {
-  return command.add_option(name, path, description)->type_name(kind);
+  const bool may_be_output = kind == kReadFile || name == kJsonOption;
+  const auto fault = [may_be_output](const std::string& given) -> std::string {
+    const bool is_name = !given.empty() && (may_be_output || given != "-");
+    return is_name ? "" : "is \"" + given + "\", expected the name of a file";
+  };
+  return command.add_option(name, path, description)->type_name(kind)->check(fault);
 }
 
 /// How a recording is named on the command line.

@@ -10,6 +10,7 @@
 #include "battery_sof/version.hpp"
 #include "command.hpp"
 #include "util/files.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -96,6 +97,11 @@ int runCommand(CommandLine& line, const std::vector<std::string>& arguments,
   addDiagnoseCommand(app, line);
   addEffectsCommand(app, line);
   for (const auto& command : external) app.add_subcommand(command.name, command.description);
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  if (!arguments.empty() && arguments[0].rfind('-', 0) != 0 && !contains(names, arguments[0]))
+    throw UsageError("sof " + arguments[0] + " is no command, expected one of " + join(names));
   return parseAndRun(app, line, arguments);
 }
 

@@ -137,6 +137,7 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range,
   requireOneSize("errorMetrics", series, range, modelled, masked);
   std::vector<double> measured, predicted;
   ErrorMetrics metrics;
+  metrics.max_abs = 0.0;
   for (std::size_t n = range.first; n < range.last; ++n) {
     if (!counts(masked, n)) continue;
     measured.push_back(series.voltage[n]);

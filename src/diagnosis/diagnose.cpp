@@ -20,12 +20,12 @@ void requireValid(const DiagnoseOptions& options) {
     throw std::invalid_argument("threads is " + std::to_string(options.threads) +
                                 ", expected at least 0");
   const Relevance& relevance = options.relevance;
-  for (const auto& [name, value] : {std::pair<const char*, double>{"rmse", relevance.rmse},
-                                    {"crank", relevance.crank},
-                                    {"charge_share", relevance.charge_share}})
+  for (const auto& [name, value] : {std::pair<const char*, double>{"min-rmse", relevance.rmse},
+                                    {"min-crank", relevance.crank},
+                                    {"min-charge", relevance.charge_share}})
     if (!(value >= 0.0) || !std::isfinite(value))
-      throw std::invalid_argument("relevance." + std::string(name) + " is " +
-                                  std::to_string(value) + ", expected finite and at least 0");
+      throw std::invalid_argument(std::string(name) + " is " + std::to_string(value) +
+                                  ", expected finite and at least 0");
   for (const std::vector<std::string>* list :
        {&options.hypotheses, &options.given, &options.confirm})
     for (const std::string& id : *list) effectInfo(id);

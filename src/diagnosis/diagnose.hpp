@@ -10,7 +10,7 @@
 namespace battery_sof {
 
 struct DiagnoseOptions {
-  /// 0: as many as the machine has; the result is the same
+  /// for fits side by side; 0: as many as the machine has; the result is the same
   int threads = 1;
   /// of the samples, the last ones: opened once, at the end
   double holdout_share = 0.25;
@@ -26,7 +26,7 @@ struct DiagnoseOptions {
   /// Ids whose strength in Diagnosis::detection_limits is one at which the recording with the
   /// effect put in was diagnosed and the effect named; up to six diagnoses each.
   std::vector<std::string> confirm = {};
-  /// Reported what begins; called from the calling thread.
+  /// Gets what begins; called from the calling thread.
   std::function<void(const std::string& stage)> progress = nullptr;
   /// Called often while the search works, from the calling thread; what it or progress throws ends
   /// the diagnosis.
@@ -37,9 +37,9 @@ struct DiagnoseOptions {
  * @brief Locates where the base model and a recording deviate, names what is missing, models it and
  * shows what that gains.
  *
- * Instrument screen; base fit; regimes and segments of mismatch, absorption map; what a discrepancy
- * model would take; mechanisms by evidence and the effects that represent them (explain()); a
- * discrepancy model where none does; hold-out (docs/diagnosis.md).
+ * Instrument screen; base fit; regimes with errors and the parameters they bias; mechanisms by
+ * evidence and the effects that represent them (explain()); a discrepancy model of the residual;
+ * segments of mismatch; hold-out (docs/diagnosis.md).
  *
  * @param recording any sampling; its last holdout_share is used for the comparison alone.
  * @return a verdict, also for poor data: insufficient_data and the reason. Same input, same answer,

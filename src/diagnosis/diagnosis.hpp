@@ -12,6 +12,7 @@
 #include "regression/discrepancy_curve.hpp"
 #include "regression/discrepancy_fit.hpp"
 #include "state/fitted_model.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof {
 
@@ -105,11 +106,11 @@ struct ParameterBias {
   double change = 0.0;  ///< that fits best, relative to the parameter's value [1]; of u_dc in V
 };
 
-/// Errors of a model over a stretch.
+/// Errors of a model over a stretch; NaN where nothing was compared.
 struct ErrorMetrics {
-  double q_dyn_percent = 0.0;
-  double rmse = 0.0;                ///< [V]
-  double max_abs = 0.0;             ///< [V]
+  double q_dyn_percent = kNan;
+  double rmse = kNan;               ///< [V]
+  double max_abs = kNan;            ///< [V]
   std::optional<double> crank_mae;  ///< [V], of the cranks' minima
   /// [V], mean of measured minus modelled over charges
   std::optional<double> charge_bias;
@@ -132,7 +133,7 @@ struct RegimeComparison {
 };
 
 struct Comparison {
-  FitWindow train, holdout;
+  FitWindow train{kNan, kNan}, holdout{kNan, kNan};
   ErrorMetrics base_train, base_holdout, extended_train, extended_holdout;
   std::vector<RegimeComparison> regimes;
   /// Baselines without physics, fitted to the training part, on the hold-out: a line through
@@ -194,8 +195,9 @@ struct Diagnosis {
   std::vector<DetectionLimit> detection_limits;
   std::vector<std::string> outside;  ///< what no recording of current and voltage can show
   Comparison fit;
-  /// [V], RMS on the hold-out of an extended model that predicts it worse than the base model: it
-  /// is not given, extended is the base model.
+  /// [V], RMS on the hold-out of an extended model that predicts it worse than the base model:
+  /// extended is the base model then. Where a source controls the voltage, extended answers in the
+  /// other direction and stays; its errors here are the base model's.
   std::optional<double> withheld_rmse;
   std::string next_experiment;
 

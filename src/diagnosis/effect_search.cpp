@@ -1,6 +1,7 @@
 #include "effect_search.hpp"
 
 #include "diagnosis/explanation_fits.hpp"
+#include "estimation/composition_fit.hpp"
 #include "model/base_model.hpp"
 
 namespace battery_sof {
@@ -57,8 +58,7 @@ void EffectSearch::takeGrid() {
   ExplanationState circuit;
   circuit.point = fits_.base();
   circuit.error = fits_.response().error(fits_.counted());
-  for (const std::string& id : ids_)
-    for (EffectGridPoint& point : gridFor(circuit, id)) grid_.push_back(std::move(point));
+  grid_ = gridsFor(circuit, ids_);
 }
 
 std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state,
@@ -80,17 +80,16 @@ std::vector<double> EffectSearch::gridGains(const ExplanationState& state,
   const LinearRest rest(fits_, state);
   const double rss = rest.left.squaredNorm(),
                rows = fits_.effectiveSampleFraction() * rest.sums.problem.rows;
-  std::vector<double> gains;
-  for (const EffectGridPoint& point : grid) {
-    const Eigen::VectorXd added = fits_.whitened(point.added);
+  std::vector<double> gains(grid.size(), 0.0);
+  parallelFor(grid.size(), rules_.threads, [&](std::size_t g) {
+    const Eigen::VectorXd added = fits_.whitened(grid[g].added);
     const double length = rest.lengthOf(added), along = added.dot(rest.left);
-    gains.push_back(0.0);
-    if (!(length > 1e-8 * added.squaredNorm()) || (point.one_sided && along < 0.0)) continue;
+    if (!(length > 1e-8 * added.squaredNorm()) || (grid[g].one_sided && along < 0.0)) return;
     const double share = std::min(along * along / length / rss, 1.0 - 1e-9);
-    gains.back() =
+    gains[g] =
         -0.5 * rows * std::log1p(-share) -
         0.5 * std::log1p(kWideStrength * kWideStrength * rows * length / (rss * (1.0 - share)));
-  }
+  });
   return gains;
 }
 
@@ -133,11 +132,11 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
 std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& state,
                                                         std::optional<Mechanism> only) {
   if (fits_.isSpent()) return {};
-  std::vector<EffectGridPoint> retaken;
-  if (only)
-    for (const std::string& id : ids_)
-      if (mechanismOf(id) == *only && !ExplanationFits::isUsed(id, state))
-        for (EffectGridPoint& point : gridFor(state, id)) retaken.push_back(std::move(point));
+  std::vector<std::string> of_mechanism;
+  for (const std::string& id : ids_)
+    if (only && mechanismOf(id) == *only && !ExplanationFits::isUsed(id, state))
+      of_mechanism.push_back(id);
+  const std::vector<EffectGridPoint> retaken = gridsFor(state, of_mechanism);
   const std::vector<EffectGridPoint>& grid = only ? retaken : grid_;
   const std::vector<double> gains = gridGains(state, grid);
   std::map<std::string, std::size_t> best;
@@ -151,23 +150,26 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return gains[a] > gains[b]; });
   std::set<Mechanism> seen;
-  std::vector<ExplanationState> fitted;
+  std::vector<std::size_t> tried;
   for (std::size_t k = 0; k < order.size(); ++k) {
     const bool first_of_mechanism = seen.insert(mechanismOf(grid[order[k]].id)).second;
-    if (k >= kClosest &&
-        !(first_of_mechanism && gains[order[k]] > kWorthATry * gains[order.front()]))
-      continue;
-    fitted.push_back(withMember(state, grid[order[k]], gains[order[k]]));
+    if (k < kClosest || (first_of_mechanism && gains[order[k]] > kWorthATry * gains[order.front()]))
+      tried.push_back(order[k]);
   }
+  std::vector<ExplanationState> fitted(tried.size());
+  parallelFor(tried.size(), rules_.threads, [&](std::size_t k) {
+    fitted[k] = withMember(state, grid[tried[k]], gains[tried[k]]);
+  });
   const auto best_first = [this](const ExplanationState& a, const ExplanationState& b) {
     return rankOf(a) > rankOf(b);
   };
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   const double best_gain = fitted.empty() ? 0.0 : fitted.front().evidence - state.evidence;
-  for (std::size_t k = 0; k < fitted.size(); ++k)
+  parallelFor(fitted.size(), rules_.threads, [&](std::size_t k) {
     if (fitted[k].evidence > state.evidence &&
         (k < kFittedWell || fitted[k].evidence - state.evidence > kClose * best_gain))
       fits_.optimize(fitted[k]);
+  });
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   for (const ExplanationState& one : fitted)
     addWeighed(one.members.back(), one.evidence - state.evidence);
@@ -287,6 +289,17 @@ std::vector<EffectGridPoint> EffectSearch::gridFor(const ExplanationState& state
     if (one.added.squaredNorm() > 1e-14) grid.push_back(std::move(one));
   }
   return grid;
+}
+
+std::vector<EffectGridPoint> EffectSearch::gridsFor(const ExplanationState& state,
+                                                    const std::vector<std::string>& ids) const {
+  std::vector<std::vector<EffectGridPoint>> grids(ids.size());
+  parallelFor(ids.size(), rules_.threads,
+              [&](std::size_t k) { grids[k] = gridFor(state, ids[k]); });
+  std::vector<EffectGridPoint> all;
+  for (std::vector<EffectGridPoint>& grid : grids)
+    std::move(grid.begin(), grid.end(), std::back_inserter(all));
+  return all;
 }
 
 ExplanationState EffectSearch::enlargedBy(const ExplanationState& state,

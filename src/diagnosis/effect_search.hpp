@@ -63,6 +63,8 @@ class EffectSearch {
   std::vector<CompositionPoint> gridOf(const BatteryModel& model) const;
   /// What an effect adds to a state at the points of its grid.
   std::vector<EffectGridPoint> gridFor(const ExplanationState& state, const std::string& id) const;
+  std::vector<EffectGridPoint> gridsFor(const ExplanationState& state,
+                                        const std::vector<std::string>& ids) const;
   /// A state with one effect more at a multiple of a grid point's strengths; not placed.
   ExplanationState enlargedBy(const ExplanationState& state, const EffectGridPoint& from,
                               double share) const;

@@ -68,8 +68,10 @@ struct ExplanationRules {
   int max_terms = 5;
   /// in place of the catalogue's, of exactly a composition's effects
   std::vector<KnownPopulation> priors = {};
-  /// called at every fit; what it throws ends the search
+  /// called at every fit of the calling thread; what it throws ends the search
   std::function<void()> pulse = nullptr;
+  int threads =
+      1;  ///< for fits side by side; 0: as many as the machine has; the result is the same
 };
 
 /// The smallest strength at which this recording would have led to an effect's name (explain()).
@@ -125,8 +127,8 @@ struct Explanation {
  *
  * @param fits to the rows, with the rules' relevance and priors; nothing else was explained by them.
  * @param ids effects that may be named.  @param given effects that are known to be there: where
- * there are any they are taken
- *   without a test, and nothing else is looked for.  @param progress reported what is weighed; may be empty.
+ * there are any they are taken without a test, and nothing else is looked for.
+ * @param progress gets what is weighed; may be empty.
  */
 Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
                     const std::vector<std::string>& given, const ExplanationRules& rules,

@@ -21,7 +21,6 @@ constexpr int kRandomWalk = 24;
 constexpr double kMaxRandomWalk = 0.0012;  // [V] a root minute, of a voltage channel
 constexpr double kDiverged = 1e6;          // [V], a row or what a coordinate's unit moves it by
 constexpr double kShort = 120.0;           // [s] of a training part; seldom more than one crank
-constexpr double kUsualCoordinates = 9.0;  // of the base circuit with an effect
 
 }  // namespace
 
@@ -84,7 +83,7 @@ ExplanationState ExplanationFits::baseState() {
 
 Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model,
                                           const CompositionPoint& point) const {
-  if (pulse_) pulse_();
+  pulse();
   const RowErrors errors = rows_.errors(model, point);
   return errors.error.size() > 0 ? Eigen::VectorXd(errors.error(counted_)) : Eigen::VectorXd();
 }
@@ -115,8 +114,8 @@ std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& mo
 }
 
 bool ExplanationFits::linearize(ExplanationState& state) const {
-  if (pulse_) pulse_();
-  spend(state, 1);
+  pulse();
+  spent_ += counted_.size() * state.coordinates.size();
   Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(
       state.model.parameterCount() + state.model.stateCount(), state.coordinates.size());
   for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
@@ -183,11 +182,6 @@ ExplanationSums ExplanationFits::evaluateEvidence(ExplanationState& state) const
   return sums;
 }
 
-void ExplanationFits::spend(const ExplanationState& state, int linearizations) const {
-  spent_ += linearizations * static_cast<double>(counted_.size()) *
-            static_cast<double>(state.coordinates.size()) / kUsualCoordinates;
-}
-
 void ExplanationFits::begin(ExplanationState& state, int iterations) const {
   state.evidence = -std::numeric_limits<double>::infinity();
   if (!linearize(state)) return;
@@ -199,16 +193,27 @@ void ExplanationFits::optimize(ExplanationState& state) {
   evaluateEvidence(state);
   const auto key = std::make_pair(std::set<std::string>(state.members.begin(), state.members.end()),
                                   state.estimated);
-  const auto known = known_.find(key);
-  if (known != known_.end()) {
-    ExplanationState other = state;
-    other.point = movedTo(state.model, known->second.first, known->second.second);
+  ExplanationState other = state;
+  if (takeKnown(key, other)) {
     if (linearize(other)) evaluateEvidence(other);
     if (other.evidence > state.evidence) state = std::move(other);
   }
   improve(state);
-  if (std::isfinite(state.evidence))
-    known_.insert_or_assign(key, std::make_pair(state.model, state.point));
+  if (!std::isfinite(state.evidence)) return;
+  const std::lock_guard<std::mutex> lock(known_mutex_);
+  known_.insert_or_assign(key, std::make_pair(state.model, state.point));
+}
+
+bool ExplanationFits::takeKnown(const Parts& parts, ExplanationState& state) {
+  const std::lock_guard<std::mutex> lock(known_mutex_);
+  const auto known = known_.find(parts);
+  if (known == known_.end()) return false;
+  state.point = movedTo(state.model, known->second.first, known->second.second);
+  return true;
+}
+
+void ExplanationFits::pulse() const {
+  if (pulse_ && std::this_thread::get_id() == caller_) pulse_();
 }
 
 void ExplanationFits::refine(ExplanationState& state) {

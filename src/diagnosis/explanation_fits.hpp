@@ -1,10 +1,13 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <atomic>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "diagnosis/explanation.hpp"
@@ -210,8 +213,8 @@ class ExplanationFits {
 
  private:
   class StepCost;
-  // rows simulated with the derivatives of a usual composition; then what stands is reported
-  static constexpr double kBudget = 4e6;
+  // spent_: rows simulated with the derivatives of a usual composition; then what stands is reported
+  static constexpr std::size_t kBudget = 4000000 * 9;
 
   /// The counted rows of a table, with room for the random walk.
   Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
@@ -222,7 +225,8 @@ class ExplanationFits {
   void takeRelevance(const Relevance& relevance);
   const std::optional<ExplanationState>& placedBase();
   void takeWhitening(const TimingJitterNoise& noise);
-  void spend(const ExplanationState& state, int linearizations) const;
+  /// ExplanationRules::pulse, from the thread that constructed this alone.
+  void pulse() const;
   /// Takes a fit of the same parts from elsewhere where it does better, to its end.
   void takeBetter(ExplanationState& state, ExplanationState again);
   /// A linear fit to all counted rows but some.
@@ -236,6 +240,8 @@ class ExplanationFits {
                            const CompositionPoint& there) const;
 
   using Parts = std::pair<std::set<std::string>, std::set<Mechanism>>;
+  /// Moves a state to the best fit of its parts so far. @return whether there is one.
+  bool takeKnown(const Parts& parts, ExplanationState& state);
 
   DesignMatrix table_;  // its values are moved to free_
   CompositionPoint base_;
@@ -251,10 +257,11 @@ class ExplanationFits {
   double max_random_walk_ = 0.0, relevant_ = 0.0;  // [V]
   double effective_sample_fraction_ = 1.0;
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
-  // rows simulated with derivatives
-  mutable double spent_ = 0.0;
-  std::vector<KnownPopulation> priors_;  // ExplanationRules::priors
-  std::function<void()> pulse_;          // ExplanationRules::pulse
+  std::mutex known_mutex_;
+  mutable std::atomic<std::size_t> spent_{0};  // derivatives of rows by coordinates
+  std::vector<KnownPopulation> priors_;        // ExplanationRules::priors
+  std::function<void()> pulse_;                // ExplanationRules::pulse
+  std::thread::id caller_ = std::this_thread::get_id();
 };
 
 }  // namespace battery_sof

@@ -77,6 +77,7 @@ ExplanationRules rulesOf(const DiagnoseOptions& options) {
   rules.relevance = options.relevance;
   rules.priors = options.priors;
   rules.pulse = options.pulse;
+  rules.threads = options.threads;
   return rules;
 }
 

@@ -59,9 +59,9 @@ InputSequence partOf(const InputSequence& inputs, std::size_t begin, std::size_t
   return part;
 }
 
-/// Exchange test on the halves of the training part: a half that fits better with the other's
-/// parameters than with its own reports that a search stopped early, not of physics. The base model
-/// is then searched from more starts.
+/// Exchange test on the halves of the training part: where a half fits better with the other's
+/// parameters than with its own, a search stopped early. The base model is then searched from more
+/// starts.
 void exchangeHalves(Residuals& residuals) {
   const InputSequence& quiet = residuals.quiet;
   WhitenedFit& base = residuals.base;

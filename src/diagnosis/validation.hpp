@@ -5,7 +5,7 @@
 namespace battery_sof {
 
 /// Opens the part that was held out: base and extended model on it, and what is handed on after it.
-/// @param found takes them; its extended model is the base model where it is withheld.
+/// @param found takes them; what is withheld: Diagnosis::withheld_rmse.
 void validate(const Recording& recording, const Residuals& residuals,
               const ModelSelection& selected, const DiagnoseOptions& options, Diagnosis& found);
 

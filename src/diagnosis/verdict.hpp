@@ -18,7 +18,7 @@ struct Unexplained {
 /**
  * @brief The verdict: the mechanisms that an explanation holds, and whether effects represent them.
  *
- * - instruments alone: sensor_fault; effects: named or several, ambiguous where others would do as
+ * - instruments alone: sensor_fault; effects: effect or several, ambiguous where others would do as
  * well;
  * - the most evident component is a mechanism's regressors: unexplained (withMechanism());
  * - no component: unexplained where a tone stands out or more is left than instruments leave, else

@@ -18,15 +18,15 @@ namespace battery_sof {
 /**
  * @brief Errors of both channels, for a cost that is well posed whichever of them is the input.
  *
- *     sigma_i^2 = s_i^2 + (G s_u)^2 + (rho i)^2  [A^2]  of a current,   sigma_u^2 = sigma_i^2 / G^2  [V^2]  of a voltage
+ *     sigma_i^2 = s_i^2 + (G s_u)^2 + (q i)^2  [A^2]  of a current,   sigma_u^2 = sigma_i^2 / G^2  [V^2]  of a voltage
  *
- * and rho(z) = 2 k^2 (sqrt(1 + z^2 / k^2) - 1) of an error of z sigmas, k = robust; with G = di/du
- * of a current held over the sample's interval, at the search's start (docs/model.md).
+ * with G = di/du of a current held over the sample's interval, at the search's start. An error of z
+ * sigmas costs 2 k^2 (sqrt(1 + z^2 / k^2) - 1), k = robust (docs/model.md).
  */
 struct ChannelErrors {
   double voltage_std = 0.012;   ///< s_u [V], half a step of a vehicle's sensor
   double current_std = 0.5;     ///< s_i [A], offset and what a slow sampling misses
-  double current_share = 0.15;  ///< rho [1], what the model misses of a current
+  double current_share = 0.15;  ///< q [1], what the model misses of a current
   /// [1], sigmas from which an error counts by its magnitude (Huber 1964, smooth)
   double robust = 2.0;
   /// [1], share of the samples that count as independent: errors last for minutes

@@ -103,8 +103,8 @@ Fitted search(const BatteryModel& model, const InputSequence& inputs,
   return fitted;
 }
 
-/// The search with errors in both variables: from the composition's magnitudes, as their weights
-/// depend on where they are taken twice.
+/// The search with errors in both variables: effects from typical values, the base circuit from its
+/// optimum. Weights depend on the point: they are taken at the start, and again at what was found.
 Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
                       const IdentifyOptions& options, const CompositionPoint& base) {
   Fitted fitted{{}, costOf(options)};

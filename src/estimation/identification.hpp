@@ -58,7 +58,8 @@ struct IdentifyOptions {
   /// by the current alone has no priors.
   std::vector<KnownPopulation> priors = {};
   bool whiten = false;  ///< cost of residuals whitened by a fitted noise model in place of eq. 3
-  /// of a composition, in addition to the base model's optimum and the effects' magnitudes
+  /// of a composition, in addition to the base model's optimum and the effects' magnitudes; none
+  /// where a source controls the voltage
   int more_starts = 2;
   int threads = 1;  ///< for the starts; 0: as many as the machine has; the result is the same
 };
@@ -72,7 +73,8 @@ struct IdentifyOptions {
  * kRobust estimates r_discharge, r_charge, u_dc, c2, beta and the state at the first sample. The
  * first three enter linearly once u_c2 is known and are eliminated in every iteration (variable
  * projection); c2 and beta are searched as logarithms inside Table I's bounds. With effects or
- * `whiten`, fitComposition() does the same for the composition, from the base model's optimum on;
+ * `whiten`, fitComposition() does the same for the composition, from the base model's optimum, or
+ * from typical values where a source controls the voltage;
  * long windows are compressed (compressedInputs); up to 100,000 samples the search ends at full
  * rate, and standard errors come from it. kPaper searches the four tunables, normalised by Table
  * I's magnitudes, with an exponential penalty beyond the bounds, eq. 4 for u_dc and eq. 5 for the

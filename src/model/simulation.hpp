@@ -92,7 +92,7 @@ class Simulation {
    *
    * in holds of at most 0.5 s (eight of them at slow rates), each as advanceAtVoltage(). The
    * direction is well posed where that from the current is not: a blocked electrode takes half an
-   * ampere whatever its voltage docs/model.md. A step of no duration only places the sample:
+   * ampere whatever its voltage (docs/model.md). A step of no duration only places the sample:
    * nothing is compared there. In a gap the battery rests but for its last second.
    *
    * @param step    current is what was measured; it is compared, it is no input.

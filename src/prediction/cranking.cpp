@@ -42,12 +42,9 @@ template <typename Look>
 void run(Simulation& simulation, const CurrentProfile& profile, Look&& look) {
   double time_before = 0.0, current_before = profile.current.front();
   for (std::size_t n = 0; n < profile.time.size(); ++n) {
-    const double duration = profile.time[n] - time_before;
-    InputStep step;
-    step.duration = duration;
-    step.time = simulation.time() + duration;
-    step.held = 0.5 * (current_before + profile.current[n]);
-    step.current = profile.current[n];
+    InputStep step = inputStep(time_before, current_before, profile.time[n], profile.current[n],
+                               std::numeric_limits<double>::infinity());
+    step.time = simulation.time() + step.duration;
     simulation.advance(step);
     look(simulation, profile.time[n]);
     time_before = profile.time[n];

@@ -17,7 +17,7 @@ namespace battery_sof {
 struct SessionOptions : IdentificationSettings {
   double buffer = 1800.0;          ///< [s], past kept for identification
   double identify_period = 600.0;  ///< [s] of driving between identifications
-  double retry_period = 60.0;      ///< [s] of driving between tries while there is no model
+  double retry_period = 60.0;      ///< [s] of driving between tries while no window was fitted
   double capacity = 50.0;          ///< [Ah], nominal
   /// 12 V blocks in series that samples, questions and answers are of (recording/series_blocks.hpp)
   double series_blocks = 1.0;
@@ -138,9 +138,9 @@ class ModelSnapshot {
  * is due, the session hands out a self-contained job; the caller runs it wherever it likes and
  * brings the result back. At most one job is out at a time.
  *
- * Due: without a model, once the newest stretch without a gap is a window long, holds charge and
+ * Due: while no window was fitted, once the newest stretch without a gap is a window long, holds charge and
  * discharge and is suitable enough (looked at every 10 s of driving, tried at most every
- * retry_period); with a model, every identify_period of driving. Driving is the sum of sampling
+ * retry_period); then every identify_period of driving. Driving is the sum of sampling
  * intervals without the gaps.
  *
  * Accepted: a usable fit whose r_discharge and u_dc are determined (a crank's voltage is u_dc +

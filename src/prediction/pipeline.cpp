@@ -55,7 +55,7 @@ bool knowsOpenCircuitSlope(const Fit& fit, double capacity) {
   return of_block >= kMinSlope && of_block <= kMaxSlope;
 }
 
-/// Blocks in series, those that were said and those that the voltage reports of.
+/// Blocks in series: those that were given, times those that the voltage shows.
 double blocksOf(const Fit& fit) { return fit.series_blocks * seriesBlocksAt(fit.parameters.u_dc); }
 
 /// The voltage above which no battery of as many blocks is [V].

@@ -25,7 +25,8 @@ ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request);
  *
  * The value is the model's plus what ResidualFilter expects it to miss; the interval holds
  * parameters, state, that error and the window's own crank error, widened as the battery's past
- * cranks ask for (voltageAnswer()). valid and the message follow extrapolationOf().
+ * cranks ask for (voltageAnswer()). Past cranks and the open-circuit voltage's fall with the charge
+ * that is drawn correct it (crankAnswer()). valid and the message follow extrapolationOf().
  *
  * @param model    event begins at its saved state.
  * @param capacity [Ah], nominal, > 0.

@@ -58,8 +58,8 @@ inline constexpr double kControlModeLookBack = 300.0;
  * At or below the least current a load controls the current. Above it a source controls the
  * voltage, until the current stays in a band
  *
- *     max i - min i <= b_i = max(8 sigma_i, 0.5 % of i)   while the voltage moves one way by max(10
- * sigma_v, 10 r (max i - min i)),
+ *     max i - min i <= b_i = max(8 sigma_i, 0.5 % of i)
+ *     while the voltage moves one way by max(10 sigma_v, 10 r (max i - min i))
  *
  * which no source of voltage does: the current is controlled, until
  *
@@ -67,14 +67,14 @@ inline constexpr double kControlModeLookBack = 300.0;
  *     while i falls by more than b_i and by 2 max(max v - min v, 4 sigma_v) / r
  *
  * Both look at the stretch since the quantity last left its band; no step makes more than half of
- * the move. The band must be no more than 5 % of the current (b_i = 160 sigma_i): an alternator
+ * the move. The band must be no more than 5 % of the current (i >= 160 sigma_i): an alternator
  * raises its voltage at a nearly constant current too, and a battery that takes nothing has a
  * constant current whoever controls the voltage. Where charges begin with a controlled voltage, a
  * constant current is over when the current leaves its band. At no current (3 sigma_i) a minute of
  * such a move is a rest apart from the source; where charges begin with a controlled current a fall
  * of the voltage out of its band is one too.
  *
- * @note A current that a source is reported from outside and that changes all the time (hardware in
+ * @note A current that a source is given from outside and that changes all the time (hardware in
  * the loop) is known by the rule's charge_begins alone, which needs a recording. A source's current
  * limit is known once the voltage has risen.
  */

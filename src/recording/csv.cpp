@@ -112,8 +112,9 @@ std::optional<double> parseDateTime(std::string_view cell) {
   date.tm_mday = day;
   const double days = static_cast<double>(timegm(&date)) / 86400.0;  // makes 3 March of 31 February
   const bool is_date = date.tm_mon == month - 1 && date.tm_mday == day;
-  const bool valid = is_date && hour >= 0 && hour <= 24 && minute >= 0 && minute <= 59 && second &&
-                     *second >= 0.0 && *second < 61.0;
+  const bool valid = is_date && hour >= 0 && minute >= 0 && minute <= 59 && second &&
+                     *second >= 0.0 && *second < 61.0 &&
+                     (hour < 24 || (hour == 24 && minute == 0 && *second == 0.0));
   if (!valid) return std::nullopt;
   return 86400.0 * days + 3600.0 * hour + 60.0 * minute + *second;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "model/battery_model.hpp"
 #include "yaml_fields.hpp"
 
 namespace battery_sof {
@@ -11,28 +12,38 @@ namespace {
 constexpr std::size_t kLargestPriors = 16 << 20;  // [bytes], thousands of types
 constexpr Range kStds{1e-9, 1e9};
 
-KnownParameter parameterOf(const std::string& name, const FieldReader& file) {
-  KnownParameter known{name, 0.0, 0.0, false};
-  file.number("value", known.value, kNumbers);
+KnownParameter parameterOf(const ParameterInfo& info, const FieldReader& file) {
+  KnownParameter known{info.name, 0.0, 0.0, false};
+  file.number("value", known.value, {info.lower, info.upper});
   file.number("std", known.std, kStds);
   file.flag("logarithmic", known.logarithmic);
+  static_cast<void>(file.has("std_of_window"));  // of the fleet's own use
   file.require(!known.logarithmic || known.value > 0.0, "value",
                "is not positive, and is the mean of logarithms");
   return known;
+}
+
+BatteryModel modelOf(const FieldReader& file, const std::vector<std::string>& effects) {
+  try {
+    return BatteryModel(effects);
+  } catch (const std::invalid_argument& error) {
+    file.fail("effects", std::string("are no model's: ") + error.what());
+  }
 }
 
 KnownPopulation populationOf(const FieldReader& file) {
   KnownPopulation population;
   file.texts("effects", population.effects, "a list of ids");
   std::sort(population.effects.begin(), population.effects.end());
+  for (const char* of_fleet : {"batteries", "correlation"}) static_cast<void>(file.has(of_fleet));
+  const BatteryModel model = modelOf(file, population.effects);
   file.map("parameters", [&](const FieldReader& parameters) {
     if (!parameters.node().IsMap()) file.fail("parameters", "is no map of names");
-    for (const auto& entry : parameters.node()) {
-      const std::string name = entry.first.as<std::string>();
-      parameters.map(name, [&](const FieldReader& one) {
-        population.parameters.push_back(parameterOf(name, one));
-      });
-    }
+    for (const ParameterInfo& info : model.parameters())
+      if (parameters.has(info.name))
+        parameters.map(info.name, [&](const FieldReader& one) {
+          population.parameters.push_back(parameterOf(info, one));
+        });
   });
   return population;
 }
@@ -48,10 +59,13 @@ std::vector<KnownPopulation> parsePriorsYaml(const std::string& text, const std:
   const auto none = [](std::size_t) {};
   file.list("priors", 0, none, [&](const FieldReader& entry, std::size_t) {
     const std::string type = entry.text("vehicle_type");
-    if (!type.empty() && type != vehicle_type) return;
     KnownPopulation population = populationOf(entry);
-    (type.empty() ? of_all : of_type)[population.effects] = population;
+    if (!type.empty() && type != vehicle_type) return;
+    const bool is_new =
+        (type.empty() ? of_all : of_type).emplace(population.effects, population).second;
+    entry.require(is_new, "effects", "are those of an entry before it, of the same type");
   });
+  file.refuseOthers();
   of_type.merge(of_all);
   std::vector<KnownPopulation> populations;
   for (auto& [effects, population] : of_type) populations.push_back(std::move(population));

@@ -7,7 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <locale>
+#include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -173,11 +176,13 @@ class FieldWriter {
 class FieldReader {
  public:
   static constexpr bool kReads = true;
+  using Asked = std::map<std::string, std::set<std::string>>;  ///< keys, by the path of their map
 
   /// Refuses what a decimal comma makes of {std: 1,5}: a key 5 without a value.
   /// @param source name for messages. @param path of the node in the document.
-  FieldReader(const YAML::Node& node, std::string source, std::string path = "")
-      : node_(node), source_(std::move(source)), path_(std::move(path)) {
+  FieldReader(const YAML::Node& node, std::string source, std::string path = "",
+              std::shared_ptr<Asked> asked = std::make_shared<Asked>())
+      : node_(node), source_(std::move(source)), path_(std::move(path)), asked_(std::move(asked)) {
     if (!node_.IsMap() || node_.Style() != YAML::EmitterStyle::Flow) return;
     for (const auto& entry : node_)
       require(!entry.second.IsNull() && !(entry.first.IsScalar() && numberOf(entry.first.Scalar())),
@@ -285,14 +290,20 @@ class FieldReader {
     if (!whole.node_.IsSequence()) misfit(key, "a list");
     prepare(whole.node_.size());
     for (std::size_t k = 0; k < whole.node_.size(); ++k) {
-      const FieldReader file(whole.node_[k], source_, whole.path_ + "[" + std::to_string(k) + "]");
+      const FieldReader file(whole.node_[k], source_, placeOf(whole.path_, k), asked_);
       describe(file, k);
     }
   }
+  /// Refuses keys that nothing has asked for, in all that was read: a part whose name is mistyped is
+  /// not one that is absent.
+  void refuseOthers() const { refuseOthers(node_, path_); }
   void require(bool holds, const std::string& key, const std::string& what) const {
     if (!holds) fail(key, what);
   }
-  bool has(const std::string& key, bool = true) const { return node_.IsMap() && node_[key]; }
+  bool has(const std::string& key, bool = true) const {
+    (*asked_)[path_].insert(key);
+    return node_.IsMap() && node_[key];
+  }
   const YAML::Node& node() const { return node_; }
 
   [[noreturn]] void fail(const std::string& key, const std::string& what) const {
@@ -305,9 +316,27 @@ class FieldReader {
   static constexpr char kPoint[] = ": a comma ends a number, expected a decimal point";
   static constexpr double kMostCounted = 1e12;  // samples or events
 
+  static std::string placeOf(const std::string& path, std::size_t k) {
+    return path + "[" + std::to_string(k) + "]";
+  }
+  void refuseOthers(const YAML::Node& node, const std::string& path) const {
+    for (std::size_t k = 0; node.IsSequence() && k < node.size(); ++k)
+      refuseOthers(node[k], placeOf(path, k));
+    const auto asked = asked_->find(path);
+    if (!node.IsMap() || asked == asked_->end()) return;
+    for (const auto& entry : node) {
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : textOf(entry.first);
+      if (asked->second.count(key) == 0)
+        FieldReader(node, source_, path)
+            .fail(printable(key),
+                  "is no key here, expected " +
+                      join(std::vector<std::string>(asked->second.begin(), asked->second.end())));
+      refuseOthers(entry.second, path + "." + key);
+    }
+  }
   FieldReader at(const std::string& key) const {
     require(has(key), key, "is missing");
-    return {node_[key], source_, path_ + "." + key};
+    return {node_[key], source_, path_ + "." + key, asked_};
   }
   [[noreturn]] void misfit(const std::string& key, const std::string& expected) const {
     fail(key, "is \"" + textOf(at(key).node_) + "\", expected " + expected);
@@ -368,6 +397,7 @@ class FieldReader {
 
   YAML::Node node_;
   std::string source_, path_;
+  std::shared_ptr<Asked> asked_;
 };
 
 }  // namespace battery_sof

@@ -54,7 +54,7 @@ struct Adoption {
 /**
  * @brief Whether a diagnosis' extended composition is evaluated in parallel to the base model.
  *
- * It does when the verdict is named or several and the composition holds structure or physics
+ * It is when the verdict is effect or several and the composition holds structure or physics
  * (tiers S and P), and whenever it holds a discrepancy. Instrument effects (tier I)
  * come along with those, and the sentence names them all; alone they do not: a faulty instrument
  * needs repair, and a question's currents are true ones, not what that instrument would have read.

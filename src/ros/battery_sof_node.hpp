@@ -56,7 +56,7 @@ class GoalServer : public actionlib::ActionServer<Action> {
  *   - identifications and diagnoses themselves: a worker's each.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to
  * copy what a question needs (OnlineSession::live()); never while a question is computed, a fit
- * runs or a file is written, and never by a worker (ahead()).
+ * runs or a file is written. A worker takes it for a fault's note alone (noteFault()).
  *
  * No exception ends the node: where a callback or a timer throws, the fault is logged and reported
  * in /diagnostics; where taking a sample does, the session begins again, and the saved model it

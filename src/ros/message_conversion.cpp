@@ -135,13 +135,7 @@ DiagnosisMessage messageOf(const FinishedDiagnosis& report, const Adoption& adop
     message.mechanism_probabilities.push_back(one.probability > 0.0 ? one.probability : kNan);
   }
   message.unexplained_rmse = diagnosis.unexplained.rmse;
-  Comparison fit = diagnosis.fit;
-  if (fit.train.samples == 0) {  // nothing was compared: no numbers
-    for (ErrorMetrics* metrics :
-         {&fit.base_train, &fit.base_holdout, &fit.extended_train, &fit.extended_holdout})
-      *metrics = {kNan, kNan, kNan, {}, {}, {}};
-    fit.train.from = fit.train.to = fit.holdout.from = fit.holdout.to = kNan;
-  }
+  const Comparison& fit = diagnosis.fit;
   message.train_from = fit.train.from;
   message.train_to = fit.train.to;
   message.holdout_from = fit.holdout.from;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -11,6 +10,7 @@
 #include "ros/node_options.hpp"
 #include "ros/node_statistics.hpp"
 #include "state/fitted_model.hpp"
+#include "util/constants.hpp"
 
 // The package's messages, services and actions. ROS puts them into the core's namespace: the message
 // IdentifiedModel is the core's FittedModel on the wire. A Diagnosis and a StopTimeAnswer are both:
@@ -35,8 +35,6 @@ namespace battery_sof {
 
 // Messages read a result's description (report/descriptions.hpp): each field of a message that the
 // description names gets its number, all others stay. A number that is missing is NaN.
-
-inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 inline double orNan(const std::optional<double>& value) { return value.value_or(kNan); }
 
@@ -127,7 +125,7 @@ template <typename Feedback>
 Feedback feedbackOf(const std::string& stage) {
   Feedback feedback;
   feedback.stage = stage;
-  feedback.progress = std::numeric_limits<double>::quiet_NaN();
+  feedback.progress = kNan;
   return feedback;
 }
 

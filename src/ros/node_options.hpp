@@ -24,8 +24,7 @@ struct StandingQueries {
   ChargeAcceptanceQuery chargeAt(const std::optional<double>& lately) const;
 };
 
-/// Everything the node is reported by its private parameters; config/battery_sof.yaml explains
-/// each.
+/// All that the node's private parameters say; config/battery_sof.yaml explains each.
 struct NodeOptions {
   SessionOptions session;
   StandingQueries standing;
@@ -45,8 +44,7 @@ class NodeOptionsError : public std::runtime_error {
 
 /**
  * @brief Reads the node's private parameters; what is not given keeps its default.
- * @param parameters the struct below the node's name; an invalid (empty) value represents none
- * given.
+ * @param parameters the struct below the node's name; an invalid (empty) value: none are given.
  * @throws NodeOptionsError naming all faults at once: unknown keys, wrong types, values out of
  * range, values that contradict each other, priors that cannot be read.
  */

@@ -106,7 +106,8 @@ struct FitWindow {
 /// How well the fit follows its own window.
 struct FitScores {
   double q_dyn_percent = 0.0;  ///< paper, eq. 6
-  /// [V], unweighted; where the voltage is the input nothing is counted
+  /// [V], unweighted; where the voltage is the input nothing is counted. Of a window that is all
+  /// such: current_rmse times 10 mOhm
   double rmse = 0.0;
   /// [A], where the voltage is the input; none where it never is
   std::optional<double> current_rmse = std::nullopt;
@@ -185,7 +186,7 @@ struct IntervalCalibrations {
 
 /// Calibration of the intervals of answers by past events.
 struct IntervalLearning : IntervalCalibrations {
-  /// cranks and charges of the window and since, with what was expected of them
+  /// cranks, charges and stops of the window and since, with what was expected of them
   EventHistory event_history;
 };
 
@@ -199,10 +200,11 @@ struct Provenance {
 /// Everything an identification found; what MODEL.yaml stores and every query reads. A function
 /// takes the part it needs.
 struct FittedModel {
-  /// stays what it is until the next identification, but for the states' rows of its covariance
+  /// stays until the next identification, but for the states' rows of its covariance; until the
+  /// first one state/posterior moves its parameters
   Fit fit;
   LiveState state;             ///< moves with every sample
-  IntervalLearning intervals;  ///< moves with every crank and charge
+  IntervalLearning intervals;  ///< moves with every crank, charge and stop
   Provenance provenance;
 };
 

@@ -116,7 +116,7 @@ class StateTracker {
 };
 
 /**
- * @brief Where the state must represent the model to read the measured voltage (paper, eq. 5).
+ * @brief Where the state must be for the model to give the measured voltage (paper, eq. 5).
  *
  *     u_c2 = u - u_dc - r(i) i - voltages of the effects
  *

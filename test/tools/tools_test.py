@@ -394,7 +394,7 @@ class RealRun(unittest.TestCase):
 
     class Bench:
         def __init__(self, out):
-            self.out, self.asked, self.plain, self.forms, self.without_answer = out, [], False, FORMS, set()
+            self.out, self.asked, self.plain, self.verified, self.forms, self.without_answer = out, [], False, False, FORMS, set()
 
         def case(self, case):
             self.asked.append(case["name"])
@@ -445,11 +445,14 @@ class RealRun(unittest.TestCase):
         bench = real.Bench.__new__(real.Bench)
         t = np.arange(0.0, 3600.0)
         i, u = np.full(len(t), -10.0), np.full(len(t), 12.0)
-        bench.unchanged, bench.shown = {"small_car": dict(told(), promised={"ocv_soc": 0.05})}, []
+        bench.unchanged, bench.shown, bench.verified = {"small_car": dict(told(), promised={"ocv_soc": 0.05})}, [], False
         bench.loaded = ("small_car", laws.Beside(t, i, u))
         bench.told = lambda *shown: bench.shown.append(shown) or told("open_circuit")
         self.assertEqual(bench.case(slope)["drawn"], {"form": "ocv_soc", "strength": 0.05})
         self.assertAlmostEqual(bench.shown[0][2][-1], 12.0 - 0.05 * 10.0 * 3599.0 / 3600.0)
+        self.assertIn("not_drawn", bench.case(lag))
+        bench.verified, bench.limits = True, {"small_car/ocv_soc": 0.03, "small_car/time_skew": None}
+        self.assertEqual(bench.case(slope)["drawn"], {"form": "ocv_soc", "strength": 0.06})  # twice
         self.assertIn("not_drawn", bench.case(lag))
 
     def test_without_the_folder_of_recordings_it_says_so(self):

@@ -135,6 +135,13 @@ TEST_F(BagStorage, TopicIsFoundWithAndWithoutALeadingSlash) {
   EXPECT_EQ(readBag(file("a.bag"), "/car/battery").series.size(), 3000u);
 }
 
+TEST_F(BagStorage, ATopicThatIsNoNameOfRosIsRefused) {
+  for (const char* topic : {"", "/", "a b!", "/2nd/battery"}) {
+    EXPECT_THROW(writeBag(file("a.bag"), someSeries(), topic), std::invalid_argument) << topic;
+    EXPECT_FALSE(std::filesystem::exists(file("a.bag"))) << topic;
+  }
+}
+
 TEST_F(BagStorage, MissingTopicIsRefusedWithTheTopicsThereAre) {
   writeBag(file("a.bag"), someSeries(), "/front/battery");
   EXPECT_THAT(refusal(file("a.bag")),

@@ -66,7 +66,11 @@ TEST_F(SofDiagnose, ExitsWithOneOnTooLittleDataAndTellsWhy) {
   EXPECT_NE(outcome.err.find("no diagnosis"), std::string::npos);
   EXPECT_NE(outcome.out.find("insufficient_data"), std::string::npos);
   std::ifstream file(path("d.json"));
-  EXPECT_EQ(nlohmann::json::parse(file)["verdict"], "insufficient_data");
+  const nlohmann::json said = nlohmann::json::parse(file);
+  EXPECT_EQ(said["verdict"], "insufficient_data");
+  // nothing was compared: no numbers
+  EXPECT_TRUE(said["fit"]["base"]["holdout"]["rmse_v"].is_null()) << said["fit"];
+  EXPECT_TRUE(said["fit"]["train"]["from_s"].is_null()) << said["fit"];
   EXPECT_TRUE(fs::exists(path("page.html")));
   EXPECT_FALSE(fs::exists(path("m.yaml")));
   EXPECT_FALSE(fs::exists(path("b.yaml")));

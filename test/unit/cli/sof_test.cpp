@@ -44,6 +44,22 @@ TEST_F(Sof, ExitsWithTwoOnWrongUsage) {
   EXPECT_EQ(sof({"convert", inputs_, path("drive.txt")}).code, 2);
 }
 
+/// Refused before anything is written, with what is wrong.
+TEST_F(Sof, SaysWhichWordOfTheUsageIsWrong) {
+  const auto said = [](const std::vector<std::string>& call) {
+    const Outcome outcome = sof(call);
+    EXPECT_EQ(outcome.code, 2);
+    return outcome.err;
+  };
+  EXPECT_NE(said({"crnk"}).find("crnk is no command, expected one of check,"), std::string::npos);
+  EXPECT_NE(said({"check", inputs_, "--json", ""}).find("--json"), std::string::npos);
+  EXPECT_NE(said({"identify", inputs_, "--out", "-"}).find("expected the name of a file"),
+            std::string::npos);
+  EXPECT_FALSE(fs::exists("-"));
+  EXPECT_NE(said({"diagnose", inputs_, "--min-charge", "-1"}).find("min-charge is -1"),
+            std::string::npos);
+}
+
 TEST_F(Sof, IdentifiesAWindowAndWritesTheModel) {
   const Outcome outcome =
       sof({"identify", inputs_, "--from", "0", "--to", "240", "--out", model_, "--json", "-"});

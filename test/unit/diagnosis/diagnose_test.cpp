@@ -86,7 +86,15 @@ TEST(Diagnose, WhatLastsAndFollowsNothingIsUnknown) {
 TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
   const Diagnosis diagnosis = diagnose(withSlope(0.1, 2.0));
   ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
-  EXPECT_LT(diagnosis.fit.extended_holdout.rmse, 0.5 * diagnosis.fit.base_holdout.rmse);
+  const double base = diagnosis.fit.base_holdout.rmse,
+               extended = diagnosis.fit.extended_holdout.rmse;
+  EXPECT_LT(extended, 0.5 * base);
+  ASSERT_FALSE(diagnosis.candidates.empty());
+  for (const Candidate& one : diagnosis.candidates) {
+    ASSERT_EQ(one.rejected_because.empty(), one.holdout_gain_percent.has_value()) << one.id;
+    EXPECT_NEAR(100.0 * (base - extended) / base,
+                one.holdout_gain_percent.value_or(100.0 * (base - extended) / base), 1e-9);
+  }
 }
 
 /// What gains less than a tenth of the largest term is not named, but where somebody asks for it.

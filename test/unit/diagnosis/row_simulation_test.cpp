@@ -46,6 +46,19 @@ TEST(RowSimulation, OfTheBaseCircuitLeavesWhatTheFullRateLeaves) {
   }
 }
 
+/// A crank of which a slow sampling saw nothing leaves fresh sulphate: a source then charges more.
+TEST(RowSimulation, KeepsWhatASlowSamplingMissedOfACrank) {
+  const BatteryModel model(withNeeds("fresh_sulphate"));
+  Rows rows(true);
+  const Eigen::VectorXd seen = rows.simulation().errors(model, pointAtRest(model)).error;
+  rows.inputs.samples[95].step.missed = MissedCrank::kCharge;
+  const Eigen::VectorXd missed = rows.simulation().errors(model, pointAtRest(model)).error;
+  const auto change = [&](Eigen::Index row) { return std::abs(missed[row] - seen[row]); };
+  EXPECT_EQ(0.0, change(94));
+  ASSERT_TRUE(rows.response.voltage_controlled[100]);
+  EXPECT_GT(change(100), 1e-4);  // [V]
+}
+
 TEST(RowSimulation, OfAnEffectThatVanishesIsThatOfTheBaseCircuit) {
   const Rows rows(false);
   // the last acts at edges: another grid

@@ -8,6 +8,11 @@
 namespace battery_sof {
 namespace {
 
+TEST(InformationInverse, LeavesOutWhatTheDataSayNothingOf) {
+  const Eigen::Matrix2d only_the_sum{{1.0, 1.0}, {1.0, 1.0}};
+  EXPECT_TRUE(informationInverse(only_the_sum).isApprox(0.25 * only_the_sum, 1e-9));
+}
+
 TEST(QDyn, IsHundredForAPerfectModelAndZeroForTheMean) {
   EXPECT_DOUBLE_EQ(*qDyn({12.0, 13.0, 14.0}, {12.0, 13.0, 14.0}), 100.0);
   EXPECT_NEAR(*qDyn({12.0, 13.0, 14.0}, {13.0, 13.0, 13.0}), 0.0, 1e-12);

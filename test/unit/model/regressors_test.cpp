@@ -47,6 +47,11 @@ std::vector<RegressorInput> held(double current, std::size_t count) {
   return moments;
 }
 
+TEST(RegressorLibrary, NumbersThatAKindHasNotAreZero) {
+  for (const Regressor& one : regressorLibrary(tenMinutes()))
+    EXPECT_TRUE(one.kind == RegressorKind::kHighMemory || one.charge == 0.0) << kindId(one.kind);
+}
+
 /// A row a moment.
 Eigen::MatrixXd valuesAlong(RegressorMemory& memory, const std::vector<RegressorInput>& moments,
                             std::size_t begin, std::size_t end) {

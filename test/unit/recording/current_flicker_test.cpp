@@ -57,6 +57,7 @@ TEST(CurrentFlicker, RealRippleIsKept) {
 TEST(CurrentFlicker, SlowRecordingsStayAsTheyAre) {
   Series series = steps(0.1, 0.0);
   for (double& time : series.time) time *= 100.0;
+  EXPECT_EQ(1.0, currentFlicker(series).share);
   EXPECT_EQ(series.current, withoutSensorNoise(series, currentFlicker(series)).current);
 }
 

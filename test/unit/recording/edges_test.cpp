@@ -32,6 +32,19 @@ TEST(EdgeResponse, FindsNoLagAndTheResistanceInAnAlignedDrive) {
   EXPECT_NEAR(response->lag, 0.0, 0.001);
 }
 
+/// A load of a fifth of an ampere shows the resistance as one of a hundred does.
+TEST(EdgeResponse, FindsTheResistanceOfASmallLoad) {
+  Series series;
+  for (int k = 0; k < 2000; ++k) {
+    const double i = (k / 200) % 2 == 0 ? 0.0 : -0.2;
+    series.append({0.01 * k, i, 12.5 + 0.01 * i});
+  }
+  const auto response = edgeResponse(series);
+  ASSERT_TRUE(response.has_value());
+  EXPECT_NEAR(0.01, response->resistance, 1e-9);
+  EXPECT_NEAR(1.0, response->correlation, 1e-9);
+}
+
 TEST(EdgeResponse, FindsLagsToAMillisecondInBothDirections) {
   for (const int delay : {-35, -20, -7, -3, 3, 7, 20, 35, 120}) {
     const auto response = edgeResponse(driveWithLateCurrent(delay));

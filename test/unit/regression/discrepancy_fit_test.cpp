@@ -65,6 +65,16 @@ double rms(const Eigen::VectorXd& x) {
   return std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
 }
 
+/// A constant of many amperes is no regressor, although rounding moves it.
+TEST(DesignMatrix, HasNoColumnThatDoesNotMove) {
+  Series series;
+  for (int k = 0; k < 200; ++k) series.append({0.1 * k, -30.0, 12.3});
+  const Learnt learnt(series);
+  EXPECT_TRUE(learnt.table.values.allFinite());
+  for (Eigen::Index k = 0; k < learnt.table.scale.size(); ++k)
+    EXPECT_GT(learnt.table.scale[k], 1e-9 * std::abs(learnt.table.upper[k])) << k;
+}
+
 // ---------------------------------------------------------------------------------------------
 // the direction that is controlled
 

@@ -182,9 +182,9 @@ TEST(DamagedModel, ThatIsNotYamlIsToldByLineWithoutTheParsersWords) {
   EXPECT_EQ(said.find("yaml-cpp"), std::string::npos);
 }
 
-/// A thousand files with bytes changed, cut or doubled: each is refused with a sentence or makes
+/// Two thousand files with bytes changed, cut or doubled: each is refused with a sentence or makes
 /// finite answers.
-TEST(DamagedModel, AThousandDamagedFilesAreRefusedOrAnswerWithFiniteNumbers) {
+TEST(DamagedModel, TwoThousandDamagedFilesAreRefusedOrAnswerWithFiniteNumbers) {
   std::mt19937 random(7);
   const auto below = [&](std::size_t n) {
     return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
@@ -192,7 +192,7 @@ TEST(DamagedModel, AThousandDamagedFilesAreRefusedOrAnswerWithFiniteNumbers) {
   const std::string bytes = "0123456789eE+-.:,[]{}naif \n";
   CrankingQuery query{-20.0, 10.0, -200.0, 0.5, 7.2};
   int accepted = 0;
-  for (int round = 0; round < 1000; ++round) {
+  for (int round = 0; round < 2000; ++round) {
     std::string damaged = text();
     for (std::size_t k = below(4) + 1; k > 0; --k)
       damaged[below(damaged.size())] = bytes[below(bytes.size())];
@@ -209,7 +209,7 @@ TEST(DamagedModel, AThousandDamagedFilesAreRefusedOrAnswerWithFiniteNumbers) {
     }
   }
   EXPECT_GT(accepted, 50);
-  EXPECT_LT(accepted, 950);
+  EXPECT_LT(accepted, 1900);
 }
 
 class ModelPosition : public test::InFolder {

@@ -100,6 +100,13 @@ TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {
   EXPECT_NE(
       errorOf(with(good, "status: converged", "status: lucky")).find("fit.status is \"lucky\""),
       std::string::npos);
+  // a part whose name is mistyped is not one that is absent
+  EXPECT_NE(errorOf(with(good, "errors:", "error:")).find("errors is missing"), std::string::npos);
+  EXPECT_NE(errorOf(with(good, "window:", "event_histry: {}\nwindow:"))
+                .find("event_histry is no key here, expected "),
+            std::string::npos);
+  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: 0.5\n  bta: 1")).find("fixed.bta is no key"),
+            std::string::npos);
   EXPECT_NE(errorOf(with(good, "correlation:\n", "correlation: []\nunused:\n")).find("correlation"),
             std::string::npos);
 }

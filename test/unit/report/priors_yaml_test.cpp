@@ -45,7 +45,27 @@ TEST(PriorsYaml, WhatIsWrongIsNamedWithItsPlace) {
                 .find("priors[0].parameters.beta.std is 0"),
             std::string::npos);
   EXPECT_NE(refusal(head + "value: -1, std: 1, logarithmic: true}}}]")
-                .find("priors[0].parameters.beta.value is not positive"),
+                .find("priors[0].parameters.beta.value is -1, expected 1 to 1000"),
+            std::string::npos);
+  EXPECT_NE(refusal(head + "value: 1e9, std: 1, logarithmic: true}}}]")
+                .find("priors[0].parameters.beta.value is 1e+09, expected 1 to 1000"),
+            std::string::npos);
+  EXPECT_NE(refusal("schema: battery_sof/priors/1\npriors: [{vehicle_type: '', effects: [], "
+                    "parameters: {u_dc: {value: 0, std: 1, logarithmic: true}}}]")
+                .find("priors[0].parameters.u_dc.value is not positive"),
+            std::string::npos);
+  const std::string entries = "schema: battery_sof/priors/1\npriors:\n";
+  EXPECT_NE(refusal(entries + "- {vehicle_type: '', effects: [], parameters: {bta: {value: 1}}}\n")
+                .find("priors[0].parameters.bta is no key here"),
+            std::string::npos);
+  EXPECT_NE(refusal(entries + "- {vehicle_type: '', effects: [gasing], parameters: {}}\n")
+                .find("priors[0].effects are no model's"),
+            std::string::npos);
+  const std::string entry = "- {vehicle_type: '', effects: [], parameters: {}}\n";
+  EXPECT_NE(refusal(entries + entry + entry).find("priors[1].effects are those of an entry before"),
+            std::string::npos);
+  EXPECT_NE(refusal(entries + "- {vehicle_type: '', effects: [], parameters: {? [a, b] : 1}}\n")
+                .find("priors[0].parameters"),
             std::string::npos);
   EXPECT_NE(refusal("{").find("not YAML at line 1"), std::string::npos);
   const std::string of_vans =
