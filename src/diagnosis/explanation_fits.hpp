@@ -214,7 +214,7 @@ class ExplanationFits {
  private:
   class StepCost;
   // spent_: rows simulated with the derivatives of a usual composition; then what stands is reported
-  static constexpr std::size_t kBudget = 4000000 * 9;
+  static constexpr std::size_t kBudget = 36000000;
 
   /// The counted rows of a table, with room for the random walk.
   Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
