@@ -213,7 +213,7 @@ class ExplanationFits {
 
  private:
   class StepCost;
-  // spent_: rows simulated with the derivatives of a usual composition; then what stands is reported
+  // of spent_: rows with the derivatives of a usual composition; then what stands is reported
   static constexpr std::size_t kBudget = 36000000;
 
   /// The counted rows of a table, with room for the random walk.
