@@ -29,14 +29,7 @@ void Session::push(const RawSample& sample) { session_->push(sample); }
 std::optional<std::string> Session::identifyWhenDue() {
   const auto job = session_->takeDueJob();
   if (!job) return std::nullopt;
-  IdentificationResult result;
-  try {
-    result = runIdentification(*job);
-  } catch (const std::exception& error) {
-    result.epoch = job->epoch;
-    result.message = std::string("the identification failed: ") + error.what();
-  }
-  return session_->finish(std::move(result)).message;
+  return session_->finish(runIdentification(*job)).message;
 }
 
 CrankingAnswer Session::predictCranking(const CrankingQuery& query) const {

@@ -121,9 +121,11 @@ IndexRange recentWindow(const Series& series, double length) {
   return recent;
 }
 
-IdentificationResult runIdentification(const IdentificationJob& job) {
+namespace {
+
+/// All of it but what it is of.
+IdentificationResult attempt(const IdentificationJob& job) {
   IdentificationResult result;
-  result.epoch = job.epoch;
   result.max_gap = gapThreshold(job.series);
   result.source = ChargerShare(job.series, detectControlMode(job.series));
   WindowSearch search;
@@ -147,6 +149,19 @@ IdentificationResult runIdentification(const IdentificationJob& job) {
       tryFit(job.series, window, job.identify, job.incumbent);
   if (job.extended_options)
     result.extended = tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
+  return result;
+}
+
+}  // namespace
+
+IdentificationResult runIdentification(const IdentificationJob& job) {
+  IdentificationResult result;
+  try {
+    result = attempt(job);
+  } catch (const std::exception& error) {
+    result.message = std::string("the identification failed: ") + error.what();
+  }
+  result.epoch = job.epoch;
   return result;
 }
 

@@ -99,6 +99,9 @@ IndexRange recentWindow(const Series& series, double length);
  *
  * Both models' errors over recentWindow() are open-loop runs that start from the measured voltage
  * of its first samples, so neither profits from having been there.
+ *
+ * @return without a model where a fit throws; the message says why. A job always has a result, which
+ * OnlineSession::finish() needs before the next one.
  */
 IdentificationResult runIdentification(const IdentificationJob& job);
 

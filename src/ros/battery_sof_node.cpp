@@ -234,13 +234,7 @@ void BatterySofNode::onIdentification(const IdentificationJob& job, int request)
 
 IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job, bool is_requested) {
   const ros::SteadyTime begun = ros::SteadyTime::now();
-  IdentificationResult result;
-  try {
-    result = runIdentification(job);
-  } catch (const std::exception& error) {
-    result.epoch = job.epoch;
-    result.message = std::string("the identification failed: ") + error.what();
-  }
+  IdentificationResult result = runIdentification(job);
   const double fit_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
   if (result.model) result.model->provenance.fit_ms = fit_ms;
   if (result.extended && result.extended->model) result.extended->model->provenance.fit_ms = fit_ms;

@@ -319,6 +319,11 @@ TEST(OnlineSession, JobOnRequestRunsWithoutBeingDueAndOnlyOneIsOut) {
   const auto job = session.takeJob();
   ASSERT_TRUE(job);
   EXPECT_FALSE(session.takeJob());
+  IdentificationJob broken = *job;
+  broken.identify.effects = {"gasing"};  // none of the catalogue: the fit throws
+  const IdentificationOutcome refused = session.finish(runIdentification(broken));
+  EXPECT_NE(refused.message.find("the identification failed: "), std::string::npos);
+  ASSERT_TRUE(session.takeJob());
   EXPECT_TRUE(session.finish(runIdentification(*job)).accepted);
   EXPECT_EQ(session.status().state, SessionState::kReady);
   EXPECT_TRUE(session.takeJob());
