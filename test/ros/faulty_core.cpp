@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "estimation/window.hpp"
 #include "prediction/online_session.hpp"
 
 namespace battery_sof {
@@ -50,11 +51,11 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
   return in_core(model, query, capacity);
 }
 
-IdentificationResult runIdentification(const IdentificationJob& job) {
-  static auto* const in_core = inCore<IdentificationResult(const IdentificationJob&)>(
-      "_ZN11battery_sof17runIdentificationERKNS_17IdentificationJobE");
-  if (job.series.current.back() == kThrowsInFit) throw std::runtime_error("thrown in a fit");
-  return in_core(job);
+WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
+  static auto* const in_core = inCore<WindowChoice(const Series&, const WindowSearch&)>(
+      "_ZN11battery_sof12chooseWindowERKNS_6SeriesERKNS_12WindowSearchE");
+  if (series.current.back() == kThrowsInFit) throw std::runtime_error("thrown in a fit");
+  return in_core(series, search);
 }
 
 }  // namespace battery_sof
