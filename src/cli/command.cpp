@@ -108,9 +108,13 @@ void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments) {
 }
 
 void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
+  const auto fault = [](const std::string& given) -> std::string {
+    return given.empty() ? "is \"\", expected seconds, e.g. 60 or +60" : "";
+  };
   addOption(command, "--from", arguments.from,
-            "start [s] on the recording's clock; +T counts from its first sample");
-  addOption(command, "--to", arguments.to, "end [s], as --from");
+            "start [s] on the recording's clock; +T counts from its first sample")
+      ->check(fault);
+  addOption(command, "--to", arguments.to, "end [s], as --from")->check(fault);
 }
 
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments) {

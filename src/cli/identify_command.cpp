@@ -5,6 +5,7 @@
 #include "recording/checks.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
+#include "state/posterior.hpp"
 
 namespace battery_sof {
 namespace {
@@ -80,6 +81,11 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   model.provenance.recording = recording.name;
   model.provenance.recording_hash = hash;
   if (isUsable(model.fit)) carryToEnd(model, series, request);
+  const auto& priors = request.options.priors;
+  if (!priors.empty() && knownOf(priors, model.fit.effects).empty())
+    line.err
+        << "warning: " << arguments.priors.file
+        << " has no parameters for the effects of this model: the catalogue's priors are used\n";
   model.fit.series_blocks = arguments.recording.series_blocks;
   progress.end();
   const bool is_usable = isUsable(model.fit);

@@ -87,6 +87,8 @@ std::string table(const std::string& corner, const std::vector<double>& rows,
   return text;
 }
 
+bool wasFitted(const Fit& fit) { return isUsable(fit) || fit.status == FitStatus::kStalled; }
+
 }  // namespace
 
 nlohmann::json resultJson(const FittedModel& model) {
@@ -103,10 +105,15 @@ nlohmann::json resultJson(const FittedModel& model) {
   visit("parameters", model.fit.estimates);
   visit("state", nlohmann::json{{"time_s", jsonOf(model.state.time)},
                                 {"u_c2_v", jsonOf(model.state.states[0])}});
+  if (wasFitted(model.fit)) return visit.json;
+  for (const char* of_a_fit : {"q_dyn_percent", "rmse_v", "state"}) visit.json[of_a_fit] = nullptr;
   return visit.json;
 }
 
 std::string resultText(const FittedModel& model) {
+  const std::string conclusion = format("%s: %s (%.1f ms)\n", toString(model.fit.status).c_str(),
+                                        model.fit.message.c_str(), model.provenance.fit_ms);
+  if (!wasFitted(model.fit)) return conclusion;
   std::string text;
   text += format("window       %.2f to %.2f s, %zu samples, current %.1f to %.1f A\n",
                  model.fit.window.from, model.fit.window.to, model.fit.window.samples,
@@ -125,9 +132,7 @@ std::string resultText(const FittedModel& model) {
                    model.fit.scores.cranks, 1e3 * model.fit.scores.crank_error_std);
   text += format("state        u_c2 = %.4f V at %.2f s\n", model.state.states[0], model.state.time);
   text += format("quality      %.2f of the window for this model\n", model.fit.window_quality);
-  text += format("%s: %s (%.1f ms)\n", toString(model.fit.status).c_str(),
-                 model.fit.message.c_str(), model.provenance.fit_ms);
-  return text;
+  return text + conclusion;
 }
 
 DESCRIBED(BothWaysScores, MEMBERS("", cranks), visit("crank_mae", of.crank_mean_abs_error, "v"),

@@ -109,7 +109,36 @@ TEST_F(Sof, SaysSoWhenAWindowCannotBeIdentified) {
   EXPECT_NE(outcome.err.find("no model"), std::string::npos);
   EXPECT_FALSE(fs::exists(model_));
   std::ifstream file(path("result.json"));
-  EXPECT_EQ(nlohmann::json::parse(file)["status"], "not_excited");
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_EQ(json["status"], "not_excited");
+  for (const char* of_a_fit : {"q_dyn_percent", "rmse_v", "state"})
+    EXPECT_TRUE(json[of_a_fit].is_null()) << of_a_fit;
+  EXPECT_EQ(outcome.out.find("RMS error"), std::string::npos);
+}
+
+TEST_F(Sof, RefusesATimeThatIsEmpty) {
+  for (const char* option : {"--from", "--to"}) {
+    const Outcome outcome = sof({"identify", inputs_, option, "", "--out", model_});
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_NE(outcome.err.find("expected seconds"), std::string::npos) << outcome.err;
+  }
+}
+
+TEST_F(Sof, WarnsOfPriorsThatAreNotOfTheModelsEffects) {
+  const auto warned = [&](const std::string& effects) {
+    std::ofstream(path("priors.yaml"))
+        << "schema: battery_sof/priors/1\n"
+           "priors: [{vehicle_type: \"\", effects: [" +
+               effects +
+               "], "
+               "parameters: {c2: {value: 200, std: 1, logarithmic: true}}}]\n";
+    const Outcome outcome = sof({"identify", inputs_, "--from", "0", "--to", "240", "--out", model_,
+                                 "--priors", path("priors.yaml")});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.err.find("the catalogue's priors are used") != std::string::npos;
+  };
+  EXPECT_FALSE(warned(""));
+  EXPECT_TRUE(warned("gassing"));
 }
 
 TEST_F(Sof, PredictsAndWritesThePredictionSampleBySample) {
