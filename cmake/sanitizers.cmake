@@ -25,6 +25,7 @@ if(BATTERY_SOF_SANITIZE_THREADS)
     src/recording/*.cpp src/state/*.cpp src/prediction/*.cpp src/estimation/parallel.cpp src/bag/*.cpp src/ros/*.cpp)
   set(thread_sanitizer -g1 -fno-omit-frame-pointer -fsanitize=thread)
   set_property(SOURCE ${shared_sources} APPEND PROPERTY COMPILE_OPTIONS ${thread_sanitizer})
+  set_property(SOURCE ${shared_sources} PROPERTY SKIP_PRECOMPILE_HEADERS ON)  # read without these options
   add_link_options(-fsanitize=thread)
 endif()
 if(BATTERY_SOF_FUZZ)

@@ -31,7 +31,8 @@ struct MechanismProbability {
  *
  *     p_m = mean over samples of exp(w_m x_m + b_m + 3 accepted_m) / sum  [1]
  *
- * x_m are m's alone, lost and effect, each relative to the largest. The weights were fitted to
+ * x_m has two numbers of each of m's alone, lost and effect, e: -ln(1 + e_max - e) and
+ * e / max(e_max, 1), where e_max is the largest of all mechanisms. The weights were fitted to
  * simulated batteries whose laws are in no catalogue, under drives that do not depend on the law
  * (mechanism_weights.inc, docs/validation.md). What the model selection accepted counts in addition:
  * linear fits do not change with the way of a search, and see less than it.

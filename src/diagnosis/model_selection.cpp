@@ -162,15 +162,14 @@ void describeDiscrepancy(DiscrepancyFinding& discrepancy) {
 
 /// A discrepancy added to a fit. Regressors with a clock of their own have a part in it where they
 /// reduce the error on left-out blocks.
-/// @param fit of the discrepancy, its noise and gain are left in it.
+/// @param fit set here: the caller reads its noise and gain.
 DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Residuals& residuals,
                                       const DiagnoseOptions& options, DiscrepancyFit& fit) {
   const InputSequence full = inputSequence(residuals.screened.series, residuals.parts.train,
                                            residuals.screened.limits.masked);
   const ModelPoint beginning = without.point.at(full.first_time);
-  Linearization response = linearizationOf(without.model, beginning, full, full.samples.size());
-  pulse(options);
-  takeDiscrepancyDirections(response, without.model, beginning, full);
+  const Linearization response =
+      discrepancyLinearizationOf(without.model, beginning, full, full.samples.size());
   pulse(options);
   const DesignMatrix table = designMatrix(full, response, without.point.parameters[kRowBeta]);
   DiscrepancyFinding discrepancy;

@@ -11,7 +11,7 @@
 
 namespace battery_sof {
 
-// A diagnosis is residualsOf(), selectModel() and validate(), which add their parts to it.
+// The steps of a diagnosis, in the order of diagnose(): residualsOf(), selectModel(), validate().
 
 /// A recording in two: what is estimated from, and what is compared with at the end.
 struct Parts {

@@ -14,7 +14,7 @@ namespace battery_sof {
 struct Screening {
   Series series;  ///< of the training part: its current as the battery saw it
   InstrumentLimits limits;
-  /// ids of tier I: clipping, dropouts, quantisation, aliasing, time_skew; sorted
+  /// ids of tier I: clipping, dropouts, quantisation, aliasing, time_skew
   std::vector<std::string> faults;
   std::vector<std::string> sentences;  ///< all findings worth telling, and on the first fit
   double flicker_share = 1.0;          ///< of the current sensor's flicker that is the battery's

@@ -16,13 +16,6 @@ std::string joined(const std::vector<std::string>& parts, const std::string& las
   return text;
 }
 
-/// An effect in words; the id of what has none.
-std::string titleOrId(const std::string& id) {
-  for (const EffectInfo& info : effectCatalogue())
-    if (info.id == id) return info.title;
-  return id;
-}
-
 /// What the circuit is off by on the hold-out, and the extended model: in explained variation where
 /// a charger controls the voltage, as the extended model answers there in current.
 std::string costAndGain(const Diagnosis& diagnosis) {
@@ -129,7 +122,7 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
     case Verdict::kNoMismatch: {
       for (const DetectionLimit& one : diagnosis.detection_limits)
         if (!one.visible && effectInfo(one.id).tier() == 'P')
-          return "This recording could not have shown " + one.id + " (" + titleOrId(one.id) +
+          return "This recording could not have shown " + one.id + " (" + titleOf(one.id) +
                  "); it would take " + effectInfo(one.id).distinguished_by + ".";
       return "Nothing is open; the same recording at another temperature would widen what the "
              "model is good for.";
@@ -147,7 +140,7 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
 
 std::string summaryOf(const Diagnosis& diagnosis) {
   std::vector<std::string> ids;
-  for (const NamedEffect& effect : diagnosis.effects) ids.push_back(titleOrId(effect.id));
+  for (const NamedEffect& effect : diagnosis.effects) ids.push_back(titleOf(effect.id));
   switch (diagnosis.verdict) {
     case Verdict::kNoMismatch:
       return format(

@@ -20,7 +20,7 @@ struct Unexplained {
  *
  * - instruments alone: sensor_fault; effects: effect or several, ambiguous where others would do as
  * well;
- * - the most evident component is a mechanism's regressors: unexplained (withMechanism());
+ * - the first component is a mechanism's regressors: unexplained (withMechanism());
  * - no component: unexplained where a tone stands out or more is left than instruments leave, else
  * sensor_fault for a fault of theirs, unexplained where a discrepancy is estimated, or no_mismatch.
  *

@@ -93,7 +93,8 @@ struct IdentifyOptions {
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
 /**
- * @brief identify() for options with effects or whitening; same arguments, checked by identify().
+ * @brief identify() for options with effects, whitening or a source; same arguments, checked by
+ * identify().
  *
  * Starts: the base model's optimum with the new strengths at zero, the same with them at their
  * magnitudes, and options.more_starts. With options.whiten noise and fit are estimated in turns,
@@ -128,7 +129,7 @@ std::optional<ChargerControl> chargerControl(const Series& series,
 
 /**
  * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance
- * and discrepancy with it.
+ * and residual state with it.
  * @param series the recording the model stands in: model.state.time must be the time of one of its
  * samples.
  */
@@ -152,8 +153,8 @@ struct FitPlan {
 
 /**
  * @brief The window and the settings of a fit: the whole of from..to where both are given, else the
- * best window inside (chooseWindow()); clipped samples are masked (instrumentLimits()), a source
- * is the input where one is seen (chargerControl(); not with FitStart::kPaper).
+ * best window inside (chooseWindow()); stuck and repeated samples are masked (instrumentLimits()),
+ * the voltage is the input where a source is seen (chargerControl(); not with FitStart::kPaper).
  *
  * @param series at the rate to fit at, see atDesignRate(); not empty.
  * @throws std::invalid_argument when there is no sample from `from` to `to`.

@@ -37,12 +37,21 @@ const std::vector<EffectInfo>& effectCatalogue() {
   return catalogue;
 }
 
+const EffectInfo* catalogued(const std::string& id) {
+  for (const EffectInfo& info : effectCatalogue())
+    if (info.id == id) return &info;
+  return nullptr;
+}
+
+std::string titleOf(const std::string& id) {
+  const EffectInfo* effect = catalogued(id);
+  return effect ? effect->title : id;
+}
+
 const EffectInfo& effectInfo(const std::string& id) {
+  if (const EffectInfo* effect = catalogued(id)) return *effect;
   std::string known;
-  for (const EffectInfo& info : effectCatalogue()) {
-    if (info.id == id) return info;
-    known += (known.empty() ? "" : ", ") + info.id;
-  }
+  for (const EffectInfo& info : effectCatalogue()) known += (known.empty() ? "" : ", ") + info.id;
   throw std::invalid_argument("effect \"" + id + "\" is not known; there are " + known);
 }
 

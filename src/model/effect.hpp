@@ -57,6 +57,10 @@ struct EffectInfo {
 /// applied.
 const std::vector<EffectInfo>& effectCatalogue();
 
+/// @return the effect of the catalogue; nullptr where it cannot be composed (clipping, dropouts).
+const EffectInfo* catalogued(const std::string& id);
+/// @return its title there; the id where there is none.
+std::string titleOf(const std::string& id);
 /// @throws std::invalid_argument naming the id and all known ones.
 const EffectInfo& effectInfo(const std::string& id);
 

@@ -43,8 +43,8 @@ class CrankWatch {
  * @brief Compares the model's mean current at a charge's measured voltage with the measured one: the
  * error of SOF2 (docs/physics.md#sof2). `modelled` is without the correction by past charges.
  *
- * A charge is compared after 10 s; a shorter one is dropped. The model is frozen at the last sample
- * before it.
+ * A charge is compared after compare_after; a shorter one is dropped. The model is frozen at the
+ * last sample before it.
  *
  * Of a model with a source it is what followWindow() takes from a window: nine in ten of its samples
  * have a controlled voltage (beginningOfCharge()); one that begins inside another is left out. The

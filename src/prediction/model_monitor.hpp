@@ -26,7 +26,7 @@ struct AnswerSteps {
  * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
  * charges that it was compared with.
  *
- * Watches and interval scales outlive a model: they are the composition's past. Copyable; a copy
+ * Watches and interval calibrations outlive a model: they are the composition's past. Copyable; a copy
  * goes on by itself.
  */
 class ModelMonitor {
@@ -42,7 +42,7 @@ class ModelMonitor {
   /// longest interval joined.
   void install(const FittedModel& model, double max_gap);
   /// Takes a model that already followed samples in another one: its state, and events that are
-  /// under way. Its scales and back-test stay behind. @param model the same with what its
+  /// under way. Its calibrations and back-test stay behind. @param model the same with what its
   /// caller knows of it.
   void goOnAs(const ModelMonitor& other, const FittedModel& model);
   /// Shows the samples up to the model's state, right after install(): by them a source is judged,

@@ -155,8 +155,9 @@ Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start
   return out;
 }
 
-void takeDiscrepancyDirections(Linearization& response, const BatteryModel& model,
-                               const ModelPoint& start, const InputSequence& inputs) {
+Linearization discrepancyLinearizationOf(const BatteryModel& model, const ModelPoint& start,
+                                         const InputSequence& inputs, std::size_t training) {
+  Linearization response = linearizationOf(model, start, inputs, training);
   for (const Eigen::Index direction :
        {Eigen::Index{kRowC2}, Eigen::Index{kRowBeta}, kBaseDirections - 1}) {
     auto discrepancy = std::make_shared<DiscrepancyModel>();
@@ -178,6 +179,7 @@ void takeDiscrepancyDirections(Linearization& response, const BatteryModel& mode
       if (counted > 0.0) response.sensitivity(row, direction) = sum / counted;
     }
   }
+  return response;
 }
 
 Eigen::VectorXd answered(const Linearization& response, const Eigen::VectorXd& discrepancy) {

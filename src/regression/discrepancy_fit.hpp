@@ -54,11 +54,10 @@ struct Linearization {
 Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start,
                               const InputSequence& inputs, std::size_t training);
 
-/// Takes the directions of the double layer as a DiscrepancyModel carries them along, so that what
-/// is estimated is what is used.
-/// @param response of the same model, start and sequence, with the current as input throughout.
-void takeDiscrepancyDirections(Linearization& response, const BatteryModel& model,
-                               const ModelPoint& start, const InputSequence& inputs);
+/// linearizationOf() with the directions of the double layer as a DiscrepancyModel carries them
+/// along, so that what is estimated is what is used. The current is the input throughout.
+Linearization discrepancyLinearizationOf(const BatteryModel& model, const ModelPoint& start,
+                                         const InputSequence& inputs, std::size_t training);
 
 /// @return the composition with a discrepancy, and the point with every factor as estimated.
 /// @param at in the order of `model`.

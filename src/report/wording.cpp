@@ -55,18 +55,6 @@ std::string plainName(std::string name) {
   return name;
 }
 
-const EffectInfo* catalogued(const std::string& id) {
-  const auto& catalogue = effectCatalogue();
-  const auto found = std::find_if(catalogue.begin(), catalogue.end(),
-                                  [&](const EffectInfo& effect) { return effect.id == id; });
-  return found == catalogue.end() ? nullptr : &*found;
-}
-
-std::string titleOf(const std::string& id) {
-  const EffectInfo* effect = catalogued(id);
-  return effect != nullptr ? effect->title : plainName(id);
-}
-
 std::vector<MetricRow> metricRows(const Comparison& fit) {
   std::vector<MetricRow> rows;
   const auto add = [&](const char* title, const char* unit, double scale,

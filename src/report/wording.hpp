@@ -44,12 +44,6 @@ std::string likelyMechanismsText(const std::vector<MechanismProbability>& mechan
 /// @return a code name as words: "long_charge" reads "long charge".
 std::string plainName(std::string name);
 
-/// @return the effect of the catalogue; nullptr where it cannot be composed (clipping, dropouts).
-const EffectInfo* catalogued(const std::string& id);
-
-/// @return the catalogue's title; the id as words where there is none.
-std::string titleOf(const std::string& id);
-
 /// A number of ErrorMetrics with its words, for tables.
 struct MetricRow {
   std::string title, unit;

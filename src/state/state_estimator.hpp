@@ -26,7 +26,7 @@ inline constexpr double kOhmsOfCurrentError = 0.01;
  */
 class ResidualFilter {
  public:
-  /// Begins with the model's saved discrepancy. @param follows_stops false: cranks and all other
+  /// Begins with the model's saved residual state. @param follows_stops false: cranks and all other
   /// samples count alike.
   explicit ResidualFilter(const FittedModel& model, bool follows_stops = true);
   /// Begins between stops, where a charger controls the model's voltage.
@@ -64,8 +64,8 @@ class ResidualFilter {
 };
 
 /**
- * @brief Fits the noise model of a fit's residual over its window, and starts the discrepancy from
- * it.
+ * @brief Fits the noise model of a fit's residual over its window, and starts the residual
+ * state from it.
  *
  * On averages of at least 0.1 s (docs/physics.md#noise-of-a-residual), where the current is the
  * input; elsewhere it waits. Leaves the model as it is when the window has fewer than 30 of them.
@@ -86,7 +86,8 @@ struct FollowedSample {
 
 /**
  * @brief A model's state, moved from sample to sample in the operating mode of each: equations,
- * residual regression, discrepancy and their memories, and what the model misses (ResidualFilter).
+ * residual regression, discrepancy model and their memories, and what the model misses
+ * (ResidualFilter).
  *
  * The one way to follow samples, live and over a recording. Copyable: a copy is a snapshot to go
  * back to or to look ahead with. Where the model has a source, what a slow sampling missed of a
@@ -114,7 +115,7 @@ class StateEstimator {
   /// Puts state, covariance and memories into the model it was begun with.
   void saveTo(FittedModel& model) const;
 
-  /// Without discrepancy and residual, which saveTo() has.
+  /// Without the memories of residual regression and residual filter, which saveTo() has.
   const LiveState& state() const { return state_; }
   ResidualFilter& errors() { return errors_; }
   const Simulation& simulation() const { return simulation_; }

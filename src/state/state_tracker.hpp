@@ -69,7 +69,8 @@ class StateTracker {
   /// @return the same moved to the last settled sample.
   FittedModel modelSettled() const { return modelAt(settled_); }
 
-  /// At the newest sample; without discrepancy and residual, which modelNow() has.
+  /// At the newest sample; without the memories of residual regression and residual filter, which modelNow()
+  /// has.
   const LiveState& state() const { return here().state(); }
   /// Whether a voltage may be the input of the model.
   bool hasSource() const { return watch_.has_value(); }

@@ -28,8 +28,7 @@ inline std::shared_ptr<const DiscrepancyModel> discrepancyLearntFrom(const Serie
                                                                      std::size_t last) {
   const InputSequence inputs = inputSequence(series, {0, last});
   const ModelPoint truth = pointOf(BatteryModel(), typicalPoint(BatteryModel()));
-  Linearization response = linearizationOf(BatteryModel(), truth, inputs, last);
-  takeDiscrepancyDirections(response, BatteryModel(), truth, inputs);
+  const Linearization response = discrepancyLinearizationOf(BatteryModel(), truth, inputs, last);
   return std::make_shared<const DiscrepancyModel>(
       fitDiscrepancy(response, designMatrix(inputs, response, drivenBattery().beta), isTimeless)
           .discrepancy);

@@ -1,21 +1,11 @@
-"""Pictures of pages, by headless Chromium.
-
-    page_pictures PAGE.html FOLDER          a diagnosis page, for docs/reading-a-diagnosis.md
-    page_pictures --live DRIVE.bag OUT.gif  ten seconds of the live page while the bag is played,
-                                            for docs/node.md (with the devel space sourced)
-"""
+"""Pictures of a diagnosis page for docs/reading-a-diagnosis.md, by headless Chromium: page_pictures PAGE.html FOLDER"""
 
 import base64
 import os
 import sys
 import tempfile
-import time
-
-from .stress.ros import Processes, free_port, is_listening, wait_until
 
 WIDTH = 1100
-FRAMES = 10
-LIVE_RATE, LIVE_CHARGES = 20, 8  # times real time; past charges that are waited for
 # file: selector whose lowest end is the picture's, and whether it begins at the top of the page
 PICTURES = {"diagnosis_page.png": ("#drive .dygraph-rangesel-fgcanvas", True), "diagnosis_regimes.png": ("#where", False), "diagnosis_weighed.png": ("#evidence", False),
             "diagnosis_discrepancy.png": ("#unexplained", False), "diagnosis_before_after.png": ("#comparison", False)}
@@ -44,31 +34,7 @@ def shoot(driver, top, bottom, path):
         file.write(base64.b64decode(image["data"]))
 
 
-def live(bag, picture):
-    """The live page down to its answers, a picture a second, once charges have been compared."""
-    from PIL import Image
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, Processes(folder) as processes:
-        port = free_port()
-        processes.start("roslaunch", "battery_sof", "replay.launch", f"bag:={os.path.abspath(bag)}", f"rate:={LIVE_RATE}")
-        processes.start("roslaunch", "--wait", "battery_sof", "live.launch", f"port:={port}")
-        with browser(os.path.join(folder, "profile")) as driver:
-            wait_until(lambda: is_listening(port), 60, "the live page")
-            driver.get(f"http://127.0.0.1:{port}/")
-            wait_until(lambda: driver.execute_script("return document.querySelectorAll('#charges tr').length") > LIVE_CHARGES, 120, "charges on the live page")
-            bottom = driver.execute_script("return document.querySelector('#answers').getBoundingClientRect().bottom + scrollY")
-            frames = []
-            for n in range(FRAMES):
-                path = os.path.join(folder, f"{n}.png")
-                shoot(driver, 0, bottom, path)
-                frames.append(Image.open(path).convert("P", palette=Image.ADAPTIVE, colors=48))
-                time.sleep(1.0)
-    frames[0].save(picture, save_all=True, append_images=frames[1:], duration=1000, loop=0, optimize=True)
-    return 0
-
-
 def main():
-    if len(sys.argv) == 4 and sys.argv[1] == "--live":
-        return live(*sys.argv[2:])
     if len(sys.argv) != 3:
         print(__doc__, file=sys.stderr)
         return 2

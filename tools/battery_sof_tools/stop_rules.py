@@ -3,8 +3,8 @@
     compare_stop_rules REC [REC ...] --build build --u-required 10.6 COLUMNS
     compare_stop_rules --weakening 3 --build build --u-required 9
 
-A stop is a discharge that ends in a crank: it begins with the first sample below -2 A and ends with the first below half of --crank-current. `stop_rules_experiment`
-plays each recording through the node's session and the manager's rule; a simple rule sees the voltage alone, or the clock alone.
+A stop is a discharge that ends in a crank, a current of -150 A: it begins with the first sample below -2 A and ends with the first below -75 A.
+`stop_rules_experiment` plays each recording through the node's session and the manager's rule; a simple rule sees the voltage alone, or the clock alone.
 
 stops: those the rule let begin. engine off: until the crank, or until the rule wanted the engine on again. to the end: the engine was off until the recorded
 crank. below: such cranks whose lowest voltage was below --u-required; their share is of the stops to the end. What a crank would have been that a rule wanted
@@ -31,17 +31,22 @@ Stop = collections.namedtuple("Stop", "begin end lowest rows")  # [s], [s], [V],
 Outcome = collections.namedtuple("Outcome", "begun off_s to_the_end below missed")
 DISCHARGING = -2.0  # [A]
 LONGEST_GAP = LONGEST_CRANK = 5.0  # [s]
+MARGIN = 0.2  # [V], of the manager
+I_CRANKING, T_CRANKING = -200.0, 0.5  # [A], [s], of the least crank that the manager reckons with
+REST_VOLTAGE = 12.2  # [V], of the rule by voltage
+LONGEST_S = 60.0  # of the rule by time
+CRANK_CURRENT = -150.0  # [A]
 PARTS, PART_S = 10, 600.0  # of a drive of a battery that weakens
 
 
-def stops_of(t, i, u, crank_current):
+def stops_of(t, i, u):
     """Every stop of a recording; one with a gap inside is left out."""
-    stops, cranking = [], i <= 0.5 * crank_current
+    stops, cranking = [], i <= 0.5 * CRANK_CURRENT
     for end, behind in recordings.runs(cranking):
         begin = end
         while begin > 0 and i[begin - 1] < DISCHARGING and t[begin] - t[begin - 1] <= LONGEST_GAP and not cranking[begin - 1]:
             begin -= 1
-        if begin < end and np.min(i[end:behind]) <= crank_current and t[behind - 1] - t[end] <= LONGEST_CRANK:
+        if begin < end and np.min(i[end:behind]) <= CRANK_CURRENT and t[behind - 1] - t[end] <= LONGEST_CRANK:
             stops.append(Stop(float(t[begin]), float(t[end]), float(np.min(u[end:behind])), (t[begin:end], u[begin:end])))
     return stops
 
@@ -117,24 +122,18 @@ def arguments():
     parser.add_argument("--weakening", type=int, default=0, metavar="N", help="also N simulated drives of a battery that weakens")
     parser.add_argument("--build", default="build", help="build folder; it needs the target stop_rules_experiment")
     parser.add_argument("--u-required", type=float, default=7.2, help="[V], what a crank has to hold")
-    parser.add_argument("--margin", type=float, default=0.2, help="[V], of the manager")
-    parser.add_argument("--i-cranking", type=float, default=-200.0, help="[A], the least crank the manager reckons with")
-    parser.add_argument("--t-cranking", type=float, default=0.5, help="[s]")
-    parser.add_argument("--rest-voltage", type=float, default=12.2, help="[V], of the rule by voltage")
-    parser.add_argument("--longest", type=float, default=60.0, help="[s], of the rule by time")
-    parser.add_argument("--crank-current", type=float, default=-150.0, help="[A]")
     recordings.add_column_arguments(parser)
     return parser.parse_args()
 
 
 def judge(args, path, names, label):
     columns = recordings.column_options(names, args.discharge_positive)
-    stops = stops_of(*recordings.read(path, names, args.discharge_positive), args.crank_current)
-    options = ["--u-required", str(args.u_required), "--margin", str(args.margin), f"--i-cranking={args.i_cranking}", "--t-cranking", str(args.t_cranking)]
+    stops = stops_of(*recordings.read(path, names, args.discharge_positive))
+    options = ["--u-required", str(args.u_required), "--margin", str(MARGIN), f"--i-cranking={I_CRANKING}", "--t-cranking", str(T_CRANKING)]
     decisions = decide(program(args.build, "stop_rules_experiment"), path, columns, stops, options)
     rules = [("manager", by_manager(stops, decisions)),
-             (f"voltage at least {args.rest_voltage:g} V", [by_voltage(s, args.rest_voltage) for s in stops]),
-             (f"at most {args.longest:g} s", [s.begin + args.longest for s in stops]),
+             (f"voltage at least {REST_VOLTAGE:g} V", [by_voltage(s, REST_VOLTAGE) for s in stops]),
+             (f"at most {LONGEST_S:g} s", [s.begin + LONGEST_S for s in stops]),
              ("always", [s.end for s in stops])]
     return [(label, name, len(stops), outcome(stops, until, args.u_required)) for name, until in rules]
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace battery_sof {
@@ -52,6 +53,32 @@ TEST(MechanismProbabilities, OfHalvesThatAreEachSureOfAnotherAreTheirMean) {
     EXPECT_NEAR(mean, one.probability, 1e-12) << mechanismId(one.mechanism);
   }
   EXPECT_EQ(2u, likelyMechanisms({acid, ageing}).size());
+}
+
+/// The weights of the table and the header's formula.
+TEST(MechanismProbabilities, FollowTheTableOfWeights) {
+  constexpr std::array<std::array<double, 7>, kMechanisms> kTable =
+#include "diagnosis/mechanism_weights.inc"
+      ;
+  MechanismEvidence evidence{};
+  for (std::size_t k = 0; k < kMechanisms; ++k) {
+    const auto n = static_cast<double>(k);
+    evidence[k] = {60.0 - 7.0 * n, 3.0 + 2.0 * n, 0.1 * n, 0.05 * n};
+  }
+  const double largest[] = {60.0, 3.0 + 2.0 * (kMechanisms - 1), 0.1 * (kMechanisms - 1)};
+  const auto oddsOf = [&](std::size_t k) {
+    const double parts[] = {evidence[k].alone, evidence[k].lost, evidence[k].effect};
+    double odds = kTable[k].back() + 3.0 * evidence[k].accepted;
+    for (std::size_t j = 0; j < 3; ++j)
+      odds += -kTable[k][2 * j] * std::log(1.0 + largest[j] - parts[j]) +
+              kTable[k][2 * j + 1] * parts[j] / std::max(largest[j], 1.0);
+    return odds;
+  };
+  const std::vector<MechanismProbability> all = mechanismProbabilities({evidence});
+  for (const MechanismProbability& one : all)
+    EXPECT_NEAR(std::log(one.probability / all.front().probability),
+                oddsOf(kOf(one.mechanism)) - oddsOf(kOf(all.front().mechanism)), 1e-9)
+        << mechanismId(one.mechanism);
 }
 
 TEST(LikelyMechanisms, AreTheFewestThatAddUpToNineTenths) {

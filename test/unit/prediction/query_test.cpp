@@ -79,6 +79,13 @@ TEST(VoltageSaysNothing, WhereItsIntervalLeavesABatterysVoltagesOrHoldsAsGoodAsA
   EXPECT_EQ(voltageSaysNothing(fit, {18.0, 9.0, 27.0}), "");
 }
 
+TEST(WidthSaysNothing, WhereAnIntervalIsNotNarrowerThanWhatIsKnownWithoutAModel) {
+  EXPECT_EQ(widthSaysNothing({5.0, 0.0, 9.5}, 10.0, "A", "the limit"), "");
+  EXPECT_EQ(widthSaysNothing({5.0, 0.0, 10.0}, 10.0, "A", "the limit"),
+            "its 90 % interval of 0.0 to 10.0 A says nothing, expected narrower than 10.0 A, the "
+            "limit");
+}
+
 /// Their covariances are those of files that are read; answers with them were called valid.
 TEST(ExtrapolationOf, AnIntervalThatSaysNothingIsNoValidAnswerToAnyQuestion) {
   for (const int row : {0, 1, 2, 3, 4}) {  // r_discharge, r_charge, c2, beta, u_dc

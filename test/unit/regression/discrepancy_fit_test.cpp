@@ -262,9 +262,10 @@ TEST(FitDiscrepancy, HoldsWhatHasDriftedWhereTheTrainingPartLeftIt) {
 // used
 
 TEST(WithDiscrepancy, IsWhatTheFitSaysOfEveryRowAlsoBeyondTheTrainingPart) {
-  Learnt estimated(withRootOfCharging(tenHertz(400.0, 4), 0.02), 0.75);
-  takeDiscrepancyDirections(estimated.response, BatteryModel(), truePoint(), estimated.inputs);
-  const DiscrepancyFit fit = fitDiscrepancy(estimated.response, estimated.table, isTimeless);
+  const Learnt estimated(withRootOfCharging(tenHertz(400.0, 4), 0.02), 0.75);
+  const DiscrepancyFit fit = fitDiscrepancy(
+      discrepancyLinearizationOf(BatteryModel(), truePoint(), estimated.inputs, estimated.training),
+      estimated.table, isTimeless);
   const BatteryModel model =
       withDiscrepancy(BatteryModel(), std::make_shared<const DiscrepancyModel>(fit.discrepancy));
   const std::vector<double> voltage =
@@ -275,10 +276,10 @@ TEST(WithDiscrepancy, IsWhatTheFitSaysOfEveryRowAlsoBeyondTheTrainingPart) {
     ASSERT_NEAR(base[n] + fit.predicted[static_cast<Eigen::Index>(n)], voltage[n], 1e-9) << n;
 }
 
-TEST(TakeDiscrepancyDirections, HardlyChangesTheSensitivities) {
+TEST(DiscrepancyLinearizationOf, HardlyChangesTheSensitivities) {
   const Learnt estimated(tenHertz(300.0, 5));
-  Linearization taken = estimated.response;
-  takeDiscrepancyDirections(taken, BatteryModel(), truePoint(), estimated.inputs);
+  const Linearization taken =
+      discrepancyLinearizationOf(BatteryModel(), truePoint(), estimated.inputs, estimated.training);
   for (Eigen::Index direction = 0; direction < kBaseDirections; ++direction) {
     const Eigen::VectorXd exact = estimated.response.sensitivity.col(direction);
     EXPECT_LT(rms(taken.sensitivity.col(direction) - exact), 0.02 * rms(exact)) << direction;

@@ -1,7 +1,7 @@
 """Runs `sof diagnose` on cases of the reference simulator, as they are drawn, and counts.
 
     calibrate_diagnosis BUILD [--out FOLDER] [--set null=200 structural_null=60 effect=10 ...]
-                        [--ids ID,ID] [--first-seed N] [--jobs N]
+                        [--first-seed N] [--jobs N]
 
 Judged as preregistered cases are; of these nothing is sealed: thresholds are chosen with them.
 Answers are kept in FOLDER/answers.jsonl: a run that was cut off goes on where it stopped.
@@ -32,13 +32,11 @@ OF_OTHERS = {"truth in the first class, at most three names": judged.class_true,
              "nothing said": lambda case: judged.is_silent(case.answer)}
 
 
-def cases_of(listed, wanted, first_seed, only):
+def cases_of(listed, wanted, first_seed):
     for kind, count in wanted.items():
         if kind not in listed:
             raise SystemExit(f"no kind {kind}; known: {', '.join(sorted(listed))}")
         for name in listed[kind]:
-            if only and name not in only | {"-"}:
-                continue
             for seed in range(first_seed, first_seed + count):
                 yield {"name": f"{kind}_{name}_{seed}", "family": kind, "id": name, "seed": seed}
 
@@ -67,7 +65,6 @@ def main():
     parser.add_argument("--out", help="folder of answers.jsonl; default BUILD/calibration")
     parser.add_argument("--set", nargs="+", metavar="KIND=N",
                         default=["null=200", "structural_null=60", "effect=10"])
-    parser.add_argument("--ids", default="", help="comma-separated; draws only these")
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     a = parser.parse_args()
@@ -76,7 +73,6 @@ def main():
     path = os.path.join(out, ANSWERS)
     kept_for(out, sof)
     wanted = {kind: int(count) for kind, count in (part.split("=") for part in a.set)}
-    only = {name for name in a.ids.split(",") if name}
-    cases = cases_of(generator.catalogue(), wanted, a.first_seed, only)
+    cases = cases_of(generator.catalogue(), wanted, a.first_seed)
     complete(path, functools.partial(answer_of, generator, sof), cases, a.jobs, "case")
     print("\n".join(report(lines_of(path), catalogue(sof))))

@@ -38,13 +38,13 @@ def options(case, keys):
 
 
 class Generator:
-    """The program of a build, looked for when it is called. other: another draw_scenario than the build's."""
+    """The program of a build, looked for when it is called."""
 
-    def __init__(self, build, other=None):
-        self.build, self.other = build, other
+    def __init__(self, build):
+        self.build = build
 
     def program(self):
-        return program(self.build, PROGRAM, self.other)
+        return program(self.build, PROGRAM)
 
     def listed(self):
         """(kind, mechanism, id) of everything that can be drawn, "-" where there is nothing to choose."""

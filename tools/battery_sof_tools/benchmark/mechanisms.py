@@ -1,6 +1,6 @@
 """Trains the table that `sof diagnose` weighs mechanisms by (src/diagnosis/mechanism_weights.inc; docs/validation.md).
 
-    scripts/train_mechanisms --build B --out DIR [--laws 11] [--effects 5] [--seed 35] [--jobs 2] [--only-draw] [--table FILE]
+    scripts/train_mechanisms --build B --out DIR [--seed 35] [--jobs 2] [--table FILE]
     scripts/train_mechanisms --build B --out DIR --pairs 3 [--seed 35]
 
 Draws recordings of every out-of-catalogue law and of the catalogue's effects, their drives independent of what is added, takes what
@@ -33,6 +33,7 @@ FAULTS_OF_SAMPLING = ("quantisation", "dropouts", "clipping", "aliasing")  # the
 EVIDENT = 12.0  # ln evidence by which something must be missing at all (ExplanationRules)
 RIDGE, OWN = 3.0, 0.7  # of weights of unit inputs; how freely a mechanism's weights leave those of all
 SET = 0.9
+LAWS, EFFECTS = 11, 5  # cases of every out-of-catalogue law, of every effect of the catalogue
 SHORTEST_S, USUALLY_LONGEST_S, LONGEST_S = 80.0, 1200.0, 3600.0
 SHORT_PAIR_S = 600.0
 WEIGHED_FROM_S = 160.0  # the table of the repository was fitted to recordings of this length and more
@@ -46,12 +47,12 @@ def with_drive(added, seed, longest):
     return dict(added, seed=seed, duration=round(SHORTEST_S * (longest / SHORTEST_S) ** dice.random()), rate=dice.choice([1, 10, 10, 100]))
 
 
-def plan(listed, seed, laws, effects):
+def plan(listed, seed):
     """Cases in turns over all that can be added, so that any first part of them is balanced. The first of each lasts up to an hour."""
     cases = []
     for kind, mechanism, name in listed:
         added = {"kind": kind, "id": name, **({"mechanism": mechanism} if kind == LAW else {})}
-        count = laws if kind == LAW else effects if kind in CATALOGUE and name not in FAULTS_OF_SAMPLING else 0
+        count = LAWS if kind == LAW else EFFECTS if kind in CATALOGUE and name not in FAULTS_OF_SAMPLING else 0
         for k in range(count):
             cases.append(with_drive(dict(added, round=k / count), seed_of(seed, *added.values(), k), LONGEST_S if k == 0 else USUALLY_LONGEST_S))
     cases.sort(key=lambda one: one["round"])
@@ -217,26 +218,18 @@ def train(a, known):
 def arguments(given):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", default="build", help="folder of the build")
-    parser.add_argument("--draw", help="another draw_scenario than the build's")
     parser.add_argument("--out", required=True, help="folder of cases")
-    parser.add_argument("--laws", type=int, default=11, help="cases of every out-of-catalogue law")
-    parser.add_argument("--effects", type=int, default=5, help="cases of every effect of the catalogue")
     parser.add_argument("--seed", type=int, default=35)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--pairs", type=int, default=0, help="judge so many pairs of drives of every law, train nothing")
-    parser.add_argument("--only-draw", action="store_true")
     parser.add_argument("--table", help="file to write: src/diagnosis/mechanism_weights.inc")
     return parser.parse_args(given)
 
 
 def main(given=None):
     a = arguments(given)
-    generator = Generator(a.build, a.draw)
-    wanted = planned_pairs(generator.listed(), a.seed, a.pairs) if a.pairs else plan(generator.listed(), a.seed, a.laws, a.effects)
-    cases = draw_missing(functools.partial(generator.draw_labelled, independent_drive=True), a.out, a.jobs, wanted)
-    if a.only_draw:
-        print(f"{len(cases)} recordings in {os.path.join(a.out, RECORDINGS)}")
-        return
-    gather(a, cases)
+    generator = Generator(a.build)
+    wanted = planned_pairs(generator.listed(), a.seed, a.pairs) if a.pairs else plan(generator.listed(), a.seed)
+    gather(a, draw_missing(functools.partial(generator.draw_labelled, independent_drive=True), a.out, a.jobs, wanted))
     known = catalogue(program(a.build, "sof"))
     (judge_pairs if a.pairs else train)(a, known)

@@ -1,8 +1,7 @@
 """Judges `sof diagnose` on out-of-model cases: recordings of physics in forms that no catalogue has, and nulls (docs/validation.md).
 
-    out-of-model cases --build B --out DIR [--kinds null=50,imperfect_null=200,other_form=140] [--seed 1] [--jobs 2]
+    out-of-model cases --build B --out DIR [--kinds null=50,imperfect_null=200,other_form=140] [--seed 1] [--jobs 2] [--json FILE]
     out-of-model cases --build B --out DIR --only-draw [--kinds ...] [--seed 1]
-    out-of-model cases --out DIR --only-score [--markdown FILE] [--json FILE]
 
 Draws the cases, shows every recording to `sof diagnose` under a name that reports nothing, keeps the answers (a second call goes on
 where the first was cut off), and only then opens the labels. Beside every hold-out a ridge regression on currents and their memories
@@ -93,7 +92,7 @@ def draw_missing(draw, out, jobs, cases):
 
 def draw_cases(a):
     """Draws what is not drawn yet. Returns the cases that have a recording."""
-    generator = Generator(a.build, a.draw)
+    generator = Generator(a.build)
     given = {key: value for key, value in (("rate", a.rate), ("duration", a.duration)) if value is not None}
     if a.independent_drive:
         given["independent_drive"] = True
@@ -111,7 +110,7 @@ def ridge_of(out, case):
 
 def gather(a):
     """Draws, asks, fits the ridge; each goes on where it was cut off."""
-    sof, cases = program(a.build, "sof", a.sof), draw_cases(a)
+    sof, cases = program(a.build, "sof"), draw_cases(a)
     kept_for(a.out, sof)
     complete(os.path.join(a.out, ANSWERS), functools.partial(answer_of, sof, a.out), cases, a.jobs, "asked")
     complete(os.path.join(a.out, RIDGES), functools.partial(ridge_of, a.out), cases, a.jobs, "ridge")
@@ -171,8 +170,6 @@ def as_json(cases, failed):
 def arguments(given):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", default="build", help="folder of the build")
-    parser.add_argument("--sof", help="another sof than the build's")
-    parser.add_argument("--draw", help="another draw_scenario than the build's")
     parser.add_argument("--out", required=True, help="folder of cases and answers")
     parser.add_argument("--kinds", default=USUAL, help=f"how many of each ({USUAL})")
     parser.add_argument("--seed", type=int, default=1)
@@ -180,10 +177,7 @@ def arguments(given):
     parser.add_argument("--duration", type=float, help="of all recordings [s]; the seeds choose 600 to 3600")
     parser.add_argument("--independent-drive", action="store_true", help="drives drawn independently of the law, 60 to 3600 s")
     parser.add_argument("--jobs", type=int, default=2)
-    only = parser.add_mutually_exclusive_group()
-    only.add_argument("--only-draw", action="store_true", help="ask nothing: recordings and labels")
-    only.add_argument("--only-score", action="store_true", help="draw and ask nothing")
-    parser.add_argument("--markdown", help="write the tables there too")
+    parser.add_argument("--only-draw", action="store_true", help="ask nothing: recordings and labels")
     parser.add_argument("--json", help="write every case with its outcome")
     return parser.parse_args(given)
 
@@ -193,10 +187,7 @@ def main(given=None):
     if a.only_draw:
         print(f"{len(draw_cases(a))} recordings in {os.path.join(a.out, RECORDINGS)}")
         return
-    if not a.only_score:
-        gather(a)
-    cases, failed = opened(a.out, catalogue(program(a.build, "sof", a.sof)))
-    text = as_markdown(cases, failed)
-    sys.stdout.write(text)
-    write_text(a.markdown, text)
+    gather(a)
+    cases, failed = opened(a.out, catalogue(program(a.build, "sof")))
+    sys.stdout.write(as_markdown(cases, failed))
     write_text(a.json, as_json(cases, failed))

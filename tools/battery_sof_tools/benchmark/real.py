@@ -2,14 +2,10 @@
 
     proof_real BUILD --data FOLDER --out DIR [--count 200] [--minutes 30] [--seed 1] [--only RECORDING,...]
     proof_real BUILD --data FOLDER --out DIR --promised [--plain] [--only RECORDING,...]
-    proof_real BUILD --data FOLDER --out DIR --verified [--only RECORDING,...] [--minutes 60]
-    proof_real --only-score --out DIR [--markdown FILE]
 
 The laws are those of `draw_scenario`, beside the recording's own current, so strong that what other parameters of the base circuit leave of them
 is at least twice what the diagnosis of the unchanged recording calls too small to tell. Named is what is named with the law and not without.
 With --promised the catalogue's own effects are put in, at the least strength that the answer to the unchanged recording lists (`detection_limits`).
-With --verified they are put in at twice the limit that `--verify-detection-limits` finds: the product's own equation, raised in that recording until it
-is named. What is put in at twice is an equation of this folder (laws.py), so that no code judges itself. Cases come in an order of the seed.
 At zero strength only what the base circuit takes up whole is changed. One row a case in DIR/answers.jsonl: a run that was cut off goes on.
 """
 
@@ -24,7 +20,7 @@ import tempfile
 import time
 
 from .. import recordings
-from ..files import append, lines_of, require_same, write_text
+from ..files import append, lines_of, require_same
 from ..rates import wilson
 from ..recordings import MEASURED
 from ..sof import Failure, catalogue, program
@@ -33,10 +29,8 @@ from . import answers, laws, scorers
 from .generator import Generator, seed_of
 from .runner import ANSWERS, complete, diagnose_samples, kept_for
 
-UNCHANGED, LIMITS = "unchanged.jsonl", "limits.jsonl"
+UNCHANGED = "unchanged.jsonl"
 PATIENCE_S = 300.0  # of one diagnosis
-VERIFICATION_S = 3600.0  # patience for the diagnoses that find one limit
-VERIFIED = 2.0      # times a verified limit is put in
 ZERO = "zero"
 ZEROS_A_ROUND = 2
 # The cell is none of lead and acid: no lead-acid mechanism is promised of it.
@@ -109,16 +103,13 @@ class Bench:
     """Programs, the folder of recordings, and where results are kept.
 
     plain: the folder holds CSV files (time_s, current_a, voltage_v) under any names, in place of the recordings that were measured.
-    verified: limits are found by diagnoses of the recording with the effect in it, one effect at a time.
     """
 
-    def __init__(self, build, data, out, plain=False, verified=False):
+    def __init__(self, build, data, out, plain=False):
         self.sof, self.generator, self.data, self.out, self.plain = program(build, "sof"), Generator(build), data, out, plain
-        self.verified = verified
         self.loaded = (None, None)
         kept_for(out, self.sof)
         self.unchanged = unchanged_in(out)
-        self.limits = {row["name"]: row["limit"] for row in lines_of(os.path.join(out, LIMITS))}
         self.without_answer = {name for name, answer in self.unchanged.items() if "failed" in answer}
         self.forms = self.generator.laws()
 
@@ -132,16 +123,6 @@ class Bench:
 
     def told(self, *samples):
         return essentials(diagnose_samples(self.sof, samples, PATIENCE_S))
-
-    def limit(self, recording, effect):
-        """The verified limit of an effect in a recording; None: no diagnosis named it, or it is named without."""
-        name = f"{recording}/{effect}"
-        if name not in self.limits:
-            beside = self.recording(recording)
-            diagnosis = diagnose_samples(self.sof, (beside.t, beside.i, beside.u), VERIFICATION_S, "--verify-detection-limits", effect)
-            self.limits[name] = next((one["strength"] for one in diagnosis["detection_limits"] if one["id"] == effect), None)
-            append(os.path.join(self.out, LIMITS), {"name": name, "limit": self.limits[name]})
-        return self.limits[name]
 
     def before(self, name):
         """The answer to the recording as it is. Failure where there was none: it is asked for once."""
@@ -172,8 +153,7 @@ class Bench:
             voltage, drawn = laws.neutral(beside.t, beside.i, beside.u, before["limit_v"], case["seed"])
             return drawn, beside.i, voltage
         if "effect" in case:  # at the least strength that the answer to the unchanged recording calls enough
-            known = self.limit(case["recording"], case["effect"]) if self.verified else before["promised"].get(case["effect"])
-            strength = known and known * (VERIFIED if self.verified else 1.0)
+            strength = before["promised"].get(case["effect"])
             if strength is None:
                 raise NotDrawn(f"{case['effect']} would be reported at no strength, or is reported")
             instant = laws.instant_of_throughput(beside.t, beside.i, INSTANT_SHARE)
@@ -218,8 +198,6 @@ def run(bench, seed, count, minutes, only=(), known=None, say=said_of):
     if not names:
         raise SystemExit(f"{bench.data}: no folder of recordings, expected CSV files (time_s, current_a, voltage_v)")
     cases = list(promised(seed, known, only, names)) if known else rounds(seed, bench.forms, only, bench.without_answer)
-    if bench.verified:
-        random.Random(seed).shuffle(cases)
 
     def work(case):
         try:
@@ -338,21 +316,15 @@ def arguments(given):
     parser.add_argument("--only", default="", help="recordings, comma-separated")
     parser.add_argument("--promised", action="store_true", help="effects of the catalogue, each at the least strength that a diagnosis of the unchanged recording promises to tell")
     parser.add_argument("--plain", action="store_true", help="with --promised: the recordings are all FOLDER/*.csv (time_s, current_a, voltage_v), such as simulated ones that lack nothing")
-    parser.add_argument("--verified", action="store_true", help="as --promised, each at twice the limit that diagnoses with it in the recording find")
-    parser.add_argument("--only-score", action="store_true", help="ask nothing")
-    parser.add_argument("--markdown", help="file to write the tables to; printed too")
     return parser.parse_args(given)
 
 
 def main(given=None):
     a = arguments(given)
-    if not a.only_score:
-        if not a.data:
-            raise SystemExit("--data is missing: the folder of the recordings")
-        if a.plain and not a.promised:
-            raise SystemExit("--plain goes with --promised alone: laws are put into the recordings that were measured")
-        run(Bench(a.build, a.data, a.out, a.plain, a.verified), a.seed, a.count, a.minutes, [one for one in a.only.split(",") if one],
-            catalogue(program(a.build, "sof")) if a.promised or a.verified else None)
-    text = as_markdown(lines_of(os.path.join(a.out, ANSWERS)), unchanged_in(a.out))
-    sys.stdout.write(text)
-    write_text(a.markdown, text)
+    if not a.data:
+        raise SystemExit("--data is missing: the folder of the recordings")
+    if a.plain and not a.promised:
+        raise SystemExit("--plain goes with --promised alone: laws are put into the recordings that were measured")
+    run(Bench(a.build, a.data, a.out, a.plain), a.seed, a.count, a.minutes, [one for one in a.only.split(",") if one],
+        catalogue(program(a.build, "sof")) if a.promised else None)
+    sys.stdout.write(as_markdown(lines_of(os.path.join(a.out, ANSWERS)), unchanged_in(a.out)))

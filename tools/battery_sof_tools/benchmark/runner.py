@@ -18,12 +18,12 @@ def kept_for(out, sof):
     require_same(os.path.join(out, PRODUCT), product_digest(sof), "answers of another build of sof")
 
 
-def diagnose_samples(sof, samples, patience_s, *options):
+def diagnose_samples(sof, samples, patience_s):
     """The answer of `sof diagnose` to a recording that is no file. samples: as of recordings.write()."""
     with tempfile.TemporaryDirectory(prefix="samples_") as folder:
         path = os.path.join(folder, RECORDING)
         recordings.write(path, *samples)
-        return diagnose(sof, path, *options, patience_s=patience_s)
+        return diagnose(sof, path, patience_s=patience_s)
 
 
 def row_of(work, timed, case):

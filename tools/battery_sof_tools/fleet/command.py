@@ -46,12 +46,10 @@ def parser():
     one = command("priors", priors, "what the fleet says of a battery before it is measured", about=either)
     one.add_argument("--out", required=True, help="PRIORS.yaml to write")
     one.add_argument("--without", action="append", default=[], metavar="BATTERY", help="leave a battery out")
-    one.add_argument("--battery", help="one of the fleet, whose own past counts beside the others")
     one = command("leave-one-out", leave_one_out, "next-window scores of each battery with the prior of the others, and without", about="run with the step score")
     one.add_argument("--jobs", type=positive(int), default=os.cpu_count())
     one.add_argument("--sof", help="the command, in place of the one that the folder was run with")
-    one = command("load", lambda args: print(f"{database.load(args.folder, not args.without_pages)} recordings"), "make the database again")
-    one.add_argument("--without-pages", action="store_true", help="leave the pages out of the database")
+    command("load", lambda args: print(f"{database.load(args.folder)} recordings"), "make the database again")
     one = command("export", lambda args: database.export(args.folder, args.csv), "tables as CSV", about=either)
     one.add_argument("--csv", required=True, help="folder to write")
     one = command("rebuild", rebuild, "the folder from the database", "database")
@@ -79,8 +77,6 @@ def add_run(one):
     one.add_argument("--steps", default=",".join(plan.STEPS), help="comma-separated; all by default")
     one.add_argument("--jobs", type=positive(int), default=os.cpu_count(), help="at a time; all cores by default")
     one.add_argument("--slurm", action="store_true", help="as jobs of Slurm")
-    one.add_argument("--sbatch", action="append", default=[], metavar="OPTION", help="further option of sbatch, such as --sbatch=--partition=day")
-    one.add_argument("--profile", help="Snakemake profile of another cluster, in place of --slurm")
     one.add_argument("--window", type=positive(float), default=900.0, help="[s] fitted, and predicted, by the step score")
     one.add_argument("--patience", type=positive(float), default=1800.0, help="[s] for one step of one recording")
     one.add_argument("--priors", help="PRIORS.yaml for the steps identify and diagnose")
@@ -107,7 +103,7 @@ def run(args):
     lock = engine.alone(args.out)
     recordings = plan.make(args.out, args.recordings, steps, product_digest(sof), options)
     write_json(os.path.join(args.out, "setting.json"), {"sof": sof, "patience_s": args.patience})
-    left = engine.run(args.out, recordings, steps, args.jobs, slurm=args.slurm, sbatch=args.sbatch, profile=args.profile and os.path.abspath(args.profile))
+    left = engine.run(args.out, recordings, steps, args.jobs, args.slurm)
     worked = time.monotonic()
     database.load(args.out)
     lock.close()
@@ -126,7 +122,7 @@ def report(args):
 
 def priors(args):
     from . import priors as fleet_priors  # statsmodels takes its time
-    told = fleet_priors.write(args.folder, args.out, args.without, args.battery)
+    told = fleet_priors.write(args.folder, args.out, args.without)
     for one in told["priors"]:
         print(f"{one['vehicle_type'] or 'all types'}, {','.join(one['effects']) or 'base circuit'}: {one['batteries']} batteries, {len(one['parameters'])} parameters")
 

@@ -62,12 +62,12 @@ def told(folder, key):
     return found
 
 
-def files_of(folder, key, with_pages):
+def files_of(folder, key):
     where = plan.results(folder, key)
     for name in sorted(os.listdir(where)) if os.path.isdir(where) else ():
         path = os.path.join(where, name)
         is_plain = os.path.isfile(path) and not os.path.islink(path) and os.path.getsize(path) <= MOST_BYTES  # of the folder itself
-        if stored.FILE_NAME.fullmatch(name) and (with_pages or not name.endswith(".html")) and is_plain:
+        if stored.FILE_NAME.fullmatch(name) and is_plain:
             with open(path, "rb") as file:
                 content = file.read()
             yield key, name, len(content), zlib.compress(content, 6)
@@ -100,7 +100,7 @@ def insert(base, table, lines):
         base.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' * len(lines[0]))})", lines)
 
 
-def load(folder, with_pages=True):
+def load(folder):
     """Makes a folder's database again: written beside, then renamed. Rows are in the order of keys, whoever worked on them and when.
 
     @return recordings in it.
@@ -119,7 +119,7 @@ def load(folder, with_pages=True):
     for entry in recordings:
         for table, lines in rows.of_recording(entry, told(folder, entry["key"])).items():
             insert(base, table, lines)
-        insert(base, "file", list(files_of(folder, entry["key"], with_pages)))
+        insert(base, "file", list(files_of(folder, entry["key"])))
     base.commit()
     base.close()
     os.replace(beside, path)

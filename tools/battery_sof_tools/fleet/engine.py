@@ -40,17 +40,16 @@ def lay_groups(folder, todo, cores):
     return len(made)
 
 
-def command(folder, jobs, slurm=False, sbatch=(), profile=None):
-    engine = ["--profile", profile] if profile else ["--cores", str(jobs)]
-    if slurm and not profile:
-        submit = " ".join(["sbatch", "--parsable", "--cpus-per-task=1", "--output=slurm/%j.log", *sbatch])
-        engine = ["--cluster", submit, "--cluster-status", os.path.join(HERE, "slurm_status.py"), "--cluster-cancel", "scancel", "--jobs", str(jobs),
-                  "--max-status-checks-per-second", "5", "--latency-wait", "60"]
+def command(folder, jobs, slurm):
+    engine = ["--cores", str(jobs)]
+    if slurm:
+        engine = ["--cluster", "sbatch --parsable --cpus-per-task=1 --output=slurm/%j.log", "--cluster-status", os.path.join(HERE, "slurm_status.py"),
+                  "--cluster-cancel", "scancel", "--jobs", str(jobs), "--max-status-checks-per-second", "5", "--latency-wait", "60"]
     return [SNAKEMAKE, "--snakefile", os.path.join(HERE, "Snakefile"), "--directory", folder, "--keep-going", "--nolock", "--rerun-incomplete", "--rerun-triggers", "mtime",
             "--restart-times", str(RETRIES), "--quiet", "rules", "--config", "python=" + sys.executable, *engine]
 
 
-def run(folder, entries, steps, jobs, **how):
+def run(folder, entries, steps, jobs, slurm):
     """Runs what is missing. @return recordings that still lack a step afterwards."""
     todo = [one for one in entries if plan.missing(folder, one["key"], steps)]
     print(f"{len(entries)} recordings, {len(entries) - len(todo)} done before", file=sys.stderr, flush=True)
@@ -63,5 +62,5 @@ def run(folder, entries, steps, jobs, **how):
         # With this package first, as jobs are processes of their own.
         environment = dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, (TOOLS, os.environ.get("PYTHONPATH")))), PYTHONDONTWRITEBYTECODE="1")
         with open(os.path.join(folder, "engine.log"), "a") as log:
-            subprocess.run([*WITH_US, *command(os.path.abspath(folder), jobs, **how)], stdout=log, stderr=log, env=environment, check=False)
+            subprocess.run([*WITH_US, *command(os.path.abspath(folder), jobs, slurm)], stdout=log, stderr=log, env=environment, check=False)
     return [one for one in todo if plan.missing(folder, one["key"], steps)]

@@ -1,4 +1,4 @@
-"""What a fleet teaches a single battery: parameters by type of vehicle, and by a battery's own past, as PRIORS.yaml.
+"""What a fleet teaches a single battery: parameters by type of vehicle, as PRIORS.yaml.
 
 A fit w of battery b reports y_bw = m + c_b + d_bw + f_bw: the fleet's mean, what is the battery's own, c ~ N(0, C), what changes from window to window (charge,
 temperature), d ~ N(0, D), and the fit's error with its variance s_bw^2. By moments (DerSimonian and Laird 1986), in turns until they stay:
@@ -6,7 +6,7 @@ temperature), d ~ N(0, D), and the fit's error with its variance s_bw^2. By mome
     D = mean of the variances inside batteries - mean s^2,     v_b = (D + mean_w s_bw^2) / n_b
     m = sum W_b y_b / sum W_b,   W_b = (C + v_b)^-1,           C = cov(y_b) - mean v_b
 
-The next window of another battery of the type is N(m, C + D); of battery b itself, N(m_b, V_b + D) with m_b and V_b as the fleet's N(m, C) and its own past say together.
+The next window of another battery of the type is N(m, C + D).
 Coordinates are logarithms, but for voltages. No car counts more than another, however long its recordings. Correlations are of C; `sof identify` does not read them.
 """
 
@@ -99,18 +99,6 @@ def between(mean, variance):
     return np.array([one[0] for one in centre]), correlation * np.outer(std, std)
 
 
-def of_battery(made, known):
-    """The population as a battery's own past narrows it."""
-    names, mean, spread, window, batteries = made
-    centre, variance = mean.copy(), np.diag(spread).copy()
-    for k, name in enumerate(names):
-        value, own = means({"it": known}, name, window[k])[:, 0]
-        if np.isfinite(value):
-            weight = 1.0 / variance[k] + 1.0 / own
-            centre[k], variance[k] = (centre[k] / variance[k] + value / own) / weight, 1.0 / weight
-    return names, centre, np.diag(variance), window, batteries
-
-
 def described(kind, made):
     names, mean, spread, window, batteries = made
     std = np.sqrt(np.diag(spread))
@@ -120,22 +108,19 @@ def described(kind, made):
     return {"vehicle_type": kind[0], "effects": [one for one in kind[1].split(",") if one], "batteries": batteries, "parameters": parameters, "correlation": correlation}
 
 
-def make(folder, without=(), battery=None):
-    """What PRIORS.yaml holds. without: batteries to leave out, as for a comparison on them; battery: one whose own past counts. All types together stand under no type."""
+def make(folder, without=()):
+    """What PRIORS.yaml holds. without: batteries to leave out, as for a comparison on them. All types together stand under no type."""
     base = database.open_read(folder)
-    found = fits(base, {*without, battery} - {None})
+    found = fits(base, set(without))
     together = collections.defaultdict(dict)
     for (_, effects), batteries in found.items():
         together["", effects].update(batteries)
     populations = {kind: population(batteries) for kind, batteries in {**found, **together}.items()}
-    if battery:
-        own = {effects: batteries[battery] for (_, effects), batteries in fits(base, set(without)).items() if battery in batteries}
-        populations = {kind: of_battery(made, own.get(kind[1], {})) if made else None for kind, made in populations.items()}
     return {"schema": SCHEMA, "priors": [described(kind, populations[kind]) for kind in sorted(populations) if populations[kind]]}
 
 
-def write(folder, out, without=(), battery=None):
-    told = make(folder, without, battery)
+def write(folder, out, without=()):
+    told = make(folder, without)
     if not told["priors"]:
         raise SystemExit(f"{folder}: no type of vehicle has {LEAST} batteries with parameters")
     with open(out, "w") as file:

@@ -70,7 +70,7 @@ def collect(args):
         print(f"{name}: about {MEASUREMENTS[name].minutes:g} min", file=sys.stderr, flush=True)
         figures, files = measured(name, args.places, DOCS)
         results = read_json(pages.RESULTS)
-        results[name] = {"commands": list(MEASUREMENTS[name].commands), "commit": args.commit or head(), "figures": figures, "files": files}
+        results[name] = {"commands": list(MEASUREMENTS[name].commands), "commit": head(), "figures": figures, "files": files}
         write_text(pages.RESULTS, json.dumps(results, indent=1, sort_keys=True) + "\n")
     pages.write()
 
@@ -124,9 +124,7 @@ def arguments(given):
         one.add_argument("--quick", action="store_true")
         one.add_argument("--build", default=os.path.join(ROOT, "build"))
         one.add_argument("--data", help="folder of the measured recordings; without it what needs them is left out")
-        if name == "collect":
-            one.add_argument("--commit", help="of the build, where it is not the one that is checked out")
-        else:
+        if name == "gate":
             one.add_argument("--against", metavar="COMMIT", help="docs/results.json of that commit in place of the one that is there")
             one.add_argument("--json", metavar="FILE", help="keeps the new figures there")
     args = parser.parse_args(given)

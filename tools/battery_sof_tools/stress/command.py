@@ -1,4 +1,4 @@
-"""Stress of the node (docs/reliability.md): stress soak|kill|disk|overload BUILD [options]; its answers' times: bench_queries BUILD [SECONDS]"""
+"""Stress of the node (docs/reliability.md): stress soak|kill|disk|overload BUILD, soak also --hours H; its answers' times: bench_queries BUILD [SECONDS]"""
 
 import argparse
 import os
@@ -22,17 +22,12 @@ class Programs:
     def path(self, name):
         return program(self.build, name)
 
-    def drive(self, recording, duration, rate, seed):
-        """A simulated drive as a bag or CSV, thinned to a rate."""
+    def drive(self, recording, duration):
+        """A simulated drive at 100 Hz as a bag or CSV."""
         with tempfile.TemporaryDirectory() as folder:
-            whole = os.path.join(folder, "drive.csv")
-            self.call("simulate_city_drive", whole, "--seed", str(seed),
-                      "--duration", str(duration))
-            thinned = os.path.join(folder, "thinned.csv")
-            every = round(100.0 / rate)
-            with open(whole) as rows, open(thinned, "w") as out:
-                out.writelines(line for n, line in enumerate(rows) if n == 0 or (n - 1) % every == 0)
-            self.call("sof", "convert", thinned, recording)
+            drive = os.path.join(folder, "drive.csv")
+            self.call("simulate_city_drive", drive, "--seed", "1", "--duration", str(duration))
+            self.call("sof", "convert", drive, recording)
 
     def identify(self, recording, model):
         self.call("sof", "identify", recording, "--out", model)
@@ -51,16 +46,7 @@ def parsed(arguments):
     kinds = parser.add_subparsers(dest="kind", required=True)
     for name in KINDS:
         kinds.add_parser(name).add_argument("build", nargs="?", default="build")
-    soaked, killed, loaded = (kinds.choices[name] for name in ("soak", "kill", "overload"))
-    soaked.add_argument("--hours", type=float, default=24.0, help="of driving")
-    soaked.add_argument("--speed", type=float, default=50.0, help="times as fast as it was driven")
-    soaked.add_argument("--rate", type=float, default=100.0, help="[Hz]")
-    killed.add_argument("--count", type=int, default=100)
-    killed.add_argument("--seed", type=int, default=1)
-    loaded.add_argument("--clients", type=int, default=20)
-    loaded.add_argument("--questions", type=float, default=200.0, help="a second, of all clients")
-    loaded.add_argument("--rate", type=float, default=5000.0, help="[Hz] of the topic")
-    loaded.add_argument("--seconds", type=float, default=60.0)
+    kinds.choices["soak"].add_argument("--hours", type=float, default=24.0, help="of driving")
     kinds.choices["queries"].add_argument("seconds", nargs="?", type=float, default=20.0, help="of load on each model")
     return parser.parse_args(arguments)
 

@@ -108,7 +108,7 @@ def node_on_disks(programs, folder, disk, recording):
 
 def measured(programs, folder):
     recording = os.path.join(folder, "drive.csv")
-    programs.drive(recording, 600.0, 100.0, 1)
+    programs.drive(recording, 600.0)
     with Disk(os.path.join(folder, "disk")) as disk:
         return command_on_full_disk(programs, disk, recording), node_on_disks(programs, folder, disk, recording)
 

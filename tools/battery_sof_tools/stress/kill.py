@@ -12,6 +12,7 @@ from ..recordings import read_plain
 from ..tables import table
 from .ros import NODE, Newest, Processes, Samples, node_of_this_process, perform, wait_until
 
+COUNT = 100  # kills
 MOST_SAMPLES = 200  # until the saved model must have answered
 
 
@@ -62,10 +63,10 @@ def one_life(processes, programs, state, drive, chance):
     return taken, [name for name in os.listdir(home) if name != os.path.basename(state)]
 
 
-def measured(programs, folder, count, seed):
+def measured(programs, folder):
     """Rows of (samples until the saved model answered, drafts, whether the state file reads back, whether it was written again)."""
-    recording, chance = os.path.join(folder, "drive.csv"), random.Random(seed)
-    programs.drive(recording, 900.0, 100.0, seed)
+    recording, chance = os.path.join(folder, "drive.csv"), random.Random(1)
+    programs.drive(recording, 900.0)
     home = os.path.join(folder, "state")
     os.mkdir(home)
     state = os.path.join(home, "state.yaml")
@@ -73,7 +74,7 @@ def measured(programs, folder, count, seed):
     rows = []
     with Processes(folder) as processes:
         drive = Drive(recording, node_of_this_process("kills"))
-        for _ in followed(range(count), "kill"):
+        for _ in followed(range(COUNT), "kill"):
             before = os.stat(state).st_mtime_ns
             taken, drafts = one_life(processes, programs, state, drive, chance)
             rows.append((taken, drafts, programs.reads(state), os.stat(state).st_mtime_ns != before))

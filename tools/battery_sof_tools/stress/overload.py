@@ -10,6 +10,10 @@ from .load import Load, under_load, waited
 from .ros import Processes, node_of_this_process
 
 LEARNT = 400.0  # [s] of the drive before the load begins
+CLIENTS = 20
+QUESTIONS = 200.0  # a second, of all clients
+RATE = 5000.0  # [Hz] of the topic
+SECONDS = 60.0
 
 
 def wake(end, told):
@@ -28,16 +32,16 @@ def wake(end, told):
     told.put(1e3 * latest)
 
 
-def measured(programs, folder, clients, questions, rate, seconds):
+def measured(programs, folder):
     """(what was seen, longest delay of a program that only wakes [ms])."""
     recording = os.path.join(folder, "drive.csv")
-    programs.drive(recording, LEARNT + seconds + 60.0, 100.0, 1)
+    programs.drive(recording, LEARNT + SECONDS + 60.0)
     spawn = multiprocessing.get_context("spawn")
     end, woken = spawn.Event(), spawn.Queue()
     with Processes(folder) as processes:
         processes.start(programs.node)
         spawn.Process(target=wake, args=(end, woken), daemon=True).start()
-        load = Load(recording, 0.0, LEARNT, rate, clients, 1, questions, seconds)
+        load = Load(recording, 0.0, LEARNT, RATE, CLIENTS, 1, QUESTIONS, SECONDS)
         seen = under_load(node_of_this_process("overload"), load, ("identify", "diagnose"))
         end.set()
     return seen, woken.get(timeout=120.0)

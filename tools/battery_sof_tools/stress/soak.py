@@ -11,11 +11,13 @@ import numpy as np
 from ..tables import table
 from .ros import NODE, Newest, Processes, node_of_this_process, use_of, wait_until
 
+SPEED = 50.0  # times as fast as it was driven
+RATE = 100.0  # [Hz] of the drive
 HEAD = ("hours of driving", "samples taken", "RSS [MB]", "open files", "threads")
 
 
-def driven_hours(status, rate):
-    return status.accepted / (3600.0 * rate)
+def driven_hours(status):
+    return status.accepted / (3600.0 * RATE)
 
 
 def slope(rows):
@@ -24,25 +26,25 @@ def slope(rows):
     return float(np.polyfit(*zip(*late), 1)[0]) if len(late) >= 3 else float("nan")
 
 
-def measured(programs, folder, hours, speed, rate):
-    """Rows of (hours, samples, MB, files, threads). @param rate [Hz] of the drive, speed times as fast as it was driven."""
+def measured(programs, folder, hours):
+    """Rows of (hours, samples, MB, files, threads)."""
     from battery_sof.msg import SofStatus
     bag = os.path.join(folder, "drive.bag")
-    programs.drive(bag, 3600.0, rate, 1)
+    programs.drive(bag, 3600.0)
     rows = []
     with Processes(folder) as processes:
         node_of_this_process("soak")
         node = processes.start(programs.node, f"_state_file:={os.path.join(folder, 'state.yaml')}")
         status = Newest(NODE + "/status", SofStatus)
         wait_until(lambda: status.message is not None, 30.0, "a status of the node")
-        processes.start("rosbag", "play", "--loop", "--quiet", "--queue", "100000", "--rate", str(speed), bag)
+        processes.start("rosbag", "play", "--loop", "--quiet", "--queue", "100000", "--rate", str(SPEED), bag)
         wait_until(lambda: status.message.accepted > 0, 60.0, "a sample")
-        while driven_hours(status.message, rate) < hours:
+        while driven_hours(status.message) < hours:
             if node.poll() is not None:
-                raise SystemExit(f"the node ended with {node.returncode} after {driven_hours(status.message, rate):.1f} h of driving")
-            rows.append((driven_hours(status.message, rate), status.message.accepted, *use_of(node)))
+                raise SystemExit(f"the node ended with {node.returncode} after {driven_hours(status.message):.1f} h of driving")
+            rows.append((driven_hours(status.message), status.message.accepted, *use_of(node)))
             time.sleep(5.0)
-        rows.append((driven_hours(status.message, rate), status.message.accepted, *use_of(node)))
+        rows.append((driven_hours(status.message), status.message.accepted, *use_of(node)))
     return rows
 
 
