@@ -28,8 +28,11 @@ InputSample averaged(const InputSequence& inputs, std::size_t begin, std::size_t
   const double count = static_cast<double>(end - begin);
   row.step.time = time / count;
   row.step.current = current / count;
-  row.step.slope = 0.0;
-  row.step.averaged = true;
+  if (end - begin > 1) {
+    row.step.slope = 0.0;
+    row.step.span =
+        meanSpan(inputs.samples[begin].step.time, inputs.samples[end - 1].step.time, end - begin);
+  }
   row.step.gap = gap;
   row.step.missed = missed;
   row.step.duration = before ? row.step.time - before->step.time : 0.0;
@@ -69,10 +72,7 @@ RowSimulation::Grid RowSimulation::gridOf(const InputSequence& inputs, bool fine
     for (std::size_t n = begin; n < end; n = whole ? n + 1 : end) {
       const InputSample* before =
           grid.inputs.samples.empty() ? nullptr : &grid.inputs.samples.back();
-      InputSample sample = averaged(inputs, n, whole ? n + 1 : end, before);
-      if (whole) sample.step.averaged = inputs.samples[n].step.averaged;
-      if (whole) sample.step.slope = inputs.samples[n].step.slope;
-      grid.inputs.samples.push_back(sample);
+      grid.inputs.samples.push_back(averaged(inputs, n, whole ? n + 1 : end, before));
       grid.row.push_back(row);
     }
   }

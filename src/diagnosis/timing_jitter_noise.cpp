@@ -124,7 +124,7 @@ TimingJitterNoise TimingJitterNoise::best(
 InputSequence TimingJitterNoise::weighed(InputSequence inputs, double jitter) {
   const InputSequence measured = inputs;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n)
-    if (!inputs.samples[n].step.averaged)
+    if (!(inputs.samples[n].step.span > 0.0))
       inputs.samples[n].count /= 1.0 + jitter * squaredChange(measured, n);
   return inputs;
 }

@@ -71,6 +71,12 @@ double CurrentTrace::meanBetween(double from, double to) const {
   return (chargeUntil(to) - chargeUntil(from)) / (to - from);
 }
 
+double meanSpan(double first_time, double last_time, std::size_t samples) {
+  if (samples < 2) return 0.0;
+  const auto count = static_cast<double>(samples);
+  return (last_time - first_time) * count / (count - 1.0);
+}
+
 InputStep inputStep(double time_before, double current_before, double time, double current,
                     double max_gap) {
   const HeldCurrent held = heldCurrent(time_before, current_before, time, current, max_gap);
@@ -219,7 +225,8 @@ InputSequence compressedInputs(const Series& series, IndexRange range,
     InputSample sample;
     sample.step.time = now.middle;
     sample.step.current = now.current;
-    sample.step.averaged = now.last - now.first > 1;
+    sample.step.span =
+        meanSpan(series.time[now.first], series.time[now.last - 1], now.last - now.first);
     sample.step.trace = inputs.trace.get();
     if (first > range.first) {
       sample.step.duration = now.middle - before.middle;
@@ -227,7 +234,7 @@ InputSequence compressedInputs(const Series& series, IndexRange range,
       // A gap's neighbours are edges, so both are single samples.
       if (!sample.step.gap) {
         sample.step.held = inputs.trace->meanBetween(before.middle, now.middle);
-        if (!sample.step.averaged)
+        if (now.last - now.first == 1)
           sample.step.slope = (series.current[first] - series.current[first - 1]) /
                               (series.time[first] - series.time[first - 1]);
       }

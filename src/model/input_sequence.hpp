@@ -72,10 +72,11 @@ struct InputStep {
   double held = 0.0;
   /// [A], measured at the sample (mean over it where several were averaged)
   double current = 0.0;
-  /// [A/s], of the measured current just before the sample; 0 across gaps and for averages
+  /// [A/s], of the measured current just before the sample; 0 across gaps and for means
   double slope = 0.0;
-  bool averaged = false;  ///< several samples in one
-  bool gap = false;       ///< the interval is longer than what may be joined
+  /// [s], over which current and voltage are means, the sample's time in its middle; 0: one sample
+  double span = 0.0;
+  bool gap = false;  ///< the interval is longer than what may be joined
   /// [As], drawn by a crank of which the sampling saw too little; before the interval
   double missed = 0.0;
   const CurrentTrace* trace = nullptr;  ///< the measured current around the sample; may be absent
@@ -92,6 +93,9 @@ struct InputStep {
    */
   int rampPieces() const;
 };
+
+/// @return [s], over which the mean of evenly spaced samples is taken; 0 of one.
+double meanSpan(double first_time, double last_time, std::size_t samples);
 
 /// @return the step from one sample to the next; the first of a sequence has duration 0.
 InputStep inputStep(double time_before, double current_before, double time, double current,

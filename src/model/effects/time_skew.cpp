@@ -27,15 +27,17 @@ struct TimeSkew {
       return;
     }
     const CurrentTrace& trace = *step.trace;
-    if (!step.averaged)
-      end = S(end + (trace.at(step.time - d) - trace.at(step.time)) -
-              trace.slopeAt(step.time - d) * (skew - d));
-    if (step.duration <= 0.0) return;
-    const double from = step.time - step.duration;
-    const double moved =
-        trace.meanBetween(from - d, step.time - d) - trace.meanBetween(from, step.time);
-    const double rate = (trace.at(step.time - d) - trace.at(from - d)) / step.duration;
-    held = S(held + moved - rate * (skew - d));
+    const auto shifted = [&](const S& mean, double from, double to) {
+      const double moved = trace.meanBetween(from - d, to - d) - trace.meanBetween(from, to);
+      const double rate = (trace.at(to - d) - trace.at(from - d)) / (to - from);
+      return S(mean + moved - rate * (skew - d));
+    };
+    const double time = step.time;
+    end =
+        step.span > 0.0
+            ? shifted(end, time - 0.5 * step.span, time + 0.5 * step.span)
+            : S(end + (trace.at(time - d) - trace.at(time)) - trace.slopeAt(time - d) * (skew - d));
+    if (step.duration > 0.0) held = shifted(held, time - step.duration, time);
   }
 };
 

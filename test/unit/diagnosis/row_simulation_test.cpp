@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "support/composed.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof {
 namespace {
@@ -16,10 +17,10 @@ CompositionPoint pointAtRest(const BatteryModel& model) {
 /// A drive at 100 Hz, or at one sample a second where a source controls the voltage every other
 /// half minute.
 struct Rows {
-  explicit Rows(bool slow) {
-    series = test::answered(drivenBattery(),
-                            dataSetOneCurrent(slow ? 240.0 : 60.0, slow ? 1.0 : 0.01, 6),
-                            slow ? 1.0 : 0.01, 0.001, 6);
+  explicit Rows(bool slow)
+      : Rows(dataSetOneCurrent(slow ? 240.0 : 60.0, slow ? 1.0 : 0.01, 6), slow) {}
+  Rows(const std::vector<double>& current, bool slow) {
+    series = test::answered(drivenBattery(), current, slow ? 1.0 : 0.01, 0.001, 6);
     std::vector<char> drives(series.size(), 0);
     for (std::size_t n = 0; slow && n < drives.size(); ++n) drives[n] = n % 60 >= 30;
     inputs = inputSequence(series, whole(series), {}, drives);
@@ -57,6 +58,22 @@ TEST(RowSimulation, KeepsWhatASlowSamplingMissedOfACrank) {
   EXPECT_EQ(0.0, change(94));
   ASSERT_TRUE(rows.response.voltage_controlled[100]);
   EXPECT_GT(change(100), 1e-4);  // [V]
+}
+
+/// The current creeps by 1.3 A a row, so no row is simulated at full rate: 50 ms of it are 3 mV.
+TEST(RowSimulation, ShiftsTheMeanOfARowAsTheFullRateIsShifted) {
+  std::vector<double> current;
+  for (int n = 0; n < 2000; ++n) current.push_back(20.0 * std::sin(2.0 * kPi * 0.01 * n / 10.0));
+  const Rows rows(current, false);
+  const BatteryModel model({"time_skew"});
+  CompositionPoint point = pointAtRest(model);
+  point.parameters[kBaseRows] = 0.05;
+  const Linearization full = linearizationOf(model, {point.parameters, point.state, 0.0, 0.0},
+                                             rows.inputs, rows.inputs.samples.size());
+  const Eigen::VectorXd shifted = rows.simulation().errors(model, point).error;
+  ASSERT_EQ(rows.inputs.samples.size(), 10u * static_cast<std::size_t>(shifted.size()));
+  EXPECT_GT((full.error - rows.response.error).cwiseAbs().maxCoeff(), 3e-3);
+  EXPECT_LT((shifted - full.error).segment(5, shifted.size() - 10).cwiseAbs().maxCoeff(), 5e-4);
 }
 
 TEST(RowSimulation, OfAnEffectThatVanishesIsThatOfTheBaseCircuit) {

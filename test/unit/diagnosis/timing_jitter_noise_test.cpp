@@ -121,7 +121,7 @@ TEST(TimingJitterNoise, TheBestIsWhereTheEvidenceIs) {
 
 TEST(TimingJitterNoise, ARowAsWideAsTheNoiseCountsHalf) {
   InputSequence inputs = inputSequence(stepped(1.0), {0, kSamples});
-  inputs.samples[10].step.averaged = true;
+  inputs.samples[10].step.span = 0.1;
   const InputSequence weighed = TimingJitterNoise::weighed(inputs, 1.0 / 400.0);
   for (std::size_t n = 0; n < weighed.samples.size(); ++n) {
     const double expected = n == 2 || n == 3 ? 0.5 : n == 9 ? 1.0 / (1.0 + 25.0 / 400.0) : 1.0;

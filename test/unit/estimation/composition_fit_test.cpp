@@ -215,14 +215,16 @@ TEST(CompositionProblem, PriorsAddTheirSquaresInStandardDeviations) {
     ASSERT_TRUE(priors.evaluate(x, a) && bare.evaluate(x, b));
     EXPECT_NEAR(a.cost, b.cost, 1e-12 * b.cost)
         << "at its magnitudes and at rest nothing is surprising";
-    // One standard deviation each: e^0.5 in a time constant, 0.05 in alpha, 20 A in a state.
+    // One standard deviation each: e^0.5 in a time constant, 0.05 in alpha, 0.2 V in u_c2,
+    // 20 A in another state.
     CompositionPoint moved = start;
     moved.parameters[*model.parameterRow("acid_time_1")] *= std::exp(0.5);
     moved.parameters[*model.parameterRow("transfer_symmetry")] += 0.05;
+    moved.state[0] += 0.2;
     moved.state[1] += 20.0;
     x = priors.coordinatesOf(moved);
     ASSERT_TRUE(priors.evaluate(x, a) && bare.evaluate(x, b));
-    EXPECT_NEAR(a.cost - b.cost, 3.0 * priors.priorWeight(), 1e-9 * b.cost);
+    EXPECT_NEAR(a.cost - b.cost, 4.0 * priors.priorWeight(), 1e-9 * b.cost);
     EXPECT_TRUE((a.hessian - b.hessian)
                     .isApprox(Eigen::MatrixXd(
                                   (priors.priorWeight() * priors.priorPrecision()).asDiagonal()),
