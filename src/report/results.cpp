@@ -106,7 +106,8 @@ nlohmann::json resultJson(const FittedModel& model) {
   visit("state", nlohmann::json{{"time_s", jsonOf(model.state.time)},
                                 {"u_c2_v", jsonOf(model.state.states[0])}});
   if (wasFitted(model.fit)) return visit.json;
-  for (const char* of_a_fit : {"q_dyn_percent", "rmse_v", "state"}) visit.json[of_a_fit] = nullptr;
+  for (const char* of_a_fit : {"q_dyn_percent", "rmse_v"}) visit.json[of_a_fit] = nullptr;
+  for (auto& value : visit.json["state"]) value = nullptr;
   return visit.json;
 }
 
