@@ -79,6 +79,7 @@ class Model:
     Attributes: parameters, by name; effects, ids of further physics; from_s, to_s and samples of its window; status, message;
     usable: whether it answers questions; q_dyn_percent; rmse_v [V] over the window; window_quality [0, 1]; state_time_s [s],
     where its state stands; covariance, shape (k, k), of the parameters in their order and then the states [units squared].
+    Where nothing was fitted q_dyn_percent, rmse_v and state_time_s are None.
     """
 
     parameters: Dict[str, Parameter]
@@ -89,10 +90,10 @@ class Model:
     status: str
     message: str
     usable: bool
-    q_dyn_percent: float
-    rmse_v: float
+    q_dyn_percent: Optional[float]
+    rmse_v: Optional[float]
     window_quality: float
-    state_time_s: float
+    state_time_s: Optional[float]
     covariance: np.ndarray
 
     def __init__(self, core: _core.Model) -> None:

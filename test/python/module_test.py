@@ -159,6 +159,7 @@ class TestModel(Drive):
         model = battery_sof.identify(battery_sof.Recording(n, 0 * n - 1.0, 0 * n + 12.5))
         self.assertFalse(model.usable)
         self.assertNotEqual(model.message, "")
+        self.assertEqual((model.q_dyn_percent, model.rmse_v, model.state_time_s), (None, None, None))
         with self.assertRaisesRegex(ValueError, "^no model: "):
             model.save(self.folder / "unusable.yaml")
         with self.assertRaisesRegex(ValueError, "^no model: "):
