@@ -15,6 +15,10 @@ namespace battery_sof {
  */
 Recording recordingOf(const std::string& name, const std::vector<RawSample>& samples);
 
+/// @return the samples of a series in order of time; a temperature measured at no sample's time is
+/// one of its own, with NaN current and voltage.
+std::vector<RawSample> rawSamplesOf(const Series& series);
+
 /// @throws RecordingError when more than a tenth of the samples go back in time (they are not
 /// sorted) or none is usable.
 void requireUsable(const std::string& name, const Recording& recording);

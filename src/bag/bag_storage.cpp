@@ -4,7 +4,6 @@
 #include <rosbag/view.h>
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <regex>
 #include <set>
@@ -13,14 +12,13 @@
 
 #include "bag/battery_state_message.hpp"
 #include "battery_sof/intake.hpp"
+#include "battery_sof/sample_list.hpp"
 #include "util/files.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 
 namespace {
-
-constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 std::string absoluteTopic(const std::string& topic) {
   return !topic.empty() && topic.front() == '/' ? topic : "/" + topic;
@@ -87,31 +85,10 @@ void readMessages(Recording& recording, const rosbag::Bag& bag,
   }
 }
 
-/// A sample, or a temperature that was measured at no sample's time.
-std::vector<sensor_msgs::BatteryState> messagesOf(const Series& series) {
-  std::vector<sensor_msgs::BatteryState> messages;
-  messages.reserve(series.size());
-  std::size_t next = 0;
-  const auto temperatures_before = [&](double time) {
-    for (; next < series.temperature.size() && series.temperature_time[next] < time; ++next)
-      messages.push_back(batteryStateOf(series.temperature_time[next], kNotMeasured, kNotMeasured,
-                                        series.temperature[next]));
-  };
-  for (std::size_t n = 0; n < series.size(); ++n) {
-    temperatures_before(series.time[n]);
-    std::optional<double> temperature;
-    if (next < series.temperature.size() && series.temperature_time[next] == series.time[n])
-      temperature = series.temperature[next++];
-    messages.push_back(
-        batteryStateOf(series.time[n], series.current[n], series.voltage[n], temperature));
-  }
-  temperatures_before(std::numeric_limits<double>::infinity());
-  return messages;
-}
-
 void writeMessages(const std::filesystem::path& path, const Series& series,
                    const std::string& topic) {
-  const std::vector<sensor_msgs::BatteryState> messages = messagesOf(series);
+  std::vector<sensor_msgs::BatteryState> messages;
+  for (const RawSample& sample : rawSamplesOf(series)) messages.push_back(batteryStateOf(sample));
   auto bag = std::make_unique<rosbag::Bag>(path.string(), rosbag::bagmode::Write);
   try {
     // rosbag refuses record times below TIME_MIN; the header stamp, which is the clock, may be 0.

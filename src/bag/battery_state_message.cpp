@@ -78,13 +78,13 @@ sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes) {
   return message;
 }
 
-sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage,
-                                         std::optional<double> temperature) {
+sensor_msgs::BatteryState batteryStateOf(const RawSample& sample) {
   sensor_msgs::BatteryState message;
-  message.header.stamp = rosTime(time);
-  message.current = static_cast<float>(current);
-  message.voltage = static_cast<float>(voltage);
-  message.temperature = temperature ? static_cast<float>(*temperature - kZeroCelsius) : kUnknown;
+  message.header.stamp = rosTime(sample.time);
+  message.current = static_cast<float>(sample.current);
+  message.voltage = static_cast<float>(sample.voltage);
+  message.temperature =
+      sample.temperature ? static_cast<float>(*sample.temperature - kZeroCelsius) : kUnknown;
   message.charge = message.capacity = message.design_capacity = message.percentage = kUnknown;
   message.present = true;
   return message;

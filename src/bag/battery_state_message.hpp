@@ -4,7 +4,6 @@
 #include <sensor_msgs/BatteryState.h>
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "battery_sof/intake.hpp"
@@ -32,13 +31,9 @@ RawSample rawSampleOf(const sensor_msgs::BatteryState& message);
  */
 sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes);
 
-/**
- * @brief The message of one sample; every field that is not measured is NaN.
- * @param temperature [K]; NaN in the message when none.
- * @throws std::invalid_argument for a time rosTime() refuses.
- */
-sensor_msgs::BatteryState batteryStateOf(double time, double current, double voltage,
-                                         std::optional<double> temperature);
+/// @return the message of one sample; every field that is not measured is NaN.
+/// @throws std::invalid_argument for a time rosTime() refuses.
+sensor_msgs::BatteryState batteryStateOf(const RawSample& sample);
 
 /**
  * @return stamp rounded to the nanosecond.

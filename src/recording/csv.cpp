@@ -20,7 +20,6 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
 // ---------------------------------------------------------------------------------------------
@@ -93,7 +92,7 @@ std::string withPoint(std::string_view cell, char separator) {
 
 /// The whole cell as a number, NaN for an empty one; nothing when it is text.
 std::optional<double> parseNumber(std::string_view cell) {
-  return cell.empty() ? kMissing : numberOf(cell);
+  return cell.empty() ? kNan : numberOf(cell);
 }
 
 /// "2017-03-25 07:00:06.900", with T for the space and with a closing Z too, as seconds since
@@ -172,7 +171,7 @@ void requireWholeRow(const Row& row) {
 
 void readRows(TextLines& lines, const Layout& layout, const CsvColumns& columns,
               Recording& recording) {
-  constexpr RawSample kCutOff{kMissing, kMissing, kMissing, std::nullopt};
+  constexpr RawSample kCutOff{kNan, kNan, kNan, std::nullopt};
   Intake intake;
   std::vector<std::string_view> cells;
   while (lines.next()) {
@@ -201,27 +200,19 @@ std::string digitsOf(double value, Exact is_exact) {
   return number;
 }
 
-/// A series in order of time, the samples merged with the temperatures' own time base.
 std::string csvOf(const Series& series) {
   const bool is_warm = !series.temperature.empty();
-  const auto time_of = [](const std::vector<double>& time, std::size_t k) {
-    return k < time.size() ? time[k] : std::numeric_limits<double>::infinity();
+  const auto cell = [](double value) {
+    return std::isnan(value) ? std::string() : formatExactly(value);
   };
   std::string text = "time_s,current_a,voltage_v";
   text += is_warm ? ",temperature_c\n" : "\n";
-  for (std::size_t n = 0, w = 0; n < series.size() || w < series.temperature.size();) {
-    const double sample_time = time_of(series.time, n),
-                 temperature_time = time_of(series.temperature_time, w);
-    text += formatExactly(std::min(sample_time, temperature_time)) + ",";
-    if (sample_time <= temperature_time) text += formatExactly(series.current[n]);
-    text += ",";
-    if (sample_time <= temperature_time) text += formatExactly(series.voltage[n++]);
+  for (const RawSample& sample : rawSamplesOf(series)) {
+    text += formatExactly(sample.time) + "," + cell(sample.current) + "," + cell(sample.voltage);
     if (is_warm) text += ",";
-    if (is_warm && temperature_time <= sample_time) {
-      const double kelvin = series.temperature[w++];
-      text += digitsOf(kelvin - kZeroCelsius,
-                       [kelvin](double read) { return read + kZeroCelsius == kelvin; });
-    }
+    if (sample.temperature)
+      text += digitsOf(*sample.temperature - kZeroCelsius,
+                       [&](double read) { return read + kZeroCelsius == *sample.temperature; });
     text += '\n';
   }
   return text;

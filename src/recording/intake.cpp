@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
 #include "battery_sof/sample_list.hpp"
+#include "util/constants.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -125,6 +127,25 @@ Recording recordingOf(const std::string& name, const std::vector<RawSample>& sam
   for (const RawSample& sample : samples) append(recording, intake, sample);
   requireUsable(name, recording);
   return recording;
+}
+
+std::vector<RawSample> rawSamplesOf(const Series& series) {
+  std::vector<RawSample> samples;
+  samples.reserve(series.size());
+  std::size_t next = 0;
+  const auto temperatures_before = [&](double time) {
+    for (; next < series.temperature.size() && series.temperature_time[next] < time; ++next)
+      samples.push_back({series.temperature_time[next], kNan, kNan, series.temperature[next]});
+  };
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    temperatures_before(series.time[n]);
+    std::optional<double> temperature;
+    if (next < series.temperature.size() && series.temperature_time[next] == series.time[n])
+      temperature = series.temperature[next++];
+    samples.push_back({series.time[n], series.current[n], series.voltage[n], temperature});
+  }
+  temperatures_before(std::numeric_limits<double>::infinity());
+  return samples;
 }
 
 void requireUsable(const std::string& name, const Recording& recording) {

@@ -9,8 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const RawSample sample = rawSampleOf(batteryStateIn(bytes));
     if (Intake().judge(sample) != SampleFate::kAccepted) return 0;
-    const RawSample again = rawSampleOf(
-        batteryStateOf(sample.time, sample.current, sample.voltage, sample.temperature));
+    const RawSample again = rawSampleOf(batteryStateOf(sample));
     fuzz::require(again.time == sample.time && again.current == sample.current &&
                       again.voltage == sample.voltage,
                   "a sample stays as it was");

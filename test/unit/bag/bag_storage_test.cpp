@@ -198,7 +198,7 @@ TEST_F(BagStorage, FilesThatAreNoBagsAreRefused) {
 }
 
 TEST_F(BagStorage, BagOfUnusableMessagesIsRefusedWithTheirNumber) {
-  writeOne(file("a.bag"), "battery_state", batteryStateOf(1.0, kNan, 12.0, {}));
+  writeOne(file("a.bag"), "battery_state", batteryStateOf({1.0, kNan, 12.0, {}}));
   EXPECT_THAT(refusal(file("a.bag")), HasSubstr("no usable sample (1 rejected)"));
 }
 
@@ -206,10 +206,10 @@ TEST_F(BagStorage, MissingAndImpossibleValuesAreCountedByReason) {
   rosbag::Bag bag(file("a.bag").string(), rosbag::bagmode::Write);
   const double infinite = std::numeric_limits<double>::infinity();
   const std::vector<sensor_msgs::BatteryState> messages = {
-      batteryStateOf(1.0, -5.0, 12.0, 300.0),  batteryStateOf(2.0, kNan, 12.0, {}),
-      batteryStateOf(3.0, infinite, 12.0, {}), batteryStateOf(1.0, -5.0, 12.0, {}),
-      batteryStateOf(0.5, -5.0, 12.0, {}),     batteryStateOf(4.0, -5.0, 900.0, {}),
-      batteryStateOf(5.0, -6.0, 12.0, {})};
+      batteryStateOf({1.0, -5.0, 12.0, 300.0}),  batteryStateOf({2.0, kNan, 12.0, {}}),
+      batteryStateOf({3.0, infinite, 12.0, {}}), batteryStateOf({1.0, -5.0, 12.0, {}}),
+      batteryStateOf({0.5, -5.0, 12.0, {}}),     batteryStateOf({4.0, -5.0, 900.0, {}}),
+      batteryStateOf({5.0, -6.0, 12.0, {}})};
   for (std::size_t n = 0; n < messages.size(); ++n) {
     bag.write("battery_state", ros::Time(100.0 + n), messages[n]);
   }
@@ -234,7 +234,7 @@ TEST_F(BagStorage, WrittenFileAppearsWholeOrNotAtAll) {
 }
 
 TEST_F(BagStorage, OtherFieldsOfAWrittenMessageAreNotMeasured) {
-  const sensor_msgs::BatteryState message = batteryStateOf(1.0, -5.0, 12.0, {});
+  const sensor_msgs::BatteryState message = batteryStateOf({1.0, -5.0, 12.0, {}});
   for (float value : {message.temperature, message.charge, message.capacity,
                       message.design_capacity, message.percentage}) {
     EXPECT_TRUE(std::isnan(value));
@@ -247,7 +247,7 @@ TEST_F(BagStorage, ChunkThatClaimsMoreThanItsBytesCanHoldIsRefusedBeforeAnything
     rosbag::Bag bag(file("a.bag").string(), rosbag::bagmode::Write);
     bag.setCompression(compression);
     for (int n = 1; n < 100; ++n)
-      bag.write("battery_state", ros::Time(n), batteryStateOf(n, -5.0, 12.0, {}));
+      bag.write("battery_state", ros::Time(n), batteryStateOf({1.0 * n, -5.0, 12.0, {}}));
     bag.close();
     EXPECT_EQ(readBag(file("a.bag")).series.size(), 99u);
     std::string damaged = bytesOf(file("a.bag"));
@@ -261,7 +261,7 @@ TEST_F(BagStorage, ChunkThatClaimsMoreThanItsBytesCanHoldIsRefusedBeforeAnything
 }
 
 TEST_F(BagStorage, ListInAMessageThatClaimsMoreThanItsBytesIsRefused) {
-  sensor_msgs::BatteryState message = batteryStateOf(1.0, -5.0, 12.0, {});
+  sensor_msgs::BatteryState message = batteryStateOf({1.0, -5.0, 12.0, {}});
   message.serial_number = "SERIALNUMBER";
   writeOne(file("a.bag"), "battery_state", message);
   std::string damaged = bytesOf(file("a.bag"));
@@ -346,7 +346,7 @@ TEST(RosTime, IsExactToTheNanosecondAndRefusesWhatAStampCannotHold) {
 }
 
 TEST(RawSample, OfAStampWithASecondOfNanosecondsIsOutOfRange) {
-  sensor_msgs::BatteryState message = batteryStateOf(1000.0, -5.0, 12.4, std::nullopt);
+  sensor_msgs::BatteryState message = batteryStateOf({1000.0, -5.0, 12.4, std::nullopt});
   Intake intake;
   for (const std::uint32_t nanoseconds : {1000000000u, 4294967295u}) {
     message.header.stamp.nsec = nanoseconds;
