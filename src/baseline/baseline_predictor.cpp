@@ -5,6 +5,7 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -38,27 +39,12 @@ double standardDeviation(const std::vector<double>& errors) {
 /// for a single one.
 Bounds ninetyPercent(const std::vector<double>& errors, Bounds otherwise) {
   const std::size_t count = errors.size();
-  if (count >= kFewestForTails) return centralRange(errors, 0.05);
+  if (count >= kFewestForTails) return {quantile(errors, 0.05), quantile(errors, 0.95)};
   if (count < 2) return otherwise;
   const double n = static_cast<double>(count);
   const double width = boost::math::quantile(boost::math::students_t(n - 1.0), 0.95) *
                        standardDeviation(errors) * std::sqrt(n / (n - 1.0) * (1.0 + 1.0 / n));
   return {-width, width};
-}
-
-struct Points {
-  std::vector<double> x, y;
-};
-
-Points pointsWhere(const Series& series, IndexRange window,
-                   const std::vector<char>& voltage_controlled, bool voltage_is_controlled) {
-  Points points;
-  for (std::size_t k = window.first; k < window.last; ++k) {
-    if ((voltage_controlled[k] != 0) != voltage_is_controlled) continue;
-    points.x.push_back(voltage_is_controlled ? series.voltage[k] : series.current[k]);
-    points.y.push_back(voltage_is_controlled ? series.current[k] : series.voltage[k]);
-  }
-  return points;
 }
 
 std::optional<BaselineLine> lineThrough(const Values& x, const Values& y) {
@@ -77,6 +63,19 @@ std::optional<BaselineLine> lineThrough(const Values& x, const Values& y) {
   line.std = standardDeviation(errors);
   line.error = ninetyPercent(errors, {});
   return line;
+}
+
+/// i(v) over the samples with controlled voltage, or v(i) over the others.
+std::optional<BaselineLine> lineWhere(const Series& series, IndexRange window,
+                                      const std::vector<char>& voltage_controlled,
+                                      bool voltage_is_controlled) {
+  std::vector<double> x, y;
+  for (std::size_t k = window.first; k < window.last; ++k) {
+    if ((voltage_controlled[k] != 0) != voltage_is_controlled) continue;
+    x.push_back(voltage_is_controlled ? series.voltage[k] : series.current[k]);
+    y.push_back(voltage_is_controlled ? series.current[k] : series.voltage[k]);
+  }
+  return lineThrough(allOf(x), allOf(y));
 }
 
 /// Calls visit(sample, step) for every sample of the charge that begins at first, until the voltage
@@ -124,8 +123,7 @@ std::optional<BaselineHistory> chargesOver(const Series& series, IndexRange wind
   std::vector<double> means;
   for (const std::size_t first : beginnings) {
     const auto samples = beginningOfCharge(series, window, first, duration, voltage_controlled);
-    if (!samples) continue;
-    means.push_back(valuesIn(series.current, *samples).mean());
+    if (samples) means.push_back(valuesIn(series.current, *samples).mean());
   }
   if (means.empty()) return std::nullopt;
   BaselineHistory history;
@@ -201,8 +199,8 @@ void usePhase(const BaselinePhase& phase, const Series& series, IndexRange range
 double meanOverPhase(const BaselinePhase& phase, double duration, double beyond) {
   const auto steps = static_cast<std::size_t>(std::max(1.0, std::round(duration / phase.step)));
   const std::size_t known = std::min(steps, phase.current.size());
-  double sum = beyond * static_cast<double>(steps - known);
-  for (std::size_t age = 0; age < known; ++age) sum += phase.current[age];
+  const double sum = std::accumulate(phase.current.begin(), phase.current.begin() + known,
+                                     beyond * static_cast<double>(steps - known));
   return sum / static_cast<double>(steps);
 }
 
@@ -218,11 +216,9 @@ Interval BaselineLine::around(double x) const {
 BaselinePredictor fitBaseline(const Series& series, IndexRange window,
                               const std::vector<char>& voltage_controlled) {
   const auto beginnings = chargeBeginnings(series, window, voltage_controlled);
-  const Points controlled = pointsWhere(series, window, voltage_controlled, true);
-  const Points free = pointsWhere(series, window, voltage_controlled, false);
   BaselinePredictor baseline;
-  baseline.current_from_voltage = lineThrough(allOf(controlled.x), allOf(controlled.y));
-  baseline.voltage_from_current = lineThrough(allOf(free.x), allOf(free.y));
+  baseline.current_from_voltage = lineWhere(series, window, voltage_controlled, true);
+  baseline.voltage_from_current = lineWhere(series, window, voltage_controlled, false);
   Bounds of_line;
   if (baseline.current_from_voltage) of_line = baseline.current_from_voltage->error;
   baseline.phase = medianPhase(series, window, voltage_controlled, beginnings, of_line);

@@ -32,9 +32,8 @@ struct BaselineLine {
 /// Median current over the time since a discharge ended, in steps of equal length.
 struct BaselinePhase {
   double step = 1.0;  ///< [s]
-  /// [A]; of the ages from k - 1/2 to k + 1/2 steps; ends where
+  /// [A]; of the ages from k - 1/2 to k + 1/2 steps; ends where fewer than half of the charges go on
   std::vector<double> current;
-  ///< fewer than half of the charges go on
   double std = 0.0;  ///< [A], as in BaselineLine
   Bounds error;      ///< [A], the same
   std::size_t charges = 0;

@@ -164,8 +164,4 @@ double medianOf(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-Bounds centralRange(const std::vector<double>& values, double tail) {
-  return {quantile(values, tail), quantile(values, 1.0 - tail)};
-}
-
 }  // namespace battery_sof

@@ -100,9 +100,6 @@ struct Bounds {
   double lower = 0.0, upper = 0.0;
 };
 
-/// @return quantile() of tail and of 1 - tail. @param tail [0, 0.5].
-Bounds centralRange(const std::vector<double>& values, double tail);
-
 /// Sums of a regression through the origin of changes of voltage on changes of current.
 struct ChangeSums {
   std::size_t count = 0;
@@ -112,13 +109,16 @@ struct ChangeSums {
 
 /// @param stride samples that a change is over.
 /// @param taken bool(k, change of the current [A]), of the change that ends with sample k.
+/// @param lag samples by which the voltage's change is later; taken only where it has those samples.
 template <typename Taken>
-ChangeSums changeSums(const Series& series, std::size_t stride, Taken&& taken) {
+ChangeSums changeSums(const Series& series, std::size_t stride, Taken&& taken,
+                      std::ptrdiff_t lag = 0) {
   ChangeSums sums;
   for (std::size_t k = stride; k < series.size(); ++k) {
     const double di = series.current[k] - series.current[k - stride];
     if (!taken(k, di)) continue;
-    const double dv = series.voltage[k] - series.voltage[k - stride];
+    const std::size_t later = k + static_cast<std::size_t>(lag);  // earlier for a lag below 0
+    const double dv = series.voltage[later] - series.voltage[later - stride];
     ++sums.count;
     sums.current += di * di;
     sums.product += di * dv;

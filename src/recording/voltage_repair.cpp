@@ -1,11 +1,11 @@
 #include "recording/voltage_repair.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
 
 namespace battery_sof {
@@ -18,35 +18,30 @@ constexpr int kFirstLag = -2, kLastLag = 3;
 constexpr double kMinChange = 2.0, kMaxChange = 40.0;  // [A]
 constexpr double kMinCorrelation = 0.3;
 
-/// Correlation of changes of current with those of voltage `lag` samples later.
-double correlation(const Series& series, const std::vector<double>& voltage, int lag) {
-  double both = 0.0, currents = 0.0, voltages = 0.0;
-  for (std::size_t n = 4; n + 4 < series.size(); ++n) {
-    const double di = series.current[n] - series.current[n - 1];
-    if (!(std::abs(di) > kMinChange && std::abs(di) < kMaxChange)) continue;
-    const auto m = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(n) + lag);
-    const double du = voltage[m] - voltage[m - 1];
-    both += di * du;
-    currents += di * di;
-    voltages += du * du;
-  }
-  return currents > 0.0 && voltages > 0.0 ? std::max(0.0, both / std::sqrt(currents * voltages))
-                                          : 0.0;
+/// Correlation of changes of current with those of voltage `lag` samples later; 0 where it is
+/// negative.
+double correlation(const Series& series, int lag) {
+  const auto taken = [&](std::size_t k, double di) {
+    return k >= 4 && k + 4 < series.size() && std::abs(di) > kMinChange &&
+           std::abs(di) < kMaxChange;
+  };
+  const ChangeSums sums = changeSums(series, 1, taken, lag);
+  if (!(sums.current > 0.0 && sums.voltage > 0.0)) return 0.0;
+  return std::max(0.0, sums.product / std::sqrt(sums.current * sums.voltage));
 }
 
-std::size_t findLag(const Series& series, const std::vector<double>& voltage) {
-  std::array<double, kLastLag - kFirstLag + 1> c;
-  for (int lag = kFirstLag; lag <= kLastLag; ++lag)
-    c[static_cast<std::size_t>(lag - kFirstLag)] = correlation(series, voltage, lag);
+std::size_t findLag(const Series& series) {
+  std::vector<double> c;
+  for (int lag = kFirstLag; lag <= kLastLag; ++lag) c.push_back(correlation(series, lag));
   const auto peak = std::max_element(c.begin(), c.end());
   if (*peak < kMinCorrelation) return 0;
-  const auto at = static_cast<int>(peak - c.begin());
+  const auto first = peak == c.begin() ? peak : peak - 1;
+  const auto last = peak + 1 == c.end() ? c.end() : peak + 2;
   double weights = 0.0, sum = 0.0;
-  for (int k = std::max(0, at - 1); k <= std::min<int>(at + 1, static_cast<int>(c.size()) - 1);
-       ++k) {
-    const double weight = std::pow(c[static_cast<std::size_t>(k)], 2);
+  for (auto at = first; at != last; ++at) {
+    const double weight = std::pow(*at, 2);
     weights += weight;
-    sum += weight * (k + kFirstLag);
+    sum += weight * static_cast<double>(at - c.begin() + kFirstLag);
   }
   return static_cast<std::size_t>(std::max(0.0, std::round(sum / weights)));
 }
@@ -67,10 +62,8 @@ bool isDropOut(const Series& series, std::size_t k) {
 
 VoltageRepair findVoltageRepair(const Series& series) {
   VoltageRepair repair;
-  repair.dropped.assign(series.size(), 0);
-  for (std::size_t k = 0; k < series.size(); ++k) repair.dropped[k] = isDropOut(series, k);
-  const Series filled = repaired(series, repair);
-  repair.lag = findLag(series, filled.voltage);
+  for (std::size_t k = 0; k < series.size(); ++k) repair.dropped.push_back(isDropOut(series, k));
+  repair.lag = findLag(repaired(series, repair));
   return repair;
 }
 

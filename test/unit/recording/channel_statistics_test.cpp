@@ -100,32 +100,5 @@ TEST(Quantile, IsTheNearestRankedValue) {
   EXPECT_EQ(quantile({}, 0.5), 0.0);
 }
 
-TEST(CentralRange, EndsAtTheQuantilesOfBothTails) {
-  test::Random random(2);
-  for (const std::size_t count : {0U, 1U, 19U, 500U, 2048U, 5000U, 24001U})
-    for (const bool sorted : {false, true})
-      for (const double step : {0.0, 0.5}) {  // 0.5: many equal values
-        std::vector<double> values;
-        for (std::size_t n = 0; n < count; ++n) {
-          const double value = random.normal();
-          values.push_back(step > 0.0 ? step * std::round(value / step) : value);
-        }
-        if (sorted) std::sort(values.begin(), values.end());
-        for (const double tail : {0.0, 0.05, 0.4}) {
-          const Bounds range = centralRange(values, tail);
-          EXPECT_EQ(range.lower, quantile(values, tail));
-          EXPECT_EQ(range.upper, quantile(values, 1.0 - tail));
-        }
-      }
-}
-
-TEST(CentralRange, OfValuesWhoseTailsLieInOnePlaceIsFoundToo) {
-  std::vector<double> values(10000, 0.0);
-  for (std::size_t n = 4000; n < 4600; ++n) values[n] = n % 2 == 0 ? 5.0 : -5.0;
-  values[4001] = -6.0;
-  EXPECT_EQ(centralRange(values, 0.02).lower, quantile(values, 0.02));
-  EXPECT_EQ(centralRange(values, 0.02).upper, quantile(values, 0.98));
-}
-
 }  // namespace
 }  // namespace battery_sof
