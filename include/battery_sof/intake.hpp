@@ -61,7 +61,7 @@ class Intake {
   SampleFate judge(const RawSample& sample);
 
   /// Forgets the last accepted stamp (a bag was looped, the clock was set); the counts stay.
-  void forgetClock();
+  void forgetClock() { resumeAt(std::nullopt); }
 
   /// Puts the last accepted stamp back to an earlier one [s]; the counts stay.
   void resumeAt(const std::optional<double>& time);

@@ -36,8 +36,8 @@ struct Record {
   std::string_view data;
 
   char operation() const {
-    const auto field = fields.find("op");
-    return field != fields.end() && !field->second.empty() ? field->second.front() : 0;
+    const std::string_view operation = field("op");
+    return operation.empty() ? 0 : operation.front();
   }
   std::string_view field(const char* name) const {
     const auto found = fields.find(name);

@@ -14,6 +14,7 @@
 namespace battery_sof::check_parts {
 namespace {
 
+constexpr double kWindowSum = 0.5 * kLineBlock;
 constexpr std::size_t kFirstBin = 8;
 constexpr std::size_t kLastBin = 120;
 constexpr std::size_t kGuard = 3;   // bins; the main lobe of the Hann window and half a bin
@@ -123,7 +124,6 @@ double medianMagnitude(const std::vector<Block>& blocks, std::size_t bin) {
 }
 
 SpectralLine lineAt(const std::vector<Block>& blocks, std::size_t bin) {
-  constexpr double kWindowSum = 0.5 * kLineBlock;
   const Complex advance = meanAdvance(blocks, bin);
   const double offset = std::arg(advance) / (2.0 * kPi);
   SpectralLine line;
@@ -179,7 +179,6 @@ LineSearch findSpectralLines(const std::vector<double>& values,
 
 double amplitudeAt(const std::vector<double>& values, const std::vector<IndexRange>& ranges,
                    double frequency) {
-  constexpr double kWindowSum = 0.5 * kLineBlock;
   std::vector<double> amplitudes;
   forEachBlock(ranges, [&](std::size_t, std::size_t first) {
     amplitudes.push_back(2.0 / kWindowSum * magnitudeAt(windowed(values, first), frequency));
@@ -219,24 +218,24 @@ std::vector<IndexRange> evenRanges(const Evidence& evidence) {
   return ranges;
 }
 
-template <typename Value>
-std::vector<double> changesOf(const std::vector<double>& values, Value value) {
+std::vector<double> changesOf(const std::vector<double>& values) {
   std::vector<double> changes(values.size(), 0.0);
-  for (std::size_t k = 1; k < values.size(); ++k)
-    changes[k] = value(values[k]) - value(values[k - 1]);
+  for (std::size_t k = 1; k < values.size(); ++k) changes[k] = values[k] - values[k - 1];
   return changes;
 }
 
-double itself(double value) { return value; }
-double magnitude(double value) { return std::abs(value); }
+std::vector<double> magnitudesOf(std::vector<double> values) {
+  for (double& value : values) value = std::abs(value);
+  return values;
+}
 
 /// Changes of current and of its magnitude around one sample: with both, charge and discharge have
 /// resistances of their own.
 struct Regressors {
   explicit Regressors(const Evidence& evidence)
       : shift(shiftOf(evidence)),
-        current(changesOf(evidence.series.current, itself)),
-        size(changesOf(evidence.series.current, magnitude)) {}
+        current(changesOf(evidence.series.current)),
+        size(changesOf(magnitudesOf(evidence.series.current))) {}
 
   Row at(std::size_t k) const {
     Row row;
@@ -255,7 +254,7 @@ struct Regressors {
 /// Changes of voltage minus their least-squares regression on the changes of current.
 std::vector<double> unexplainedChanges(const Evidence& evidence, const Regressors& regressors,
                                        const std::vector<IndexRange>& ranges) {
-  std::vector<double> changes = changesOf(evidence.series.voltage, itself);
+  std::vector<double> changes = changesOf(evidence.series.voltage);
   Square products = Square::Zero();
   Row projection = Row::Zero();
   for (const IndexRange& range : ranges) {

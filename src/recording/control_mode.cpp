@@ -313,7 +313,6 @@ bool ControlModeDetector::add(double time, double current, double voltage) {
 
 ControlModes detectControlMode(const Series& series) {
   ControlModes source;
-  source.voltage_controlled.assign(series.size(), 0);
   ControlModeRule& rule = source.rule;
   double voltage_noise = 0.0;
   rule = instrumentOf(series, voltage_noise);
@@ -331,8 +330,8 @@ ControlModes detectControlMode(const Series& series) {
       rule.min_current = helpedOutAbove(series, rule);
     judged = judgeAll(series, rule);
   }
-  for (std::size_t k = 0; k < series.size(); ++k)
-    source.voltage_controlled[k] = controlModeOf(judged.reasons[k]) == ControlMode::kVoltage;
+  for (const ControlModeReason reason : judged.reasons)
+    source.voltage_controlled.push_back(controlModeOf(reason) == ControlMode::kVoltage);
   static_cast<ControlModeOverview&>(source) = overviewOf(series, judged.reasons, rule);
   return source;
 }

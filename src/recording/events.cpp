@@ -14,10 +14,23 @@ namespace {
 constexpr double kLongCharge = 10.0;    // [s]
 constexpr double kStopCurrent = -2.0;   // [A], more than an idle network's
 constexpr double kChargeCurrent = 2.0;  // [A], docs/physics.md#regimes
+constexpr double kMinControlled = 0.9;  // of the samples of a charge's beginning
+constexpr double kFewestSamples = 3.0;  // of it
 
 void requireValid(const EventLimits& limits) {
   requireThat(limits.crank_current < 0.0, "EventLimits: crank_current [A]", limits.crank_current,
               "below 0");
+}
+
+void requireMask(const Series& series, IndexRange range,
+                 const std::vector<char>& voltage_controlled) {
+  if (voltage_controlled.size() == series.size() && range.first <= range.last &&
+      range.last <= series.size())
+    return;
+  throw std::invalid_argument("charge phases: range " + std::to_string(range.first) + " to " +
+                              std::to_string(range.last) + " and a mask of " +
+                              std::to_string(voltage_controlled.size()) + " for " +
+                              std::to_string(series.size()) + " samples");
 }
 
 std::vector<IndexRange> crankRanges(const Series& series, IndexRange bounds,
@@ -152,24 +165,6 @@ EventSummary summarise(const Series& series, const std::vector<Event>& events) {
   }
   return summary;
 }
-
-namespace {
-
-constexpr double kMinControlled = 0.9;  // share of samples
-constexpr double kFewestSamples = 3.0;
-
-void requireMask(const Series& series, IndexRange range,
-                 const std::vector<char>& voltage_controlled) {
-  if (voltage_controlled.size() == series.size() && range.first <= range.last &&
-      range.last <= series.size())
-    return;
-  throw std::invalid_argument("charge phases: range " + std::to_string(range.first) + " to " +
-                              std::to_string(range.last) + " and a mask of " +
-                              std::to_string(voltage_controlled.size()) + " for " +
-                              std::to_string(series.size()) + " samples");
-}
-
-}  // namespace
 
 std::vector<std::size_t> chargeBeginnings(const Series& series, IndexRange range,
                                           const std::vector<char>& voltage_controlled) {

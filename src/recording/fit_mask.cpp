@@ -109,9 +109,7 @@ void maskBehindUnknownCharge(const Series& series, InstrumentLimits& limits) {
                     [&](double voltage) { return contains(limits.voltage_limits, voltage); });
     if (!is_unknown) continue;
     const double until = series.time[stretch.last - 1] + kRemembered;
-    std::size_t last = stretch.last;
-    while (last < series.size() && series.time[last] <= until) ++last;
-    mask(limits.masked, {{stretch.last, last}}, SampleFault::kBehindClipped);
+    mask(limits.masked, {{stretch.last, firstAfter(series, until)}}, SampleFault::kBehindClipped);
   }
 }
 

@@ -96,11 +96,6 @@ void Intake::count(SampleFate fate) {
   if (fate == SampleFate::kOutOfRange) ++rejected_.out_of_range;
 }
 
-void Intake::forgetClock() {
-  last_time_.reset();
-  last_temperature_time_.reset();
-}
-
 void Intake::resumeAt(const std::optional<double>& time) {
   last_time_ = time;
   last_temperature_time_.reset();

@@ -34,6 +34,14 @@ Biquad sectionOf(const Complex& pole, double rate) {
   return {gain, 2.0 * gain, gain, a1, a2};
 }
 
+/// On the line through two samples, not beyond the later one.
+Sample between(const Sample& before, const Sample& after, double time) {
+  const double span = after.time - before.time;
+  const double weight = span > 0.0 ? std::min((time - before.time) / span, 1.0) : 1.0;
+  return {time, before.current + weight * (after.current - before.current),
+          before.voltage + weight * (after.voltage - before.voltage)};
+}
+
 }  // namespace
 
 std::array<Biquad, 4> designBessel8(double cutoff, double rate) {
@@ -94,13 +102,6 @@ void Decimator::advance(const Sample& input, std::vector<Sample>& due) {
     ++outputs_;
   }
   filtered_ = filtered;
-}
-
-Sample Decimator::between(const Sample& before, const Sample& after, double time) {
-  const double span = after.time - before.time;
-  const double weight = span > 0.0 ? std::min((time - before.time) / span, 1.0) : 1.0;
-  return {time, before.current + weight * (after.current - before.current),
-          before.voltage + weight * (after.voltage - before.voltage)};
 }
 
 bool Decimator::isReached(double time, double now) const {

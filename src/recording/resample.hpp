@@ -57,7 +57,6 @@ class Decimator {
   double filter(Channel& channel, double value) const;
   void startAt(const Sample& sample);
   void advance(const Sample& input, std::vector<Sample>& due);
-  static Sample between(const Sample& before, const Sample& after, double time);
   bool isReached(double time, double now) const;
   double inputTime() const;
   double outputStamp() const;
