@@ -16,16 +16,14 @@ inline constexpr char kDefaultTopic[] = "battery_state";
  *
  * @param topic with or without a leading slash.
  * @throws RecordingError when the file is not a readable bag (truncated, not indexed, not a bag),
- * has no such topic (the
- *   message lists the topics it has), or the topic carries another message type.
+ * has no such topic (the message lists the topics it has), or the topic carries another message
+ * type.
  */
 Recording readBag(const std::filesystem::path& path, const std::string& topic = kDefaultTopic);
 
 /**
- * @brief Writes a bag with one sensor_msgs/BatteryState a sample: header stamp and record time are
- * the sample's time.
- *
- * A temperature measured at other times becomes a message of its own with NaN current and voltage.
+ * @brief Writes a bag with one sensor_msgs/BatteryState for each of rawSamplesOf(series): header
+ * stamp and record time are the sample's time.
  *
  * current [A] negative when discharging, voltage [V], temperature [degC] or NaN; fields not
  * measured are NaN. The file appears whole or not at all.

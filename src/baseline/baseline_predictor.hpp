@@ -32,7 +32,7 @@ struct BaselineLine {
 /// Median current over the time since a discharge ended, in steps of equal length.
 struct BaselinePhase {
   double step = 1.0;  ///< [s]
-  /// [A]; of the ages from k - 1/2 to k + 1/2 steps; ends where fewer than half of the charges go on
+  /// [A]; of ages from k - 1/2 to k + 1/2 steps; ends where fewer than half of the charges go on
   std::vector<double> current;
   double std = 0.0;  ///< [A], as in BaselineLine
   Bounds error;      ///< [A], the same

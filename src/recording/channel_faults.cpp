@@ -71,12 +71,6 @@ std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel,
   return runs;
 }
 
-std::size_t totalSamples(const std::vector<IndexRange>& runs) {
-  std::size_t samples = 0;
-  for (const IndexRange& run : runs) samples += run.size();
-  return samples;
-}
-
 /// How often another channel turns round during a run, but for the samples at its ends in which a
 /// shift between the channels shows the neighbours' edges.
 std::size_t reversalsDuring(const Evidence& evidence, const Channel& other, IndexRange run) {
@@ -239,16 +233,8 @@ double shareThatGoesOnAlone(const Evidence& evidence, const Channel& channel) {
                                 : laplaceShare(found.repeated, found.samples);
 }
 
-/**
- * @brief Where the channel is cut off at its lowest or highest value.
- *
- * The extreme repeats while the other channel turns round, so the true peak lies beyond; or it
- * repeats for longer than the channel's own noise would leave it unmoved, at most for 5 s at a
- * time, in several places or between steep flanks; or, for the current at slow rates, separate
- * samples share one extreme though those below it are scattered and the voltages differ. A value
- * that a source or a regulator holds is not found.
- * @param extreme the channel's lowest or highest value.
- */
+/// Where the channel is cut off at an extreme, its lowest or highest value, by the one of three
+/// kinds of evidence that sees it most often. A value that a source or a regulator holds is not found.
 std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
                                     double extreme) {
   std::vector<IndexRange> runs = flatTops(evidence, channel, extreme);
@@ -291,6 +277,91 @@ bool isNoisyOutside(const Channel& channel, const Flicker& flicker) {
   return flicker.samples > kFlickerShare * channel.values.size() && flicker.turning > kTurning &&
          flicker.size >= kMinFlicker * largest &&
          flicker.size >= kMoveSteps * channel.step.value_or(0.0);
+}
+
+Finding coarseStep(const Channel& channel, double very_coarse, const std::string& meaning) {
+  const double step = *channel.step;
+  return Finding{
+      "quantisation",
+      step < very_coarse * kAlmost ? Severity::kNote : Severity::kWarning,
+      std::string(channel.name) + " has steps of " + number(step) + " " + channel.unit,
+      "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning,
+      step,
+      channel.unit,
+      channel.values.size()};
+}
+
+std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel) {
+  const Channel& other = otherThan(evidence, channel);
+  const std::vector<IndexRange> frozen = frozenRuns(evidence, channel);
+  if (frozen.empty()) return {};
+  double longest = 0.0;
+  for (const IndexRange& run : frozen) longest = std::max(longest, durationOf(evidence, run));
+  return {Finding{"stuck", Severity::kWarning,
+                  std::string(channel.name) + " repeats one value while " + other.name +
+                      " moves up and down: " + counted(frozen.size(), "time") + ", " +
+                      counted(totalSamples(frozen), "sample") + ", the longest " + number(longest) +
+                      " s",
+                  std::string("the ") + channel.name +
+                      " is not measured there (sensor asleep, or its last message repeated); leave "
+                      "these stretches out",
+                  longest, "s", totalSamples(frozen), startsOf(evidence, frozen)}};
+}
+
+/// Values that stand still for a minute and more although the channel flickers at nearly every
+/// sample elsewhere.
+std::vector<Finding> findEntered(const Evidence& evidence, const Channel& channel) {
+  constexpr double kShortest = 60.0;   // [s]
+  constexpr std::size_t kFewest = 20;  // samples
+  std::vector<IndexRange> runs = runsOf(evidence, channel, kFewest);
+  const Flicker flicker = flickerOutside(channel, runs);
+  runs = thoseWhere(std::move(runs),
+                    [&](IndexRange run) { return durationOf(evidence, run) >= kShortest; });
+  if (runs.empty() || !isNoisyOutside(channel, flicker)) return {};
+  const IndexRange longest = *std::max_element(
+      runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
+  const double duration = durationOf(evidence, longest);
+  return {Finding{
+      "stuck", Severity::kNote,
+      std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
+          channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
+          " s), though it flickers by " + number(flicker.size) + " " + channel.unit +
+          " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
+          counted(runs.size(), "such place"),
+      "set or entered there rather than measured; fits and counted charge take it as exact",
+      duration, "s", totalSamples(runs), startsOf(evidence, runs)}};
+}
+
+/// Median length of the runs of one value under load, when most runs have it; 1 otherwise.
+std::size_t regularHold(const Evidence& evidence) {
+  constexpr std::size_t kFewestRuns = 50;
+  constexpr double kLongest = 50.0;
+  constexpr double kRegularShare = 0.8;
+  std::vector<double> lengths;
+  for (const IndexRange& run : runsOf(evidence, evidence.current, 1))
+    if (isUnderLoad(evidence, run.first)) lengths.push_back(static_cast<double>(run.size()));
+  const double typical = quantile(lengths, 0.5);
+  const auto regular = std::count_if(lengths.begin(), lengths.end(), [typical](double length) {
+    return std::abs(length - typical) <= 1.0;
+  });
+  const bool is_regular = lengths.size() >= kFewestRuns && typical <= kLongest &&
+                          regular >= kRegularShare * lengths.size();
+  return is_regular ? static_cast<std::size_t>(typical) : 1;
+}
+
+/// Whether the voltage often moves between two samples at which the current reads the same.
+bool movesWithoutCurrent(const Evidence& evidence) {
+  constexpr std::size_t kFewestMoves = 50;
+  constexpr double kUnexplainedShare = 0.4;
+  const auto &current = evidence.series.current, &voltage = evidence.series.voltage;
+  const double threshold = realMove(evidence, evidence.voltage).threshold;
+  std::size_t moves = 0, unexplained = 0;
+  for (std::size_t k = 1; k < current.size(); ++k) {
+    if (std::abs(voltage[k] - voltage[k - 1]) < threshold) continue;
+    ++moves;
+    if (current[k] == current[k - 1]) ++unexplained;
+  }
+  return moves >= kFewestMoves && unexplained > kUnexplainedShare * moves;
 }
 
 }  // namespace
@@ -341,113 +412,6 @@ std::vector<IndexRange> repeatedRuns(const Evidence& evidence) {
   for (IndexRange& pair : repeated) ++pair.first;
   return repeated;
 }
-
-// ---------------------------------------------------------------------------------------------
-// what is found of it
-
-namespace {
-
-std::vector<double> startsOf(const Evidence& evidence, const std::vector<IndexRange>& runs) {
-  std::vector<double> starts;
-  for (const IndexRange& run : runs) starts.push_back(evidence.series.time[run.first]);
-  return someTimes(starts);
-}
-
-// ---------------------------------------------------------------------------------------------
-// quantisation
-
-Finding coarseStep(const Channel& channel, double very_coarse, const std::string& meaning) {
-  const double step = *channel.step;
-  return Finding{
-      "quantisation",
-      step < very_coarse * kAlmost ? Severity::kNote : Severity::kWarning,
-      std::string(channel.name) + " has steps of " + number(step) + " " + channel.unit,
-      "each value is known to +-" + number(0.5 * step) + " " + channel.unit + "; " + meaning,
-      step,
-      channel.unit,
-      channel.values.size()};
-}
-
-// ---------------------------------------------------------------------------------------------
-// stuck values
-
-std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel) {
-  const Channel& other = otherThan(evidence, channel);
-  const std::vector<IndexRange> frozen = frozenRuns(evidence, channel);
-  if (frozen.empty()) return {};
-  double longest = 0.0;
-  for (const IndexRange& run : frozen) longest = std::max(longest, durationOf(evidence, run));
-  return {Finding{"stuck", Severity::kWarning,
-                  std::string(channel.name) + " repeats one value while " + other.name +
-                      " moves up and down: " + counted(frozen.size(), "time") + ", " +
-                      counted(totalSamples(frozen), "sample") + ", the longest " + number(longest) +
-                      " s",
-                  std::string("the ") + channel.name +
-                      " is not measured there (sensor asleep, or its last message repeated); leave "
-                      "these stretches out",
-                  longest, "s", totalSamples(frozen), startsOf(evidence, frozen)}};
-}
-
-/// Values that stand still for a minute and more although the channel flickers at nearly every
-/// sample elsewhere.
-std::vector<Finding> findEntered(const Evidence& evidence, const Channel& channel) {
-  constexpr double kShortest = 60.0;   // [s]
-  constexpr std::size_t kFewest = 20;  // samples
-  std::vector<IndexRange> runs = runsOf(evidence, channel, kFewest);
-  const Flicker flicker = flickerOutside(channel, runs);
-  runs = thoseWhere(std::move(runs),
-                    [&](IndexRange run) { return durationOf(evidence, run) >= kShortest; });
-  if (runs.empty() || !isNoisyOutside(channel, flicker)) return {};
-  const IndexRange longest = *std::max_element(
-      runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
-  const double duration = durationOf(evidence, longest);
-  return {Finding{
-      "stuck", Severity::kNote,
-      std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
-          channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
-          " s), though it flickers by " + number(flicker.size) + " " + channel.unit +
-          " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
-          counted(runs.size(), "such place"),
-      "set or entered there rather than measured; fits and counted charge take it as exact",
-      duration, "s", totalSamples(runs), startsOf(evidence, runs)}};
-}
-
-// ---------------------------------------------------------------------------------------------
-// held values
-
-/// Median length of the runs of one value under load, when most runs have it; 1 otherwise.
-std::size_t regularHold(const Evidence& evidence) {
-  constexpr std::size_t kFewestRuns = 50;
-  constexpr double kLongest = 50.0;
-  constexpr double kRegularShare = 0.8;
-  std::vector<double> lengths;
-  for (const IndexRange& run : runsOf(evidence, evidence.current, 1))
-    if (isUnderLoad(evidence, run.first)) lengths.push_back(static_cast<double>(run.size()));
-  const double typical = quantile(lengths, 0.5);
-  const auto regular = std::count_if(lengths.begin(), lengths.end(), [typical](double length) {
-    return std::abs(length - typical) <= 1.0;
-  });
-  const bool is_regular = lengths.size() >= kFewestRuns && typical <= kLongest &&
-                          regular >= kRegularShare * lengths.size();
-  return is_regular ? static_cast<std::size_t>(typical) : 1;
-}
-
-/// Whether the voltage often moves between two samples at which the current reads the same.
-bool movesWithoutCurrent(const Evidence& evidence) {
-  constexpr std::size_t kFewestMoves = 50;
-  constexpr double kUnexplainedShare = 0.4;
-  const auto &current = evidence.series.current, &voltage = evidence.series.voltage;
-  const double threshold = realMove(evidence, evidence.voltage).threshold;
-  std::size_t moves = 0, unexplained = 0;
-  for (std::size_t k = 1; k < current.size(); ++k) {
-    if (std::abs(voltage[k] - voltage[k - 1]) < threshold) continue;
-    ++moves;
-    if (current[k] == current[k - 1]) ++unexplained;
-  }
-  return moves >= kFewestMoves && unexplained > kUnexplainedShare * moves;
-}
-
-}  // namespace
 
 std::vector<Finding> findQuantisation(const Evidence& evidence) {
   const Channel &voltage = evidence.voltage, &current = evidence.current;

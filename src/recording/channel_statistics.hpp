@@ -109,7 +109,7 @@ struct ChangeSums {
 
 /// @param stride samples that a change is over.
 /// @param taken bool(k, change of the current [A]), of the change that ends with sample k.
-/// @param lag samples by which the voltage's change is later; taken only where it has those samples.
+/// @param lag samples by which the voltage's change is later, within the series where `taken`.
 template <typename Taken>
 ChangeSums changeSums(const Series& series, std::size_t stride, Taken&& taken,
                       std::ptrdiff_t lag = 0) {

@@ -141,13 +141,9 @@ std::vector<Finding> findSkew(const Evidence& evidence) {
 
 std::vector<Finding> findOffset(const Evidence& evidence) {
   if (!evidence.excited || !isTwelveVoltBlock(evidence)) return {};
-  std::vector<double> currents, starts;
-  std::size_t samples = 0;
-  for (const IndexRange& rest : apparentRests(evidence)) {
-    currents.push_back(median(evidence.series.current, rest));
-    starts.push_back(evidence.series.time[rest.first]);
-    samples += rest.size();
-  }
+  const std::vector<IndexRange> rests = apparentRests(evidence);
+  std::vector<double> currents;
+  for (const IndexRange& rest : rests) currents.push_back(median(evidence.series.current, rest));
   const double offset = quantile(currents, 0.5);
   const double spread = quantile(currents, 0.9) - quantile(currents, 0.1);
   const double least = std::max(kMinOffsetShare * evidence.largest_current,
@@ -155,13 +151,13 @@ std::vector<Finding> findOffset(const Evidence& evidence) {
   if (std::abs(offset) < least || spread > std::abs(offset)) return {};
   return {Finding{
       "offset", Severity::kNote,
-      "current reads " + number(offset) + " A at " + counted(starts.size(), "apparent rest"),
+      "current reads " + number(offset) + " A at " + counted(rests.size(), "apparent rest"),
       std::string("either the sensor's zero is off by that much or ") +
           (offset < 0.0 ? "a consumer" : "a charger") +
           " really draws it; current and voltage alone cannot tell. If it is the zero, counted "
           "charge drifts by " +
           number(24.0 * std::abs(offset)) + " Ah a day",
-      offset, "A", samples, someTimes(starts)}};
+      offset, "A", totalSamples(rests), startsOf(evidence, rests)}};
 }
 
 std::vector<Finding> findVoltageLevel(const Evidence& evidence) {

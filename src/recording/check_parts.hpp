@@ -72,6 +72,9 @@ std::size_t evenBlocks(const Evidence& evidence);
 
 /// Up to ten times [s], evenly spread over all where something was found.
 std::vector<double> someTimes(const std::vector<double>& times);
+/// The same of the beginnings of ranges that are not empty.
+std::vector<double> startsOf(const Evidence& evidence, const std::vector<IndexRange>& ranges);
+std::size_t totalSamples(const std::vector<IndexRange>& ranges);
 
 /// "3.325", "-250", "22603": four significant digits, and never an exponent for what is counted or
 /// timed.

@@ -160,34 +160,6 @@ double magnitudeAt(const std::vector<double>& block, double frequency) {
   return std::abs(sum);
 }
 
-}  // namespace
-
-LineSearch findSpectralLines(const std::vector<double>& values,
-                             const std::vector<IndexRange>& ranges) {
-  const std::vector<Block> blocks = transform(values, ranges);
-  LineSearch search;
-  search.blocks = blocks.size();
-  if (blocks.size() < kLineBlocksMin) return search;
-  for (const std::size_t bin : standingBins(blocks)) {
-    const SpectralLine line = lineAt(blocks, bin);
-    if (line.steadiness >= kSteadiness) search.lines.push_back(line);
-  }
-  std::sort(search.lines.begin(), search.lines.end(),
-            [](const auto& a, const auto& b) { return a.amplitude > b.amplitude; });
-  return search;
-}
-
-double amplitudeAt(const std::vector<double>& values, const std::vector<IndexRange>& ranges,
-                   double frequency) {
-  std::vector<double> amplitudes;
-  forEachBlock(ranges, [&](std::size_t, std::size_t first) {
-    amplitudes.push_back(2.0 / kWindowSum * magnitudeAt(windowed(values, first), frequency));
-  });
-  return quantile(std::move(amplitudes), 0.5);
-}
-
-namespace {
-
 constexpr double kUneven = 0.5;  // of an interval; more and the phase is lost
 // [V], what a fit's residual is judged by (docs/physics.md#aliasing)
 constexpr double kMinAmplitude = 0.001;
@@ -273,6 +245,30 @@ std::vector<double> unexplainedChanges(const Evidence& evidence, const Regressor
 }
 
 }  // namespace
+
+LineSearch findSpectralLines(const std::vector<double>& values,
+                             const std::vector<IndexRange>& ranges) {
+  const std::vector<Block> blocks = transform(values, ranges);
+  LineSearch search;
+  search.blocks = blocks.size();
+  if (blocks.size() < kLineBlocksMin) return search;
+  for (const std::size_t bin : standingBins(blocks)) {
+    const SpectralLine line = lineAt(blocks, bin);
+    if (line.steadiness >= kSteadiness) search.lines.push_back(line);
+  }
+  std::sort(search.lines.begin(), search.lines.end(),
+            [](const auto& a, const auto& b) { return a.amplitude > b.amplitude; });
+  return search;
+}
+
+double amplitudeAt(const std::vector<double>& values, const std::vector<IndexRange>& ranges,
+                   double frequency) {
+  std::vector<double> amplitudes;
+  forEachBlock(ranges, [&](std::size_t, std::size_t first) {
+    amplitudes.push_back(2.0 / kWindowSum * magnitudeAt(windowed(values, first), frequency));
+  });
+  return quantile(std::move(amplitudes), 0.5);
+}
 
 std::vector<Finding> findAliasing(const Evidence& evidence) {
   if (!evidence.excited || !evidence.edges) return {};

@@ -57,6 +57,18 @@ std::vector<double> someTimes(const std::vector<double>& times) {
   return some;
 }
 
+std::vector<double> startsOf(const Evidence& evidence, const std::vector<IndexRange>& ranges) {
+  std::vector<double> starts;
+  for (const IndexRange& range : ranges) starts.push_back(evidence.series.time[range.first]);
+  return someTimes(starts);
+}
+
+std::size_t totalSamples(const std::vector<IndexRange>& ranges) {
+  std::size_t samples = 0;
+  for (const IndexRange& range : ranges) samples += range.size();
+  return samples;
+}
+
 std::string number(double value) {
   const bool is_large = std::abs(value) >= 1e3 && std::abs(value) < 1e9;
   return format(is_large ? "%.0f" : "%.4g", value);

@@ -51,26 +51,26 @@ std::string toString(Severity severity);
  *
  * Methods (docs/physics.md#instruments). A fault is named on its own evidence only:
  * - clipping: an extreme value repeats while the other channel moves both ways, as it does through
- * a crank whose peak is
- *   cut off; or it repeats, where the channel flickers elsewhere, for longer than its own noise would leave it unmoved (chance
- *   below 0.001 in the whole recording, faster than 5 Hz); or, for single samples at slow rates, the extreme stands out from scattered
- * values below it. A current that a source holds at its limit, and a voltage that a regulator
- * holds, are not clipped.
+ *   a crank whose peak is cut off; or it repeats, where the channel flickers elsewhere, for longer
+ *   than its own noise would leave it unmoved (chance below 0.001 in the whole recording, faster
+ *   than 5 Hz); or, for single samples at slow rates, the extreme stands out from scattered values
+ *   below it. A current that a source holds at its limit, and a voltage that a regulator holds, are
+ *   not clipped.
  * - quantisation: the greatest step of which nearly all changes are multiples.
  * - sign: that of the correlation of voltage with current changes at edges.
  * - offset: one small current at every apparent rest. A consumer looks the same: always a note.
  * - skew: the sub-sample shift between voltage and current changes at edges, alike in both halves
  *   of the recording; whole samples only below 20 Hz.
  * - stuck: one value repeats while the other channel moves up and down, or repeats for long where
- * the channel is noisy
- *   elsewhere; or both channels repeat the sample before under load where both flicker.
+ *   the channel is noisy elsewhere; or both channels repeat the sample before under load where both
+ *   flicker.
  * - missing: samples that the intake refused, and samples that a regular grid lacks in 20 places or
  *   more. A gap in which the logger was off is not missing.
  * - aliasing: a steady tone (findSpectralLines) in the voltage less its regression on the changes
- * of current, of more than
- *   1 mV and half the noise, and of more than twice what the resistance at edges makes of the current at its frequency. It
- *   can also be a real load that is not in the measured current. What the regression leaves hides weak tones: at 100 Hz
- *   some 2 mV are found, at 1 Hz 80 mV.
+ *   of current, of more than 1 mV and half the noise, and of more than twice what the resistance at
+ *   edges makes of the current at its frequency. It can also be a real load that is not in the
+ *   measured current. What the regression leaves hides weak tones: at 100 Hz some 2 mV are found,
+ *   at 1 Hz 80 mV.
  *
  * @throws std::invalid_argument when the recording has no sample.
  * @note A common gain of the current, gain and offset of the voltage, and a constant contact

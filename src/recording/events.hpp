@@ -30,8 +30,8 @@ struct EventLimits {
 /// [A]; below it a discharge is under way that a charge may follow
 inline constexpr double kDischargeCurrent = -10.0;
 
-/// Whether a current is that of a stop: a load draws it that no charger helps out with, and it is no
-/// crank's. @param min_current [A], below it a load controls the current (ControlModeRule).
+/// Whether a current is that of a stop: a load draws it that no charger helps out with, and it is
+/// no crank's. @param min_current [A], below it a load controls the current (ControlModeRule).
 bool isStopLoad(double current, double min_current);
 
 /**
@@ -51,17 +51,17 @@ class EventDetector {
   /// source (isStopLoad()); none without a source: stops are not looked for.
   void add(double time, double current, bool is_gap = false,
            std::optional<double> min_current = std::nullopt);
-  /// The newest sample's voltage is not controlled: the charge that would have begun may begin later.
+  /// The newest sample's voltage is not controlled: a charge that would have begun may begin later.
   void denyCharge() { discharged_ = discharged_ || charge_begins_; }
   /// Begins behind a sample: what is under way there does not begin.
   void beginBehind(double current);
 
   bool isAtCrankLevel() const { return crank_since_.has_value(); }
-  /// is at crank level, and not for too long yet
+  /// At crank level, and not for too long yet.
   bool mayBeCrank() const {
     return crank_since_ && crank_until_ - *crank_since_ <= limits_.kCrankMaxDuration;
   }
-  /// the sample before was a crank's last
+  /// The sample before was a crank's last.
   bool crankEnded() const { return crank_ended_; }
   bool chargeBegins() const { return charge_begins_; }
   bool isCharging() const { return charging_; }  ///< above 2 A

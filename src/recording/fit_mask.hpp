@@ -31,8 +31,8 @@ struct InstrumentLimits {
  * - clipped: every sample at a limit that the clipping check proves. A current held by a source and
  *   a voltage held by a regulator are not clipped.
  * - stuck: the ranges in which the stuck check sees one channel repeat a value while the other
- * moves up and down. A value that was entered (one exact value for minutes in a noisy channel) may
- * be right and is not masked.
+ *   moves up and down. A value that was entered (one exact value for minutes in a noisy channel)
+ *   may be right and is not masked.
  * - repeated: both channels repeat the sample before, under load, where both flicker.
  *
  * The error of rounding is uniform over a step, so its standard deviation is step / sqrt(12); it is
@@ -59,8 +59,8 @@ InstrumentLimits instrumentLimits(const Series& series);
  * a model driven by the current lacks that charge for as long as the battery remembers it.
  *
  * @return the series with that current; as it is for fewer than five samples a second, where r
- * cannot be reported, and where the
- *   stretch has no neighbour on one side. Where the voltage is cut off too the estimate is a lower bound.
+ * cannot be reported, and where the stretch has no neighbour on one side. Where the voltage is cut
+ * off too the estimate is a lower bound.
  */
 Series withEstimatedCurrent(const Series& series, const InstrumentLimits& limits);
 

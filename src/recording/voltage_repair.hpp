@@ -17,9 +17,10 @@ struct VoltageRepair {
  * @brief A single sample that stands apart from both its neighbours while the current says nothing
  * of it.
  *
- * |u_k - u_(k-1)| and |u_k - u_(k+1)| above 0.25 V, to the same side, the neighbours within 0.4 of the smaller of the two, the
- * current above -60 A and within 25 A of its neighbours' mean. A vehicle's battery sensor shows
- * such samples (and a current of exactly zero) when it loses a message.
+ * |u_k - u_(k-1)| and |u_k - u_(k+1)| above 0.25 V, to the same side, the neighbours within 0.4 of
+ * the smaller of the two, the current above -60 A and within 25 A of its neighbours' mean. A
+ * vehicle's battery sensor shows such samples (and a current of exactly zero) when it loses a
+ * message.
  */
 bool isDropOut(const Series& series, std::size_t k);
 
@@ -34,8 +35,8 @@ bool isDropOut(const Series& series, std::size_t k);
 VoltageRepair findVoltageRepair(const Series& series);
 
 /// @return the series with drop-outs replaced by their neighbours' mean and the voltage moved
-/// forward by the lag; the last
-///   samples keep the last voltage there is. @throws std::invalid_argument when `dropped` has another size.
+/// forward by the lag; the last samples keep the last voltage there is.
+/// @throws std::invalid_argument when `dropped` has another size.
 Series repaired(const Series& series, const VoltageRepair& repair);
 
 /// @return the voltage [V] that repaired() puts at a sample, drop-outs as isDropOut() says; reads

@@ -44,11 +44,9 @@ void requireThat(bool as_expected, const std::string& name, double value, const 
 // Numbers as text with a point for the decimals, whatever locale the program around the core has
 // set: with setlocale(), with std::locale::global(), or as Python's locale.setlocale().
 
-/**
- * @return the whole text as a number: decimal, an exponent, a sign, inf and nan as strtod() knows
- * them, infinite or 0 where a
- *   double cannot hold it; none for anything else (empty, blanks around it, hexadecimal, a comma).
- */
+/// @return the whole text as a number: decimal, an exponent, a sign, inf and nan as strtod() knows
+/// them, infinite or 0 where a double cannot hold it; none for anything else (empty, blanks around
+/// it, hexadecimal, a comma).
 std::optional<double> numberOf(std::string_view text);
 
 /// While it lives, this thread's C functions (printf, strtod) read and write numbers as in the
