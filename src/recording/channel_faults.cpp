@@ -234,7 +234,7 @@ double shareThatGoesOnAlone(const Evidence& evidence, const Channel& channel) {
 }
 
 /// Where the channel is cut off at an extreme, its lowest or highest value, by the one of three
-/// kinds of evidence that sees it most often. A value that a source or a regulator holds is not found.
+/// kinds of evidence that sees it most often. What a source or a regulator holds is not found.
 std::vector<IndexRange> clippedRuns(const Evidence& evidence, const Channel& channel,
                                     double extreme) {
   std::vector<IndexRange> runs = flatTops(evidence, channel, extreme);
@@ -372,11 +372,10 @@ double durationOf(const Evidence& evidence, IndexRange run) {
 
 std::vector<IndexRange> frozenRuns(const Evidence& evidence, const Channel& channel) {
   const Channel& other = otherThan(evidence, channel);
-  const std::vector<double> limits = provenLimits(evidence, channel);
   return thoseWhere(runsOf(evidence, channel, std::max(kStuckSamples, 4 * evidence.hold)),
                     [&](IndexRange run) {
                       return reversalsDuring(evidence, other, run) >= kStuckReversals &&
-                             !contains(limits, channel.values[run.first]);
+                             !contains(channel.limits, channel.values[run.first]);
                     });
 }
 
@@ -389,12 +388,10 @@ std::vector<double> provenLimits(const Evidence& evidence, const Channel& channe
 
 std::vector<IndexRange> repeatedRuns(const Evidence& evidence) {
   std::vector<IndexRange> pairs = pairRuns(evidence);
-  for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
-    const std::vector<double> limits = provenLimits(evidence, *channel);
+  for (const Channel* channel : {&evidence.current, &evidence.voltage})
     pairs = thoseWhere(std::move(pairs), [&](IndexRange pair) {
-      return !contains(limits, channel->values[pair.first]);
+      return !contains(channel->limits, channel->values[pair.first]);
     });
-  }
   const bool is_fast = evidence.interval < kPileUpInterval;
   for (const Channel* channel : {&evidence.current, &evidence.voltage}) {
     const bool flickers = is_fast ? flickersUnderLoad(evidence, *channel)

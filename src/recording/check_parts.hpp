@@ -20,6 +20,7 @@ struct Channel {
   std::optional<double> step;  ///< of quantisation
   double noise = 0.0;          ///< standard deviation, at least step / sqrt(12)
   double lowest = 0.0, highest = 0.0;
+  std::vector<double> limits = {};  ///< provenLimits()
 };
 
 /// What the parts share, computed once.

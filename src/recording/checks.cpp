@@ -47,6 +47,7 @@ Evidence::Evidence(const Series& s, const Recording* r)
       excited(isExcited(*this)),
       fast(interval <= kFastInterval) {
   hold = updateInterval(*this);
+  for (Channel* channel : {&current, &voltage}) channel->limits = provenLimits(*this, *channel);
 }
 
 std::vector<double> someTimes(const std::vector<double>& times) {

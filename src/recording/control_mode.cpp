@@ -136,10 +136,9 @@ Judged judgeAll(const Series& series, const ControlModeRule& rule) {
   std::size_t in_charge = 0;
   for (std::size_t k = 0; k < series.size(); ++k) {
     watch.add(series.time[k], series.current[k], series.voltage[k]);
-    judged.reasons[k] = watch.reason();
-    const std::size_t reach = std::min(watch.evidenceReach(), k + 1);
-    std::fill(judged.reasons.begin() + static_cast<std::ptrdiff_t>(k + 1 - reach),
-              judged.reasons.begin() + static_cast<std::ptrdiff_t>(k + 1), watch.reason());
+    const std::size_t reach = std::clamp<std::size_t>(watch.evidenceReach(), 1, k + 1);
+    const auto behind = judged.reasons.begin() + static_cast<std::ptrdiff_t>(k + 1);
+    std::fill(behind - static_cast<std::ptrdiff_t>(reach), behind, watch.reason());
     const bool is_charge = series.current[k] > kTakesCurrent * rule.current_noise;
     if (!was_charge) in_charge = 0, counted = false;
     was_charge = is_charge;
@@ -225,10 +224,6 @@ double ControlModeDetector::currentBand(double current) const {
   return std::max(kBand * rule_.current_noise, kSetPointAccuracy * std::abs(current));
 }
 
-double ControlModeDetector::voltageBand(double voltage) const {
-  return std::max(kBand * rule_.voltage_noise, kRegulation * std::abs(voltage));
-}
-
 void ControlModeDetector::beginCharge() {
   charging_ = true;
   steady_current_ = steady_voltage_ = Run{};
@@ -237,9 +232,11 @@ void ControlModeDetector::beginCharge() {
 }
 
 void ControlModeDetector::follow(double time, double current, double voltage) {
+  const double voltage_band =
+      std::max(kBand * rule_.voltage_noise, kRegulation * std::abs(voltage));
   const bool may_fall = steady_voltage_.samples > 0 && voltage < steady_voltage_.lowest;
   const bool current_stays = steady_current_.add(time, current, voltage, currentBand(current));
-  const bool voltage_stays = steady_voltage_.add(time, voltage, current, voltageBand(voltage));
+  const bool voltage_stays = steady_voltage_.add(time, voltage, current, voltage_band);
   voltage_fell_ = may_fall && !voltage_stays;
   if (!current_stays && rule_.charge_begins == ControlMode::kVoltage &&
       reason_ == ControlModeReason::kConstantCurrent)
@@ -259,17 +256,14 @@ bool ControlModeDetector::isConstantCurrent() const {
   return steady_current_.lowest >= kTakesCurrent * rule_.current_noise && movedOneWay();
 }
 
-bool ControlModeDetector::isNoCurrent() const {
-  const Run& run = steady_current_;
-  return std::max(std::abs(run.lowest), std::abs(run.highest)) <=
-         kClearlyCurrent * rule_.current_noise;
-}
-
 bool ControlModeDetector::isRestApart(double time) const {
+  const Run& run = steady_current_;
+  const bool is_no_current = std::max(std::abs(run.lowest), std::abs(run.highest)) <=
+                             kClearlyCurrent * rule_.current_noise;
   const bool let_go = rule_.charge_begins == ControlMode::kCurrent && voltage_fell_;
-  const bool relaxes = time - steady_current_.from >= kRestDuration &&
-                       steady_current_.spread() <= kRestBand * rule_.current_noise && movedOneWay();
-  return isNoCurrent() && (let_go || relaxes);
+  const bool relaxes = time - run.from >= kRestDuration &&
+                       run.spread() <= kRestBand * rule_.current_noise && movedOneWay();
+  return is_no_current && (let_go || relaxes);
 }
 
 bool ControlModeDetector::isHeldVoltage() const {

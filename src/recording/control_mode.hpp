@@ -115,11 +115,9 @@ class ControlModeDetector {
   void follow(double time, double current, double voltage);
   bool movedOneWay() const;
   bool isConstantCurrent() const;
-  bool isNoCurrent() const;
   bool isRestApart(double time) const;
   bool isHeldVoltage() const;
   double currentBand(double current) const;
-  double voltageBand(double voltage) const;
 
   ControlModeRule rule_;
   ControlModeReason reason_ = ControlModeReason::kNoSource;

@@ -152,12 +152,8 @@ struct Row {
 
 RawSample toSample(const Row& row, const CsvColumns& columns) {
   const double sign = columns.discharge_positive ? -1.0 : 1.0;
-  RawSample sample;
-  sample.time = row.time();
-  sample.current = sign * row.number(row.layout.current);
-  sample.voltage = row.number(row.layout.voltage);
-  sample.temperature = row.temperature();
-  return sample;
+  return {row.time(), sign * row.number(row.layout.current), row.number(row.layout.voltage),
+          row.temperature()};
 }
 
 void requireWholeRow(const Row& row) {

@@ -94,10 +94,8 @@ struct Event {
 /**
  * @brief Cuts a series into cranks, discharges, charges and rests.
  *
- * A crank is a run of samples at or below crank_current, widened on both sides while the current
- * stays at or below half of it, and no longer than kCrankMaxDuration. The rest of the samples is
- * cut by the sign of the current with kRestCurrent as dead band. Events never span a gap
- * (gapThreshold).
+ * Cranks are those of EventDetector. The rest of the samples is cut by the sign of the current with
+ * kRestCurrent as dead band. Events never span a gap (gapThreshold).
  *
  * @throws std::invalid_argument when crank_current is not finite and below zero.
  */

@@ -67,8 +67,8 @@ InstrumentLimits instrumentLimits(const Series& series) {
   if (series.empty()) return limits;
   const Evidence evidence(series);
   limits.masked.assign(series.size(), 0);
-  limits.current_limits = provenLimits(evidence, evidence.current);
-  limits.voltage_limits = provenLimits(evidence, evidence.voltage);
+  limits.current_limits = evidence.current.limits;
+  limits.voltage_limits = evidence.voltage.limits;
   mask(limits.masked, stretchesAt(limits.current_limits, series.current), SampleFault::kClipped);
   mask(limits.masked, stretchesAt(limits.voltage_limits, series.voltage), SampleFault::kClipped);
   for (const Channel* channel : {&evidence.current, &evidence.voltage})
@@ -103,11 +103,10 @@ Series withEstimatedCurrent(const Series& series, const InstrumentLimits& limits
 
 void maskBehindUnknownCharge(const Series& series, InstrumentLimits& limits) {
   for (const IndexRange& stretch : stretchesAt(limits.current_limits, series.current)) {
-    const bool is_unknown =
-        std::any_of(series.voltage.begin() + static_cast<std::ptrdiff_t>(stretch.first),
-                    series.voltage.begin() + static_cast<std::ptrdiff_t>(stretch.last),
-                    [&](double voltage) { return contains(limits.voltage_limits, voltage); });
-    if (!is_unknown) continue;
+    const auto is_cut_off = [&](std::size_t k) {
+      return contains(limits.voltage_limits, series.voltage[k]);
+    };
+    if (rangesWhere(stretch, is_cut_off).empty()) continue;
     const double until = series.time[stretch.last - 1] + kRemembered;
     mask(limits.masked, {{stretch.last, firstAfter(series, until)}}, SampleFault::kBehindClipped);
   }
