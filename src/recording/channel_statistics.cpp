@@ -113,10 +113,7 @@ std::optional<double> findStep(const std::vector<double>& values) {
 
 std::optional<double> findVoltageStep(const Series& series) {
   const std::vector<double>& values = series.voltage;
-  const std::optional<double> plain = findStep(values),
-                              at_one_current =
-                                  stepOf(sortedChanges(values, &series.current), values);
-  return std::max(plain, at_one_current);
+  return std::max(findStep(values), stepOf(sortedChanges(values, &series.current), values));
 }
 
 double noiseLevel(const std::vector<double>& values, std::optional<double> step) {

@@ -71,20 +71,24 @@ double rangeOf(const std::vector<double>& values) {
   return values.empty() ? 0.0 : *high - *low;
 }
 
-/// Noise, resistance and gap: what is known of the instrument before anything is known of the
-/// source.
-/// @param voltage_noise set to the voltage channel's own [V].
-ControlModeRule instrumentOf(const Series& series, double& voltage_noise) {
+/// Noise, resistance and gap, and where there is a source the least current above which a driven
+/// current is well posed: what is known before anything is known of how charges begin.
+ControlModeRule firstRuleOf(const Series& series) {
   ControlModeRule rule;
   const auto current_step = findStep(series.current), voltage_step = findVoltageStep(series);
   rule.current_noise =
       std::max(noiseLevel(series.current, current_step), kFinestShare * rangeOf(series.current));
-  voltage_noise = noiseLevel(series.voltage, voltage_step);
+  const double voltage_noise = noiseLevel(series.voltage, voltage_step);
   rule.voltage_noise = std::max(voltage_noise, 0.5 * voltage_step.value_or(0.0));
   rule.max_gap = gapThreshold(series);
   const auto edges = edgeResponse(series);
   if (edges && edges->resistance > 0.0 && edges->correlation > 0.0)
     rule.resistance = edges->resistance;
+  rule.present = chargeShare(series, rule) >= kMinChargeShare;
+  if (rule.present)
+    rule.min_current =
+        -(kClearlyCurrent * rule.current_noise +
+          (voltage_noise > 0.0 ? rule.current_noise / (kBeta * voltage_noise) : 0.0));
   return rule;
 }
 
@@ -308,13 +312,7 @@ bool ControlModeDetector::add(double time, double current, double voltage) {
 ControlModes detectControlMode(const Series& series) {
   ControlModes source;
   ControlModeRule& rule = source.rule;
-  double voltage_noise = 0.0;
-  rule = instrumentOf(series, voltage_noise);
-  rule.present = chargeShare(series, rule) >= kMinChargeShare;
-  if (rule.present)  // above it a driven current is well posed
-    rule.min_current =
-        -(kClearlyCurrent * rule.current_noise +
-          (voltage_noise > 0.0 ? rule.current_noise / (kBeta * voltage_noise) : 0.0));
+  rule = firstRuleOf(series);
   Judged judged = judgeAll(series, rule);
   if (rule.present) {
     const bool constant = judged.charges > 0 && 2 * judged.constant_charges >= judged.charges;
