@@ -63,12 +63,7 @@ const Channel& otherThan(const Evidence& evidence, const Channel& channel) {
 /// @return ranges between gaps in which one exact value repeats at least min_samples times.
 std::vector<IndexRange> runsOf(const Evidence& evidence, const Channel& channel,
                                std::size_t min_samples) {
-  std::vector<IndexRange> runs;
-  for (const IndexRange& stretch : evidence.stretches) {
-    const auto found = constantRuns(channel.values, stretch, min_samples);
-    runs.insert(runs.end(), found.begin(), found.end());
-  }
-  return runs;
+  return constantRuns(channel.values, evidence.stretches, min_samples);
 }
 
 /// How often another channel turns round during a run, but for the samples at its ends in which a
@@ -212,13 +207,9 @@ std::vector<IndexRange> pileUp(const Evidence& evidence, double extreme) {
 
 /// Ranges of one value pair under load, of two samples or more.
 std::vector<IndexRange> pairRuns(const Evidence& evidence) {
-  std::vector<IndexRange> pairs;
-  for (const IndexRange& run : runsOf(evidence, evidence.current, 2)) {
-    if (!isUnderLoad(evidence, run.first)) continue;
-    const auto found = constantRuns(evidence.voltage.values, run, 2);
-    pairs.insert(pairs.end(), found.begin(), found.end());
-  }
-  return pairs;
+  const auto loaded = thoseWhere(runsOf(evidence, evidence.current, 2),
+                                 [&](IndexRange run) { return isUnderLoad(evidence, run.first); });
+  return constantRuns(evidence.voltage.values, loaded, 2);
 }
 
 /// Share of a channel's repetitions under load that another one follows while the other channel

@@ -125,10 +125,15 @@ double noiseLevel(const std::vector<double>& values, std::optional<double> step)
   return std::max(floor, quantile(std::move(changes), 0.25) / kNormalQuartile / std::sqrt(2.0));
 }
 
-std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds,
+std::vector<IndexRange> constantRuns(const std::vector<double>& values,
+                                     const std::vector<IndexRange>& ranges,
                                      std::size_t min_samples) {
-  return thoseWhere(cutWhere(bounds, [&](std::size_t k) { return values[k] == values[k - 1]; }),
-                    [&](IndexRange run) { return run.size() >= min_samples; });
+  const auto repeats = [&](std::size_t k) { return values[k] == values[k - 1]; };
+  std::vector<IndexRange> runs;
+  for (const IndexRange& range : ranges)
+    for (const IndexRange& run : cutWhere(range, repeats))
+      if (run.size() >= min_samples) runs.push_back(run);
+  return runs;
 }
 
 std::size_t countReversals(const std::vector<double>& values, IndexRange range, std::size_t stride,

@@ -73,9 +73,10 @@ std::vector<IndexRange> thoseWhere(std::vector<IndexRange> ranges, Holds&& holds
   return ranges;
 }
 
-/// @return ranges within bounds in which one exact value repeats at least min_samples times, in
+/// @return parts of the ranges in which one exact value repeats at least min_samples times, in
 /// order.
-std::vector<IndexRange> constantRuns(const std::vector<double>& values, IndexRange bounds,
+std::vector<IndexRange> constantRuns(const std::vector<double>& values,
+                                     const std::vector<IndexRange>& ranges,
                                      std::size_t min_samples);
 
 /**

@@ -78,12 +78,12 @@ TEST(NoiseLevel, IsNotBelowThatOfTheQuantisation) {
 
 TEST(ConstantRuns, AreAsLongAsTheValueRepeatsWithinTheBounds) {
   const std::vector<double> values{1.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0};
-  const auto runs = constantRuns(values, {1, 8}, 2);
+  const auto runs = constantRuns(values, {{1, 8}}, 2);
   ASSERT_EQ(runs.size(), 3U);
   EXPECT_EQ(runs[0].first, 1U);
   EXPECT_EQ(runs[0].last, 3U);
   EXPECT_EQ(runs[2].last, 8U);
-  EXPECT_EQ(constantRuns(values, {0, 8}, 3).size(), 2U);
+  EXPECT_EQ(constantRuns(values, {{0, 8}}, 3).size(), 2U);
 }
 
 TEST(CountReversals, CountsTurnsOfMovesBeyondTheThresholdOnly) {
