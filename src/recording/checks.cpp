@@ -15,6 +15,13 @@ namespace battery_sof {
 namespace check_parts {
 namespace {
 
+using Part = std::vector<Finding> (*)(const Evidence&);
+
+constexpr Part kParts[] = {
+    findVoltageLevel, findSign,  findExcitation,   findSlowRate, findUnevenRate, findHeldValues,
+    findSkew,         findStuck, findRepeated,     findClipping, findRefused,    findLost,
+    findClock,        findGaps,  findQuantisation, findOffset,   findAliasing};
+
 constexpr double kFastInterval = 0.05;  // [s], 20 Hz
 constexpr double kFewestSigmas = 12.0;  // noise alone spans 9 sigma in 1e5 samples
 constexpr double kClearCorrelation = 0.5;
@@ -83,20 +90,6 @@ std::string counted(std::size_t count, const std::string& noun) {
 
 }  // namespace check_parts
 
-namespace {
-
-using Part = std::vector<Finding> (*)(const check_parts::Evidence&);
-
-constexpr Part kParts[] = {
-    check_parts::findVoltageLevel, check_parts::findSign,       check_parts::findExcitation,
-    check_parts::findSlowRate,     check_parts::findUnevenRate, check_parts::findHeldValues,
-    check_parts::findSkew,         check_parts::findStuck,      check_parts::findRepeated,
-    check_parts::findClipping,     check_parts::findRefused,    check_parts::findLost,
-    check_parts::findClock,        check_parts::findGaps,       check_parts::findQuantisation,
-    check_parts::findOffset,       check_parts::findAliasing};
-
-}  // namespace
-
 std::string toString(Severity severity) {
   constexpr std::array kNames = {"note", "warning", "problem"};
   return kNames.at(static_cast<std::size_t>(severity));
@@ -113,7 +106,7 @@ CheckReport checkRecording(const Recording& recording) {
   report.median_interval = evidence.interval;
   report.voltage_lsb = evidence.voltage.step;
   report.current_lsb = evidence.current.step;
-  for (const Part part : kParts) {
+  for (const check_parts::Part part : check_parts::kParts) {
     std::vector<Finding> found = part(evidence);
     std::move(found.begin(), found.end(), std::back_inserter(report.findings));
   }

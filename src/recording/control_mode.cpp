@@ -197,9 +197,6 @@ std::string toString(ControlModeReason reason) {
   return kSentences.at(static_cast<std::size_t>(reason));
 }
 
-// ---------------------------------------------------------------------------------------------
-// the watch
-
 bool ControlModeDetector::Run::add(double time, double held, double other, double band) {
   const bool stays = samples > 0 && std::max(highest, held) - std::min(lowest, held) <= band;
   if (!stays) {
@@ -305,9 +302,6 @@ bool ControlModeDetector::add(double time, double current, double voltage) {
   }
   return controlModeOf(reason_) == ControlMode::kVoltage;
 }
-
-// ---------------------------------------------------------------------------------------------
-// the recording
 
 ControlModes detectControlMode(const Series& series) {
   ControlModes source;
