@@ -225,18 +225,15 @@ BaselinePredictor fitBaseline(const Series& series, IndexRange window,
   baseline.charge_10s =
       chargesOver(series, window, voltage_controlled, beginnings, kShort, of_line);
   baseline.charge_60s = chargesOver(series, window, voltage_controlled, beginnings, kLong, of_line);
-  const double max_gap = gapThreshold(medianInterval(series.time, window));
-  baseline.cranks =
-      baselineCranks(detectCranks(series, window, {}, max_gap), baseline.voltage_from_current);
+  baseline.cranks = baselineCranks(detectCranks(series, window), baseline.voltage_from_current);
   return baseline;
 }
 
-BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window,
-                                             const std::vector<Event>& cranks) {
+BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window) {
   BaselinePredictor baseline;
   baseline.voltage_from_current =
       lineThrough(valuesIn(series.current, window), valuesIn(series.voltage, window));
-  baseline.cranks = baselineCranks(cranks, baseline.voltage_from_current);
+  baseline.cranks = baselineCranks(detectCranks(series, window), baseline.voltage_from_current);
   return baseline;
 }
 

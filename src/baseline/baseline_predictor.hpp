@@ -10,8 +10,6 @@
 
 namespace battery_sof {
 
-struct Event;
-
 /// y = intercept + slope x by least squares, and the errors it leaves.
 struct BaselineLine {
   double intercept = 0.0;
@@ -81,7 +79,7 @@ struct BaselinePredictor {
 /**
  * @brief Takes the baseline predictors from a window.
  *
- * Lines need five samples; a line over equal abscissae is level. Cranks are those of detectEvents.
+ * Lines need five samples; a line over equal abscissae is level. Cranks are those of detectCranks.
  * Bounds of fewer than twenty errors are Student's, of a single charge those of
  * current_from_voltage.
  *
@@ -92,10 +90,8 @@ struct BaselinePredictor {
 BaselinePredictor fitBaseline(const Series& series, IndexRange window,
                               const std::vector<char>& voltage_controlled);
 
-/// @return fitBaseline() of a window in which no voltage is controlled: v(i) and cranks. @param
-/// cranks of the window, as detectCranks() finds them with the default limits.
-BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window,
-                                             const std::vector<Event>& cranks);
+/// @return fitBaseline() of a window in which no voltage is controlled: v(i) and cranks.
+BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window);
 
 /// A prediction in the mixed direction, one value a sample of a range, with bounds for nine in ten.
 struct MixedPrediction {

@@ -263,7 +263,7 @@ Followed followWindow(const FittedModel& model, const InputSequence& inputs) {
 void addCranks(EventHistory& event_history, const Series& series, IndexRange range,
                const std::vector<double>& modelled) {
   const Series part = slice(series, range);
-  for (const Event& event : detectCranks(part, {0, part.size()}, {}, gapThreshold(part))) {
+  for (const Event& event : detectCranks(part, {0, part.size()})) {
     PastEvent crank = measuredCrank(part, event.range);
     crank.modelled = *std::min_element(modelled.begin() + event.range.first,
                                        modelled.begin() + event.range.last);

@@ -81,11 +81,8 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
           .value_or(0.0);
   scores.rmse = std::sqrt(residual.squaredNorm() / static_cast<double>(range.size()));
   scores.residual_correlation_time = medianInterval(series) * (1.0 + rho) / (1.0 - rho);
-  EventLimits limits;
-  limits.crank_current = crank_current;
   double squares = 0.0;
-  for (const Event& crank :
-       detectCranks(series, range, limits, gapThreshold(medianInterval(series.time, range)))) {
+  for (const Event& crank : detectCranks(series, range, EventLimits{crank_current})) {
     double modelled = std::numeric_limits<double>::infinity();
     for (std::size_t n = crank.range.first; n < crank.range.last; ++n)
       modelled = std::min(modelled, series.voltage[n] - residual[n - range.first]);

@@ -7,7 +7,6 @@
 #include "estimation/base_search.hpp"
 #include "estimation/fit_quality.hpp"
 #include "estimation/window.hpp"
-#include "recording/events.hpp"
 #include "recording/fit_mask.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"
@@ -36,13 +35,6 @@ struct Window {
 Window windowOf(const Series& series, IndexRange range) {
   const double interval = medianInterval(series);
   return {series, range, interval, excitedRange(series, range, gapThreshold(interval))};
-}
-
-std::vector<Event> cranksOf(const Window& window) {
-  const auto& [series, range, interval, excited] = window;
-  const bool is_whole = range.size() == series.size();
-  return detectCranks(series, range, {},
-                      gapThreshold(is_whole ? interval : medianInterval(series.time, range)));
 }
 
 void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
@@ -177,8 +169,7 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
       options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
   FittedModel model = is_base ? describeFit(window, fit, equations, options.crank_weight_current)
                               : identifyComposition(series, range, options, fit.point);
-  if (!model.fit.source)
-    model.fit.baseline = fitBaselineDrivenByCurrent(series, range, cranksOf(window));
+  if (!model.fit.source) model.fit.baseline = fitBaselineDrivenByCurrent(series, range);
   model.fit.window_quality = windowQualityOf(model.fit, samples, window.duration());
   return model;
 }

@@ -131,9 +131,9 @@ std::vector<Event> detectEvents(const Series& series, const EventLimits& limits)
   return events;
 }
 
-std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits,
-                                double max_gap) {
+std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits) {
   requireValid(limits);
+  const double max_gap = gapThreshold(medianInterval(series.time, range));
   std::vector<Event> cranks;
   for (const IndexRange& crank : crankRanges(series, range, limits, max_gap))
     cranks.push_back(describeEvent(series, crank, EventKind::kCrank));

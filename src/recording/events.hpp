@@ -106,11 +106,10 @@ std::vector<Event> detectEvents(const Series& series, const EventLimits& limits 
  * for nothing else.
  *
  * @param range of the series; the events' ranges are the series' too.
- * @param max_gap [s], longest interval that is joined: gapThreshold() of the range.
  * @throws as detectEvents().
  */
-std::vector<Event> detectCranks(const Series& series, IndexRange range, const EventLimits& limits,
-                                double max_gap);
+std::vector<Event> detectCranks(const Series& series, IndexRange range,
+                                const EventLimits& limits = {});
 
 /// How often one kind of event happened and how long in all.
 struct EventTotals {

@@ -78,8 +78,7 @@ TEST(FitBaseline, OfAWindowThatTheCurrentDrivesIsTheSameFromItsCranks) {
   const IndexRange window{10, driven.series.size() - 5};
   const BaselinePredictor by_mask =
       fitBaseline(driven.series, window, std::vector<char>(driven.series.size(), 0));
-  const BaselinePredictor by_cranks = fitBaselineDrivenByCurrent(
-      driven.series, window, detectCranks(driven.series, window, {}, 10.0));
+  const BaselinePredictor by_cranks = fitBaselineDrivenByCurrent(driven.series, window);
   ASSERT_TRUE(by_cranks.voltage_from_current);
   EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->slope, by_mask.voltage_from_current->slope);
   EXPECT_DOUBLE_EQ(by_cranks.voltage_from_current->error.lower,

@@ -111,7 +111,7 @@ TEST(Cranks, AloneAreThoseOfAllTheEvents) {
     std::vector<Event> expected;
     for (const Event& event : detectEvents(part, EventLimits{-200.0}))
       if (event.kind == EventKind::kCrank) expected.push_back(event);
-    const auto cranks = detectCranks(series, range, {-200.0}, gapThreshold(part));
+    const auto cranks = detectCranks(series, range, {-200.0});
     ASSERT_EQ(cranks.size(), expected.size());
     for (std::size_t k = 0; k < cranks.size(); ++k) {
       EXPECT_EQ(cranks[k].range.first, expected[k].range.first + range.first);
