@@ -50,9 +50,8 @@ ExplanationState withFreeRegressors(const ExplanationFits& fits, const Explanati
 
 }  // namespace
 
-EffectSearch::EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids,
-                           const ExplanationRules& rules)
-    : fits_(fits), ids_(ids), rules_(rules) {}
+EffectSearch::EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids, int threads)
+    : fits_(fits), ids_(ids), threads_(threads) {}
 
 void EffectSearch::takeGrid() {
   ExplanationState circuit;
@@ -81,7 +80,7 @@ std::vector<double> EffectSearch::gridGains(const ExplanationState& state,
   const double rss = rest.left.squaredNorm(),
                rows = fits_.effectiveSampleFraction() * rest.sums.problem.rows;
   std::vector<double> gains(grid.size(), 0.0);
-  parallelFor(grid.size(), rules_.threads, [&](std::size_t g) {
+  parallelFor(grid.size(), threads_, [&](std::size_t g) {
     const Eigen::VectorXd added = fits_.whitened(grid[g].added);
     const double length = rest.lengthOf(added), along = added.dot(rest.left);
     if (!(length > 1e-8 * added.squaredNorm()) || (grid[g].one_sided && along < 0.0)) return;
@@ -157,7 +156,7 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
       tried.push_back(order[k]);
   }
   std::vector<ExplanationState> fitted(tried.size());
-  parallelFor(tried.size(), rules_.threads, [&](std::size_t k) {
+  parallelFor(tried.size(), threads_, [&](std::size_t k) {
     fitted[k] = withMember(state, grid[tried[k]], gains[tried[k]]);
   });
   const auto best_first = [this](const ExplanationState& a, const ExplanationState& b) {
@@ -165,7 +164,7 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   };
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   const double best_gain = fitted.empty() ? 0.0 : fitted.front().evidence - state.evidence;
-  parallelFor(fitted.size(), rules_.threads, [&](std::size_t k) {
+  parallelFor(fitted.size(), threads_, [&](std::size_t k) {
     if (fitted[k].evidence > state.evidence &&
         (k < kFittedWell || fitted[k].evidence - state.evidence > kClose * best_gain))
       fits_.optimize(fitted[k]);
@@ -218,7 +217,7 @@ void EffectSearch::addWeighed(const std::string& id, double gain) {
 double EffectSearch::rankOf(const ExplanationState& state) const {
   const double parts = static_cast<double>(state.estimated.size()) +
                        0.5 * static_cast<double>(state.model.effects().size());
-  return state.evidence - rules_.tie * parts;
+  return state.evidence - kTie * parts;
 }
 
 CompositionPoint EffectSearch::magnitudesOf(const BatteryModel& model) const {
@@ -294,8 +293,7 @@ std::vector<EffectGridPoint> EffectSearch::gridFor(const ExplanationState& state
 std::vector<EffectGridPoint> EffectSearch::gridsFor(const ExplanationState& state,
                                                     const std::vector<std::string>& ids) const {
   std::vector<std::vector<EffectGridPoint>> grids(ids.size());
-  parallelFor(ids.size(), rules_.threads,
-              [&](std::size_t k) { grids[k] = gridFor(state, ids[k]); });
+  parallelFor(ids.size(), threads_, [&](std::size_t k) { grids[k] = gridFor(state, ids[k]); });
   std::vector<EffectGridPoint> all;
   for (std::vector<EffectGridPoint>& grid : grids)
     std::move(grid.begin(), grid.end(), std::back_inserter(all));

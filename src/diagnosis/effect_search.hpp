@@ -15,8 +15,8 @@ namespace battery_sof {
 class EffectSearch {
  public:
   /// @param ids effects that may be tried.
-  EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids,
-               const ExplanationRules& rules);
+  /// @param threads as of DiagnoseOptions.
+  EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids, int threads = 1);
 
   const std::vector<std::string>& ids() const { return ids_; }
   /// Takes what every effect adds to the base circuit; before anything else.
@@ -80,7 +80,7 @@ class EffectSearch {
 
   ExplanationFits& fits_;
   std::vector<std::string> ids_;
-  ExplanationRules rules_;
+  int threads_;
   std::vector<EffectGridPoint> grid_;  // with the base circuit
   std::vector<WeighedMember> weighed_;
 };

@@ -46,22 +46,21 @@ Eigen::MatrixXd ExplanationColumns::across() const {
   return (*free)(Eigen::all, used).transpose() * own;
 }
 
-ExplanationFits::ExplanationFits(const InputSequence& inputs, DesignMatrix table,
-                                 const CompositionPoint& base, const ExplanationRules& rules)
-    : table_(std::move(table)),
+ExplanationFits::ExplanationFits(const InputSequence& inputs, const CompositionPoint& base,
+                                 const DiagnoseOptions& options)
+    : options_(options),
       base_(base),
       response_(linearizationOf(BatteryModel(), base.at(inputs.first_time), inputs,
                                 inputs.samples.size())),
-      rows_(inputs, response_, base),
-      priors_(rules.priors),
-      pulse_(rules.pulse) {
+      table_(designMatrix(inputs, response_, base.parameters[kRowBeta])),
+      rows_(inputs, response_, base) {
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
   free_ = countedOf(std::move(table_.values));
   free_.rightCols(kRandomWalk) = randomWalk();
   noise_ = TimingJitterNoise(inputs, response_, counted_);
   takeWhitening(noise_.with(0.0, 0.0));
-  takeRelevance(rules.relevance);
+  takeRelevance();
 }
 
 const std::optional<ExplanationState>& ExplanationFits::placedBase() {
@@ -90,7 +89,7 @@ Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model,
 
 std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& model) const {
   std::vector<FitCoordinate> all;
-  const std::vector<KnownParameter> known = knownOf(priors_, model.effects());
+  const std::vector<KnownParameter> known = knownOf(options_.priors, model.effects());
   for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
     const ParameterInfo& info = model.parameters()[j];
     if (info.held) continue;
@@ -213,7 +212,7 @@ bool ExplanationFits::takeKnown(const Parts& parts, ExplanationState& state) {
 }
 
 void ExplanationFits::pulse() const {
-  if (pulse_ && std::this_thread::get_id() == caller_) pulse_();
+  if (options_.pulse && std::this_thread::get_id() == caller_) options_.pulse();
 }
 
 void ExplanationFits::refine(ExplanationState& state) {
@@ -422,15 +421,16 @@ Eigen::MatrixXd ExplanationFits::randomWalk() {
   return ramps;
 }
 
-void ExplanationFits::takeRelevance(const Relevance& relevance) {
+void ExplanationFits::takeRelevance() {
   double square = 0.0, currents = 0.0, controlled = 0.0;
   for (const Eigen::Index row : counted_) {
     if (!response_.voltage_controlled[row]) continue;
     square += std::pow(rows_.currentOf(row) * response_.resistance[row], 2);
     controlled += 1.0;
   }
-  if (controlled > 0.0) currents = relevance.charge_share * std::sqrt(square / controlled);
-  const double share = controlled / static_cast<double>(counted_.size()), rmse = relevance.rmse;
+  if (controlled > 0.0) currents = options_.relevance.charge_share * std::sqrt(square / controlled);
+  const double share = controlled / static_cast<double>(counted_.size()),
+               rmse = options_.relevance.rmse;
   relevant_ =
       std::sqrt((1.0 - share) * rmse * rmse + share * std::pow(std::max(rmse, currents), 2));
 }

@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "diagnosis/explanation.hpp"
+#include "diagnosis/diagnose.hpp"
 #include "diagnosis/timing_jitter_noise.hpp"
 #include "model/effect.hpp"
 
@@ -98,8 +98,8 @@ class ExplanationFits {
   static constexpr int kMaxIterations = 12;
 
   /// @param inputs not needed afterwards.  @param base circuit fitted to them.
-  ExplanationFits(const InputSequence& inputs, DesignMatrix table, const CompositionPoint& base,
-                  const ExplanationRules& rules);
+  ExplanationFits(const InputSequence& inputs, const CompositionPoint& base,
+                  const DiagnoseOptions& options);
   ExplanationFits(const ExplanationFits&) = delete;  // rows_ has a reference to response_
   ExplanationFits& operator=(const ExplanationFits&) = delete;
 
@@ -222,10 +222,10 @@ class ExplanationFits {
   Eigen::MatrixXd randomWalk();
   /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out
   /// its share of the current.
-  void takeRelevance(const Relevance& relevance);
+  void takeRelevance();
   const std::optional<ExplanationState>& placedBase();
   void takeWhitening(const TimingJitterNoise& noise);
-  /// ExplanationRules::pulse, from the thread that constructed this alone.
+  /// DiagnoseOptions::pulse, from the thread that constructed this alone.
   void pulse() const;
   /// Takes a fit of the same parts from elsewhere where it does better, to its end.
   void takeBetter(ExplanationState& state, ExplanationState again);
@@ -243,9 +243,10 @@ class ExplanationFits {
   /// Moves a state to the best fit of its parts so far. @return whether there is one.
   bool takeKnown(const Parts& parts, ExplanationState& state);
 
-  DesignMatrix table_;  // its values are moved to free_
+  DiagnoseOptions options_;
   CompositionPoint base_;
   Linearization response_;
+  DesignMatrix table_;  // its values are moved to free_
   RowSimulation rows_;
   std::vector<Eigen::Index> counted_;
   Eigen::MatrixXd free_;  // the table's regressors and the random walk's ramps
@@ -259,8 +260,6 @@ class ExplanationFits {
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
   std::mutex known_mutex_;
   mutable std::atomic<std::size_t> spent_{0};  // derivatives of rows by coordinates
-  std::vector<KnownPopulation> priors_;        // ExplanationRules::priors
-  std::function<void()> pulse_;                // ExplanationRules::pulse
   std::thread::id caller_ = std::this_thread::get_id();
 };
 

@@ -124,7 +124,7 @@ std::string rejection(const Candidate& candidate, const std::vector<SelectedTerm
   for (const SelectedTerm& one : terms)
     if (contains(one.indistinguishable, candidate.id))
       return "does as well as " + one.member + ", which stands in the model";
-  if (candidate.evidence < ExplanationRules().min_gain) return "the recording hardly speaks for it";
+  if (candidate.evidence < kMinGain) return "the recording hardly speaks for it";
   return terms.empty() ? "what it adds is too small to matter"
                        : "what was taken instead explains more of the error";
 }

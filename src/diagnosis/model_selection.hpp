@@ -51,7 +51,7 @@ ModelSelection selectModel(const Recording& recording, const Residuals& residual
 
 /// @return what the training part says for each mechanism with the current as its input: whether a
 /// source is taken to control the voltage hangs on little.
-MechanismEvidence weighMechanisms(const Residuals& residuals, const DiagnoseOptions& options);
+MechanismEvidence weighMechanisms(const Residuals& residuals);
 
 /// What the findings come to. @return the terms that are reported, the likeliest mechanism's first.
 std::vector<SelectedTerm> judgeFindings(const Recording& recording, const Residuals& residuals,
