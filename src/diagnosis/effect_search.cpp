@@ -48,6 +48,30 @@ ExplanationState withFreeRegressors(const ExplanationFits& fits, const Explanati
   return next;
 }
 
+/// States that a model has beyond another begin as u_c2 where they represent a part of it; the
+/// other's keep what was fitted.
+void beginNewStates(const BatteryModel& model, CompositionPoint& point,
+                    const BatteryModel& nested) {
+  const auto isNew = [&](const StateInfo& info) {
+    return std::none_of(nested.states().begin(), nested.states().end(),
+                        [&](const StateInfo& old) { return old.name == info.name; });
+  };
+  for (Eigen::Index k = 1; k < model.stateCount(); ++k) {
+    const StateInfo& info = model.states()[k];
+    if (info.begins_as_u_c2 && isNew(info)) point.state[k] = point.state[0];
+  }
+}
+
+/// Whether double layer or kinetics stand far from where any battery's do.
+bool isDistorted(const ExplanationState& state) {
+  for (const Eigen::Index row :
+       {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
+    if (std::abs(std::log(state.point.parameters[row] / tableOne()[row].magnitude)) >
+        baseDirectionStd(row))
+      return true;
+  return false;
+}
+
 }  // namespace
 
 EffectSearch::EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids, int threads)
@@ -133,15 +157,14 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   if (fits_.isSpent()) return {};
   std::vector<std::string> of_mechanism;
   for (const std::string& id : ids_)
-    if (only && mechanismOf(id) == *only && !ExplanationFits::isUsed(id, state))
-      of_mechanism.push_back(id);
+    if (only && mechanismOf(id) == *only && !state.has(id)) of_mechanism.push_back(id);
   const std::vector<EffectGridPoint> retaken = gridsFor(state, of_mechanism);
   const std::vector<EffectGridPoint>& grid = only ? retaken : grid_;
   const std::vector<double> gains = gridGains(state, grid);
   std::map<std::string, std::size_t> best;
   for (std::size_t g = 0; g < grid.size(); ++g) {
     const std::string& id = grid[g].id;
-    if (ExplanationFits::isUsed(id, state) || !(gains[g] > 0.0)) continue;
+    if (state.has(id) || !(gains[g] > 0.0)) continue;
     if (!best.count(id) || gains[g] > gains[best[id]]) best[id] = g;
   }
   std::vector<std::size_t> order;
@@ -185,7 +208,7 @@ std::vector<DetectionLimit> EffectSearch::minStrengths(
       others.emplace(mechanism, LinearRest(fits_, withFreeRegressors(fits_, state, mechanism)));
   std::set<std::string> done;
   for (const EffectGridPoint& point : grid_) {
-    if (ExplanationFits::isUsed(point.id, state) || !done.insert(point.id).second) continue;
+    if (state.has(point.id) || !done.insert(point.id).second) continue;
     const Mechanism own = mechanismOf(point.id);
     const Eigen::VectorXd added = fits_.whitened(point.added);
     const double length = rest.lengthOf(added);
@@ -233,18 +256,6 @@ CompositionPoint EffectSearch::magnitudesOf(const BatteryModel& model) const {
   }
   beginNewStates(model, point, BatteryModel());
   return point;
-}
-
-void EffectSearch::beginNewStates(const BatteryModel& model, CompositionPoint& point,
-                                  const BatteryModel& nested) {
-  const auto isNew = [&](const StateInfo& info) {
-    return std::none_of(nested.states().begin(), nested.states().end(),
-                        [&](const StateInfo& old) { return old.name == info.name; });
-  };
-  for (Eigen::Index k = 1; k < model.stateCount(); ++k) {
-    const StateInfo& info = model.states()[k];
-    if (info.begins_as_u_c2 && isNew(info)) point.state[k] = point.state[0];
-  }
 }
 
 std::vector<CompositionPoint> EffectSearch::gridOf(const BatteryModel& model) const {
@@ -313,21 +324,14 @@ ExplanationState EffectSearch::enlargedBy(const ExplanationState& state,
     const ParameterInfo& info = next.model.parameters()[c.row];
     if (state.model.parameterRow(info.name)) continue;
     const double there = from.point.parameters[*alone.parameterRow(info.name)];
+    // nearby, but for strengths of wide bounds
+    const double most = std::max(3.0, c.std);
     next.point.parameters[c.row] = c.strength && !c.logarithmic
-                                       ? c.value(std::clamp(share, -most(c), most(c)) * c.of(there))
+                                       ? c.value(std::clamp(share, -most, most) * c.of(there))
                                        : there;
   }
   beginNewStates(next.model, next.point, state.model);
   return next;
-}
-
-bool EffectSearch::isDistorted(const ExplanationState& state) {
-  for (const Eigen::Index row :
-       {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
-    if (std::abs(std::log(state.point.parameters[row] / tableOne()[row].magnitude)) >
-        baseDirectionStd(row))
-      return true;
-  return false;
 }
 
 double EffectSearch::strengthOf(const ExplanationState& state, const EffectGridPoint& from) const {

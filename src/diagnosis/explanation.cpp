@@ -118,7 +118,7 @@ class StepwiseSelection {
 
   /// Takes in what is known to be there.
   void take(ExplanationState& state, const std::string& id) {
-    if (ExplanationFits::isUsed(id, state)) return;
+    if (state.has(id)) return;
     std::optional<ExplanationState> with = search_.with(state, id);
     if (!with) return;
     state = std::move(*with);
@@ -362,12 +362,6 @@ class StepwiseSelection {
     found_.point = state.point;
   }
 
-  /// Whether an effect holds another: as good as that alone, it adds nothing.
-  static bool needs(const std::string& id, const std::string& other) {
-    const std::vector<std::string>& ids = effectInfo(id).needs;
-    return contains(ids, other);
-  }
-
   void weighRival(const ExplanationState& rival, const ExplanationState& state) {
     if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_)
                                                                         : search_.rankOf(state)) +
@@ -387,15 +381,16 @@ class StepwiseSelection {
     for (const ExplanationState& member : members) {
       if (!std::isfinite(member.evidence)) continue;
       const double gain = member.evidence - without.evidence;
-      const Mechanism of = mechanismOf(member.members.back());
-      if (!id.empty() && member.members.back() != id && gain > one.gain - kTie &&
-          !needs(member.members.back(), id))
-        one.indistinguishable.push_back(member.members.back());
-      if (of == mechanism) weighRival(member, state);
+      const std::string& other = member.members.back();
+      // An effect that holds this one is as good as it alone: it adds nothing.
+      if (!id.empty() && other != id && gain > one.gain - kTie &&
+          !contains(effectInfo(other).needs, id))
+        one.indistinguishable.push_back(other);
+      if (mechanismOf(other) == mechanism) weighRival(member, state);
     }
     if (!id.empty())
       for (const std::string& alike : effectInfo(id).same_as)
-        if (!ExplanationFits::isUsed(alike, state) && !contains(one.indistinguishable, alike))
+        if (!state.has(alike) && !contains(one.indistinguishable, alike))
           one.indistinguishable.push_back(alike);
     if (id.empty() && !better_)
       for (const ExplanationState& member : members)

@@ -42,10 +42,6 @@ Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
   return products;
 }
 
-Eigen::MatrixXd ExplanationColumns::across() const {
-  return (*free)(Eigen::all, used).transpose() * own;
-}
-
 ExplanationFits::ExplanationFits(const InputSequence& inputs, const CompositionPoint& base,
                                  const DiagnoseOptions& options)
     : options_(options),
@@ -85,31 +81,6 @@ Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model,
   pulse();
   const RowErrors errors = rows_.errors(model, point);
   return errors.error.size() > 0 ? Eigen::VectorXd(errors.error(counted_)) : Eigen::VectorXd();
-}
-
-std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& model) const {
-  std::vector<FitCoordinate> all;
-  const std::vector<KnownParameter> known = knownOf(options_.priors, model.effects());
-  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
-    const ParameterInfo& info = model.parameters()[j];
-    if (info.held) continue;
-    all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc])
-                                : effectCoordinate(info, j, table_.context.span));
-    if (const KnownParameter* one = find(known, info.name)) all.back().take(*one);
-  }
-  for (Eigen::Index k = 0; k < model.stateCount(); ++k) {
-    const StateInfo& info = model.states()[k];
-    if (k == 0) {
-      FitCoordinate c;
-      c.row = model.parameterCount();
-      c.centre = base_.state[0];
-      c.std = baseDirectionStd(kBaseDirections - 1);
-      all.push_back(c);
-    } else if (info.initial_std) {
-      all.push_back(stateCoordinate(info, model.parameterCount() + k, base_.state[0]));
-    }
-  }
-  return all;
 }
 
 bool ExplanationFits::linearize(ExplanationState& state) const {
@@ -164,7 +135,8 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   sums.targets = whitened(state.error - state.sensitivity * expected);
   problem.products.resize(known + free, known + free);
   problem.products.topLeftCorner(known, known) = own.transpose() * own;
-  problem.products.bottomLeftCorner(free, known) = sums.columns.across();
+  problem.products.bottomLeftCorner(free, known) =
+      whitenedFree()(Eigen::all, used).transpose() * own;
   problem.products.topRightCorner(known, free) =
       problem.products.bottomLeftCorner(free, known).transpose();
   problem.products.bottomRightCorner(free, free) = free_products_(used, used);
@@ -291,7 +263,7 @@ ExplanationState ExplanationFits::withoutMembers(ExplanationState& state,
                      next.members.end());
   next.model = BatteryModel();
   for (const std::string& other : next.members)
-    if (!isUsed(other, next)) next.model = enlarged(next.model, other);
+    if (!next.has(other)) next.model = enlarged(next.model, other);
   next.coordinates = coordinatesOf(next.model);
   next.point = movedTo(next.model, state.model, state.point);
   if (!linearize(next)) {
@@ -321,11 +293,6 @@ void ExplanationFits::takeBetter(ExplanationState& state, ExplanationState again
   again.explained = state.explained;
   again.structure_gain = state.structure_gain;
   state = std::move(again);
-}
-
-bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
-  const auto& there = state.model.effects();
-  return contains(there, id);
 }
 
 Eigen::MatrixXd ExplanationFits::penalised(const ExplanationSums& sums,

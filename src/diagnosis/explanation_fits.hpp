@@ -13,17 +13,11 @@
 #include "diagnosis/diagnose.hpp"
 #include "diagnosis/timing_jitter_noise.hpp"
 #include "model/effect.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 
 constexpr double kWideStrength = 2.0;  // standard deviation of a strength, in magnitudes
-
-/// Coordinate of a parameter of an effect, of the base circuit, and of a first state. @param span
-/// of the recording [s].
-/// @param start value that the base circuit's fit has there [V].
-FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double span);
-FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double start);
-FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start);
 
 /// A composition somewhere, with what it leaves of the counted rows, and the mechanisms whose
 /// regressors are added to it.
@@ -39,6 +33,9 @@ struct ExplanationState {
   double evidence = -std::numeric_limits<double>::infinity();
   double structure_gain = 0.0;            // of ln evidence, by the structure taken in
   std::map<Mechanism, double> explained;  // [V], by the mechanisms taken in
+
+  /// Whether an effect is in its composition.
+  bool has(const std::string& id) const { return contains(model.effects(), id); }
 };
 
 /// What an effect adds to the base circuit at one point of its grid.
@@ -52,11 +49,6 @@ struct EffectGridPoint {
 /// @return a composition with one effect more, and what that one needs.
 BatteryModel enlarged(const BatteryModel& model, const std::string& id);
 
-/// @return ids that a diagnosis weighs: those asked for, else all of the catalogue; what is weighed
-/// on request alone takes part where a source controls the voltage, which is what it is for.
-std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
-                                      bool voltage_controlled);
-
 /// What a state's linear fit stands on: its own columns, and some of the free ones, which are many
 /// and are not copied.
 struct ExplanationColumns {
@@ -69,8 +61,6 @@ struct ExplanationColumns {
   Eigen::MatrixXd ofRows(IndexRange rows) const;
   /// @return the inner products of the columns with v.
   Eigen::VectorXd along(const Eigen::VectorXd& v) const;
-  /// @return those of the free columns with its own.
-  Eigen::MatrixXd across() const;
 };
 
 /// Counted rows of a range.
@@ -159,7 +149,6 @@ class ExplanationFits {
   /// worth does not depend on the way that led to either.
   ExplanationState withoutMembers(ExplanationState& state, const std::set<std::string>& ids);
   ExplanationState withoutRegressors(ExplanationState& state, Mechanism mechanism);
-  static bool isUsed(const std::string& id, const ExplanationState& state);
   /// A column of the counted rows as innovations of TimingJitterNoise.
   Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }
   /// The columns' products with their priors, in units of the scaled noise.

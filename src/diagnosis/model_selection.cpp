@@ -26,6 +26,17 @@ bool isLeadAcid(const Series& series) {
   return blocks >= 1.0 && middle >= blocks * kLowestVoltage && middle <= blocks * kHighestVoltage;
 }
 
+/// @return ids that a diagnosis weighs: those asked for, else all of the catalogue; what is weighed
+/// on request alone takes part where a source controls the voltage, which is what it is for.
+std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
+                                      bool voltage_controlled) {
+  if (!asked.empty()) return asked;
+  std::vector<std::string> ids;
+  for (const EffectInfo& info : effectCatalogue())
+    if (!info.on_request || voltage_controlled) ids.push_back(info.id);
+  return ids;
+}
+
 /// Ids to weigh. @param notes grows by the ids left out.
 std::vector<std::string> idsToWeigh(const Screening& screened,
                                     const std::vector<std::string>& wanted, bool is_driven,
