@@ -131,9 +131,7 @@ void addCharge(Simulation simulation, const Series& series, IndexRange charge,
 }  // namespace
 
 ErrorMetrics errorMetrics(const Series& series, IndexRange range,
-                          const std::vector<double>& modelled,
-                          std::optional<double> charge_current_error,
-                          const std::vector<char>& masked) {
+                          const std::vector<double>& modelled, const std::vector<char>& masked) {
   requireOneSize("errorMetrics", series, range, modelled, masked);
   std::vector<double> measured, predicted;
   ErrorMetrics metrics;
@@ -148,7 +146,6 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range,
     throw std::invalid_argument("errorMetrics: no measured sample in the range");
   metrics.q_dyn_percent = qDyn(measured, predicted).value_or(0.0);
   metrics.rmse = rootMeanSquareError(measured, predicted);
-  metrics.charge_current_error = charge_current_error;
   double crank_error = 0.0, charge_error = 0.0;
   std::size_t charging = 0;
   for (const Event& event : eventsOf(series, range)) {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "diagnosis/locate.hpp"
+#include "diagnosis/model_selection.hpp"
 #include "diagnosis/parameter_bias.hpp"
-#include "diagnosis/validation.hpp"
 #include "diagnosis/verdict.hpp"
 
 namespace battery_sof {
@@ -36,7 +36,6 @@ Diagnosis insufficient(const Series& series, const std::string& lack) {
   found.outside = outsideWhatSignalsShow();
   found.summary = "The recording cannot answer: " + lack + ".";
   found.source = detectControlMode(series);
-  found.charger_share = found.source.share;
   found.next_experiment = nextExperiment(found);
   return found;
 }

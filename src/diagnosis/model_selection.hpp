@@ -64,4 +64,9 @@ void nameEffects(const Recording& recording, const Residuals& residuals,
                  const std::vector<SelectedTerm>& terms, ModelSelection& selected,
                  Diagnosis& found);
 
+/// Opens the part that was held out: base and extended model on it, and what is handed on after it.
+/// @param found takes them; what is withheld: Diagnosis::withheld_rmse.
+void validate(const Recording& recording, const Residuals& residuals,
+              const ModelSelection& selected, const DiagnoseOptions& options, Diagnosis& found);
+
 }  // namespace battery_sof

@@ -80,7 +80,8 @@ double innovationVariance(const WhitenedFit& fit, const InputSequence& inputs) {
 double costOf(const WhitenedFit& fit, const CompositionPoint& point, const InputSequence& inputs) {
   Eigen::VectorXd error = -simulatedVoltage(fit.model, point, inputs);
   for (Eigen::Index n = 0; n < error.size(); ++n) error[n] += inputs.samples[n].voltage;
-  return whitened(fit, inputs, error).squaredNorm();
+  const Eigen::VectorXd innovation = whitened(fit, inputs, error);
+  return innovation.squaredNorm();
 }
 
 }  // namespace
