@@ -346,9 +346,7 @@ std::optional<DetectionLimit> EffectSearch::minStrength(const EffectGridPoint& p
   const BatteryModel model = enlarged(BatteryModel(), point.id);
   for (const ParameterInfo& own : effectInfo(point.id).parameters)
     for (const FitCoordinate& c : fits_.coordinatesOf(model)) {
-      if (c.row >= model.parameterCount() || !c.strength ||
-          model.parameters()[c.row].name != own.name)
-        continue;
+      if (!c.strength || model.parameterRow(own.name) != c.row) continue;
       const double typical = point.point.parameters[c.row];
       DetectionLimit least{point.id, own.name, own.unit, std::nullopt, typical};
       const double wanted = c.centre + times * (c.of(typical) - c.centre);

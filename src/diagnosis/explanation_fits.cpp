@@ -52,8 +52,7 @@ ExplanationFits::ExplanationFits(const InputSequence& inputs, const CompositionP
       rows_(inputs, response_, base) {
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
-  free_ = countedOf(std::move(table_.values));
-  free_.rightCols(kRandomWalk) = randomWalk();
+  takeFree();
   noise_ = TimingJitterNoise(inputs, response_, counted_);
   takeWhitening(noise_.with(0.0, 0.0));
   takeRelevance();
@@ -370,22 +369,18 @@ double ExplanationFits::beyond(const ExplanationState& more, const ExplanationSt
   return std::sqrt(std::max(0.0, std::pow(less.fit.noise, 2) - std::pow(more.fit.noise, 2)));
 }
 
-Eigen::MatrixXd ExplanationFits::countedOf(Eigen::MatrixXd values) const {
-  const Eigen::Index rows = counted_.size(), columns = values.cols();
-  if (rows < values.rows()) values = values(counted_, Eigen::all).eval();
-  values.conservativeResize(rows, columns + kRandomWalk);
-  return values;
-}
-
-Eigen::MatrixXd ExplanationFits::randomWalk() {
+void ExplanationFits::takeFree() {
+  const Eigen::Index rows = counted_.size(), columns = table_.values.cols();
+  free_ = std::move(table_.values);
+  if (rows < free_.rows()) free_ = free_(counted_, Eigen::all).eval();
+  free_.conservativeResize(rows, columns + kRandomWalk);
   const double from = response_.time[counted_.front()],
                length = (response_.time[counted_.back()] - from) / kRandomWalk;
-  Eigen::MatrixXd ramps(counted_.size(), kRandomWalk);
   for (std::size_t n = 0; n < counted_.size(); ++n)
     for (int k = 0; k < kRandomWalk; ++k)
-      ramps(n, k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
+      free_(n, columns + k) =
+          std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
   max_random_walk_ = kMaxRandomWalk * std::sqrt(length / 60.0);
-  return ramps;
 }
 
 void ExplanationFits::takeRelevance() {

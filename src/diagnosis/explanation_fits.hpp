@@ -205,10 +205,9 @@ class ExplanationFits {
   // of spent_: rows with the derivatives of a usual composition; then what stands is reported
   static constexpr std::size_t kBudget = 36000000;
 
-  /// The counted rows of a table, with room for the random walk.
-  Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
-  /// A voltage channel's random walk: ramps one after the other, each of a random height.
-  Eigen::MatrixXd randomWalk();
+  /// The counted rows of the table, and a voltage channel's random walk: ramps one after the other,
+  /// each of a random height.
+  void takeFree();
   /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out
   /// its share of the current.
   void takeRelevance();
@@ -218,10 +217,6 @@ class ExplanationFits {
   void pulse() const;
   /// Takes a fit of the same parts from elsewhere where it does better, to its end.
   void takeBetter(ExplanationState& state, ExplanationState again);
-  /// A linear fit to all counted rows but some.
-  LinearFit fitWithout(const ExplanationSums& sums, IndexRange rows) const;
-  /// Counted rows of some of the blocks that are left out.
-  IndexRange blocks(std::size_t first, std::size_t last) const;
   const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
   /// A point of a composition that holds all of another's parameters and states, as a point of the
   /// other.

@@ -229,10 +229,7 @@ ModelSelection selectModel(const Recording& recording, const Residuals& residual
   selected.with_discrepancy =
       estimateDiscrepancy(residuals, explanation, selected.last, options, found);
   pulse(options);
-  const std::vector<SelectedTerm> terms =
-      judgeFindings(recording, residuals, selected, options, found);
-  pulse(options);
-  nameEffects(recording, residuals, terms, selected, found);
+  judgeFindings(recording, residuals, options, selected, found);
   return selected;
 }
 
