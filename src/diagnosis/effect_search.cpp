@@ -1,6 +1,5 @@
 #include "effect_search.hpp"
 
-#include "diagnosis/explanation_fits.hpp"
 #include "estimation/composition_fit.hpp"
 #include "model/base_model.hpp"
 

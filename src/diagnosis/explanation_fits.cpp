@@ -3,9 +3,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "diagnosis/timing_jitter_noise.hpp"
-#include "util/text.hpp"
-
 namespace battery_sof {
 namespace {
 
@@ -300,9 +297,7 @@ Eigen::MatrixXd ExplanationFits::penalised(const ExplanationSums& sums,
   for (Eigen::Index k = 0; k < H.rows(); ++k) {
     const double s = k < sums.problem.known()
                          ? sums.problem.known_std[k]
-                         : std::max(state.fit.strength[static_cast<std::size_t>(
-                                        sums.problem.group[k - sums.problem.known()])],
-                                    1e-6);
+                         : std::max(state.fit.strength[sums.problem.groupOf(k)], 1e-6);
     H(k, k) += state.fit.noise * state.fit.noise / (effective_sample_fraction_ * s * s);
   }
   return H;

@@ -11,7 +11,6 @@
 #include "diagnosis/profile_interval.hpp"
 #include "diagnosis/slow_tone.hpp"
 #include "diagnosis/verdict.hpp"
-#include "estimation/identification.hpp"
 #include "state/state_estimator.hpp"
 #include "util/text.hpp"
 

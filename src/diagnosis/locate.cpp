@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "diagnosis/random_bits.hpp"
-#include "diagnosis/whitened_fit.hpp"
 #include "recording/channel_statistics.hpp"
 
 namespace battery_sof {

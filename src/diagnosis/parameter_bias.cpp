@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "diagnosis/whitened_fit.hpp"
-
 namespace battery_sof {
 namespace {
 
