@@ -36,10 +36,6 @@ bool counts(const std::vector<char>& masked, std::size_t n) {
   return masked.empty() || masked[n] == 0;
 }
 
-struct Minima {
-  double measured = HUGE_VAL, modelled = HUGE_VAL;  // [V]
-};
-
 /// Events of the range, their samples counted from the series' first.
 std::vector<Event> eventsOf(const Series& series, IndexRange range) {
   std::vector<Event> events = detectEvents(slice(series, range));
@@ -131,9 +127,7 @@ void addCharge(Simulation simulation, const Series& series, IndexRange charge,
 }  // namespace
 
 ErrorMetrics errorMetrics(const Series& series, IndexRange range,
-                          const std::vector<double>& modelled,
-                          std::optional<double> charge_current_error,
-                          const std::vector<char>& masked) {
+                          const std::vector<double>& modelled, const std::vector<char>& masked) {
   requireOneSize("errorMetrics", series, range, modelled, masked);
   std::vector<double> measured, predicted;
   ErrorMetrics metrics;
@@ -148,21 +142,20 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range,
     throw std::invalid_argument("errorMetrics: no measured sample in the range");
   metrics.q_dyn_percent = qDyn(measured, predicted).value_or(0.0);
   metrics.rmse = rootMeanSquareError(measured, predicted);
-  metrics.charge_current_error = charge_current_error;
   double crank_error = 0.0, charge_error = 0.0;
   std::size_t charging = 0;
   for (const Event& event : eventsOf(series, range)) {
-    Minima lowest;
+    double lowest = HUGE_VAL, lowest_modelled = HUGE_VAL;  // [V]
     for (std::size_t n = event.range.first; n < event.range.last; ++n) {
       if (!counts(masked, n)) continue;
-      lowest.measured = std::min(lowest.measured, series.voltage[n]);
-      lowest.modelled = std::min(lowest.modelled, modelled[n]);
+      lowest = std::min(lowest, series.voltage[n]);
+      lowest_modelled = std::min(lowest_modelled, modelled[n]);
       if (event.kind != EventKind::kCharge) continue;
       charge_error += series.voltage[n] - modelled[n];
       ++charging;
     }
-    if (event.kind != EventKind::kCrank || !std::isfinite(lowest.measured)) continue;
-    crank_error += std::abs(lowest.measured - lowest.modelled);
+    if (event.kind != EventKind::kCrank || !std::isfinite(lowest)) continue;
+    crank_error += std::abs(lowest - lowest_modelled);
     ++metrics.cranks;
   }
   if (metrics.cranks > 0) metrics.crank_mae = crank_error / static_cast<double>(metrics.cranks);

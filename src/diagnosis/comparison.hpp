@@ -17,15 +17,14 @@ namespace battery_sof {
  * alike.
  *
  * @param modelled [V], one a sample of the series.
- * @param charge_current_error see chargeCurrentError(); handed through.
  * @param masked one a sample of the series, 1: not a measurement; empty for none. Left out
  * everywhere.
- * @return q_dyn_percent is 0 when the measured voltage never changes.
+ * @return q_dyn_percent is 0 when the measured voltage never changes; chargeCurrentError() and
+ * shares are not in it.
  * @throws std::invalid_argument when sizes differ or nothing is left in the range.
  */
 ErrorMetrics errorMetrics(const Series& series, IndexRange range,
                           const std::vector<double>& modelled,
-                          std::optional<double> charge_current_error = std::nullopt,
                           const std::vector<char>& masked = {});
 
 /**

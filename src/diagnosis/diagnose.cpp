@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "diagnosis/locate.hpp"
+#include "diagnosis/model_selection.hpp"
 #include "diagnosis/parameter_bias.hpp"
-#include "diagnosis/validation.hpp"
 #include "diagnosis/verdict.hpp"
 
 namespace battery_sof {
@@ -34,10 +34,8 @@ void requireValid(const DiagnoseOptions& options) {
 Diagnosis insufficient(const Series& series, const std::string& lack) {
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
-  found.verdict = Verdict::kInsufficientData;
   found.summary = "The recording cannot answer: " + lack + ".";
   found.source = detectControlMode(series);
-  found.charger_share = found.source.share;
   found.next_experiment = nextExperiment(found);
   return found;
 }
@@ -67,11 +65,11 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   return found;
 }
 
-MechanismEvidence mechanismEvidence(const Recording& recording, const DiagnoseOptions& options) {
-  requireValid(options);
+MechanismEvidence mechanismEvidence(const Recording& recording) {
+  const DiagnoseOptions options;
   const Parts parts = partsOf(recording.series, options.holdout_share);
   if (!lackOf(slice(recording.series, parts.train), options.holdout_share).empty()) return {};
-  return weighMechanisms(residualsOf(recording, parts, options), options);
+  return weighMechanisms(residualsOf(recording, parts, options));
 }
 
 }  // namespace battery_sof

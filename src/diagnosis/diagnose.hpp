@@ -49,7 +49,6 @@ struct DiagnoseOptions {
 Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options = {});
 
 /// @return what a recording's training part says for each mechanism: zeros for poor data.
-MechanismEvidence mechanismEvidence(const Recording& recording,
-                                    const DiagnoseOptions& options = {});
+MechanismEvidence mechanismEvidence(const Recording& recording);
 
 }  // namespace battery_sof

@@ -176,9 +176,7 @@ struct Diagnosis {
   std::vector<RegimeFinding> regimes;
   std::vector<ParameterBias> parameter_bias;
   std::vector<std::string> instrument;  ///< what the instrument screen said, a sentence each
-  /// of the samples whose voltage a source controls [0, 1] (detectControlMode())
-  double charger_share = 0.0;
-  ControlModeOverview source;  ///< operating mode over the whole recording
+  ControlModeOverview source;           ///< operating mode over the whole recording
   /// of the verdict: what moves the voltage most; none when nothing is missing, or nothing fits
   std::optional<Mechanism> mechanism;
   double probability = 0.0;  ///< of it [0, 1]

@@ -1,6 +1,5 @@
 #include "effect_search.hpp"
 
-#include "diagnosis/explanation_fits.hpp"
 #include "estimation/composition_fit.hpp"
 #include "model/base_model.hpp"
 
@@ -48,11 +47,34 @@ ExplanationState withFreeRegressors(const ExplanationFits& fits, const Explanati
   return next;
 }
 
+/// States that a model has beyond another begin as u_c2 where they represent a part of it; the
+/// other's keep what was fitted.
+void beginNewStates(const BatteryModel& model, CompositionPoint& point,
+                    const BatteryModel& nested) {
+  const auto isNew = [&](const StateInfo& info) {
+    return std::none_of(nested.states().begin(), nested.states().end(),
+                        [&](const StateInfo& old) { return old.name == info.name; });
+  };
+  for (Eigen::Index k = 1; k < model.stateCount(); ++k) {
+    const StateInfo& info = model.states()[k];
+    if (info.begins_as_u_c2 && isNew(info)) point.state[k] = point.state[0];
+  }
+}
+
+/// Whether double layer or kinetics stand far from where any battery's do.
+bool isDistorted(const ExplanationState& state) {
+  for (const Eigen::Index row :
+       {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
+    if (std::abs(std::log(state.point.parameters[row] / tableOne()[row].magnitude)) >
+        baseDirectionStd(row))
+      return true;
+  return false;
+}
+
 }  // namespace
 
-EffectSearch::EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids,
-                           const ExplanationRules& rules)
-    : fits_(fits), ids_(ids), rules_(rules) {}
+EffectSearch::EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids, int threads)
+    : fits_(fits), ids_(ids), threads_(threads) {}
 
 void EffectSearch::takeGrid() {
   ExplanationState circuit;
@@ -81,7 +103,7 @@ std::vector<double> EffectSearch::gridGains(const ExplanationState& state,
   const double rss = rest.left.squaredNorm(),
                rows = fits_.effectiveSampleFraction() * rest.sums.problem.rows;
   std::vector<double> gains(grid.size(), 0.0);
-  parallelFor(grid.size(), rules_.threads, [&](std::size_t g) {
+  parallelFor(grid.size(), threads_, [&](std::size_t g) {
     const Eigen::VectorXd added = fits_.whitened(grid[g].added);
     const double length = rest.lengthOf(added), along = added.dot(rest.left);
     if (!(length > 1e-8 * added.squaredNorm()) || (grid[g].one_sided && along < 0.0)) return;
@@ -134,15 +156,14 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   if (fits_.isSpent()) return {};
   std::vector<std::string> of_mechanism;
   for (const std::string& id : ids_)
-    if (only && mechanismOf(id) == *only && !ExplanationFits::isUsed(id, state))
-      of_mechanism.push_back(id);
+    if (only && mechanismOf(id) == *only && !state.has(id)) of_mechanism.push_back(id);
   const std::vector<EffectGridPoint> retaken = gridsFor(state, of_mechanism);
   const std::vector<EffectGridPoint>& grid = only ? retaken : grid_;
   const std::vector<double> gains = gridGains(state, grid);
   std::map<std::string, std::size_t> best;
   for (std::size_t g = 0; g < grid.size(); ++g) {
     const std::string& id = grid[g].id;
-    if (ExplanationFits::isUsed(id, state) || !(gains[g] > 0.0)) continue;
+    if (state.has(id) || !(gains[g] > 0.0)) continue;
     if (!best.count(id) || gains[g] > gains[best[id]]) best[id] = g;
   }
   std::vector<std::size_t> order;
@@ -157,7 +178,7 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
       tried.push_back(order[k]);
   }
   std::vector<ExplanationState> fitted(tried.size());
-  parallelFor(tried.size(), rules_.threads, [&](std::size_t k) {
+  parallelFor(tried.size(), threads_, [&](std::size_t k) {
     fitted[k] = withMember(state, grid[tried[k]], gains[tried[k]]);
   });
   const auto best_first = [this](const ExplanationState& a, const ExplanationState& b) {
@@ -165,7 +186,7 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   };
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   const double best_gain = fitted.empty() ? 0.0 : fitted.front().evidence - state.evidence;
-  parallelFor(fitted.size(), rules_.threads, [&](std::size_t k) {
+  parallelFor(fitted.size(), threads_, [&](std::size_t k) {
     if (fitted[k].evidence > state.evidence &&
         (k < kFittedWell || fitted[k].evidence - state.evidence > kClose * best_gain))
       fits_.optimize(fitted[k]);
@@ -186,7 +207,7 @@ std::vector<DetectionLimit> EffectSearch::minStrengths(
       others.emplace(mechanism, LinearRest(fits_, withFreeRegressors(fits_, state, mechanism)));
   std::set<std::string> done;
   for (const EffectGridPoint& point : grid_) {
-    if (ExplanationFits::isUsed(point.id, state) || !done.insert(point.id).second) continue;
+    if (state.has(point.id) || !done.insert(point.id).second) continue;
     const Mechanism own = mechanismOf(point.id);
     const Eigen::VectorXd added = fits_.whitened(point.added);
     const double length = rest.lengthOf(added);
@@ -218,7 +239,7 @@ void EffectSearch::addWeighed(const std::string& id, double gain) {
 double EffectSearch::rankOf(const ExplanationState& state) const {
   const double parts = static_cast<double>(state.estimated.size()) +
                        0.5 * static_cast<double>(state.model.effects().size());
-  return state.evidence - rules_.tie * parts;
+  return state.evidence - kTie * parts;
 }
 
 CompositionPoint EffectSearch::magnitudesOf(const BatteryModel& model) const {
@@ -234,18 +255,6 @@ CompositionPoint EffectSearch::magnitudesOf(const BatteryModel& model) const {
   }
   beginNewStates(model, point, BatteryModel());
   return point;
-}
-
-void EffectSearch::beginNewStates(const BatteryModel& model, CompositionPoint& point,
-                                  const BatteryModel& nested) {
-  const auto isNew = [&](const StateInfo& info) {
-    return std::none_of(nested.states().begin(), nested.states().end(),
-                        [&](const StateInfo& old) { return old.name == info.name; });
-  };
-  for (Eigen::Index k = 1; k < model.stateCount(); ++k) {
-    const StateInfo& info = model.states()[k];
-    if (info.begins_as_u_c2 && isNew(info)) point.state[k] = point.state[0];
-  }
 }
 
 std::vector<CompositionPoint> EffectSearch::gridOf(const BatteryModel& model) const {
@@ -294,8 +303,7 @@ std::vector<EffectGridPoint> EffectSearch::gridFor(const ExplanationState& state
 std::vector<EffectGridPoint> EffectSearch::gridsFor(const ExplanationState& state,
                                                     const std::vector<std::string>& ids) const {
   std::vector<std::vector<EffectGridPoint>> grids(ids.size());
-  parallelFor(ids.size(), rules_.threads,
-              [&](std::size_t k) { grids[k] = gridFor(state, ids[k]); });
+  parallelFor(ids.size(), threads_, [&](std::size_t k) { grids[k] = gridFor(state, ids[k]); });
   std::vector<EffectGridPoint> all;
   for (std::vector<EffectGridPoint>& grid : grids)
     std::move(grid.begin(), grid.end(), std::back_inserter(all));
@@ -315,21 +323,14 @@ ExplanationState EffectSearch::enlargedBy(const ExplanationState& state,
     const ParameterInfo& info = next.model.parameters()[c.row];
     if (state.model.parameterRow(info.name)) continue;
     const double there = from.point.parameters[*alone.parameterRow(info.name)];
+    // nearby, but for strengths of wide bounds
+    const double most = std::max(3.0, c.std);
     next.point.parameters[c.row] = c.strength && !c.logarithmic
-                                       ? c.value(std::clamp(share, -most(c), most(c)) * c.of(there))
+                                       ? c.value(std::clamp(share, -most, most) * c.of(there))
                                        : there;
   }
   beginNewStates(next.model, next.point, state.model);
   return next;
-}
-
-bool EffectSearch::isDistorted(const ExplanationState& state) {
-  for (const Eigen::Index row :
-       {static_cast<Eigen::Index>(kRowC2), static_cast<Eigen::Index>(kRowBeta)})
-    if (std::abs(std::log(state.point.parameters[row] / tableOne()[row].magnitude)) >
-        baseDirectionStd(row))
-      return true;
-  return false;
 }
 
 double EffectSearch::strengthOf(const ExplanationState& state, const EffectGridPoint& from) const {
@@ -344,9 +345,7 @@ std::optional<DetectionLimit> EffectSearch::minStrength(const EffectGridPoint& p
   const BatteryModel model = enlarged(BatteryModel(), point.id);
   for (const ParameterInfo& own : effectInfo(point.id).parameters)
     for (const FitCoordinate& c : fits_.coordinatesOf(model)) {
-      if (c.row >= model.parameterCount() || !c.strength ||
-          model.parameters()[c.row].name != own.name)
-        continue;
+      if (!c.strength || model.parameterRow(own.name) != c.row) continue;
       const double typical = point.point.parameters[c.row];
       DetectionLimit least{point.id, own.name, own.unit, std::nullopt, typical};
       const double wanted = c.centre + times * (c.of(typical) - c.centre);

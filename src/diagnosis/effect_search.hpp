@@ -15,8 +15,8 @@ namespace battery_sof {
 class EffectSearch {
  public:
   /// @param ids effects that may be tried.
-  EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids,
-               const ExplanationRules& rules);
+  /// @param threads as of DiagnoseOptions.
+  EffectSearch(ExplanationFits& fits, const std::vector<std::string>& ids, int threads = 1);
 
   const std::vector<std::string>& ids() const { return ids_; }
   /// Takes what every effect adds to the base circuit; before anything else.
@@ -56,10 +56,6 @@ class EffectSearch {
   void addWeighed(const std::string& id, double gain);
   /// The base circuit with an effect at its magnitudes.
   CompositionPoint magnitudesOf(const BatteryModel& model) const;
-  /// States that a model has beyond another begin as u_c2 where they represent a part of it; the
-  /// other's keep what was fitted.
-  static void beginNewStates(const BatteryModel& model, CompositionPoint& point,
-                             const BatteryModel& nested);
   std::vector<CompositionPoint> gridOf(const BatteryModel& model) const;
   /// What an effect adds to a state at the points of its grid.
   std::vector<EffectGridPoint> gridFor(const ExplanationState& state, const std::string& id) const;
@@ -68,11 +64,6 @@ class EffectSearch {
   /// A state with one effect more at a multiple of a grid point's strengths; not placed.
   ExplanationState enlargedBy(const ExplanationState& state, const EffectGridPoint& from,
                               double share) const;
-  /// Whether double layer or kinetics stand far from where any battery's do.
-  static bool isDistorted(const ExplanationState& state);
-  /// Multiple of its magnitude at which a strength's search may begin: nearby, but for strengths of
-  /// wide bounds.
-  static double most(const FitCoordinate& c) { return std::max(3.0, c.std); }
   /// Multiple of a grid point that a state's errors ask for; at least a tenth.
   double strengthOf(const ExplanationState& state, const EffectGridPoint& from) const;
   /// @param times a typical strength.  @return none of an effect without a strength.
@@ -80,7 +71,7 @@ class EffectSearch {
 
   ExplanationFits& fits_;
   std::vector<std::string> ids_;
-  ExplanationRules rules_;
+  int threads_;
   std::vector<EffectGridPoint> grid_;  // with the base circuit
   std::vector<WeighedMember> weighed_;
 };

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "diagnosis/residuals.hpp"
 #include "effect_search.hpp"
-#include "explanation_fits.hpp"
 #include "model/effect.hpp"
 #include "util/text.hpp"
 
@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kFirstIterations = 4;
 constexpr double kSettled = 0.1;  // ln evidence
-constexpr int kSwaps = 3;         // rounds in which places may be taken by what does better
+constexpr int kMaxTerms = 5;
+constexpr int kSwaps = 3;  // rounds in which places may be taken by what does better
 
 /// Ids in the catalogue's order: what is given is one set, however it was written.
 std::vector<std::string> inOrder(const std::vector<std::string>& given) {
@@ -27,20 +28,17 @@ std::vector<std::string> inOrder(const std::vector<std::string>& given) {
 class StepwiseSelection {
  public:
   StepwiseSelection(ExplanationFits& fits, const std::vector<std::string>& ids,
-                    const std::vector<std::string>& given, const ExplanationRules& rules)
-      : rules_(rules),
-        given_(inOrder(given)),
+                    const DiagnoseOptions& options)
+      : options_(options),
+        given_(inOrder(options.given)),
         fits_(fits),
-        search_(fits_, given.empty() ? ids : given, rules) {}
+        search_(fits_, options.given.empty() ? ids : options.given, options.threads) {}
 
-  Explanation run(const std::function<void(const std::string&)>& progress) {
-    const auto tell = [&](const std::string& what) {
-      if (progress) progress(what);
-    };
+  Explanation run() {
     ExplanationState start = circuit();
-    tell("trying the catalogue's effects");
+    tell(options_, "trying the catalogue's effects");
     search_.takeGrid();
-    tell("weighing mechanisms");
+    tell(options_, "weighing mechanisms");
     ExplanationState now = start;
     std::vector<double> charging;
     if (given_.empty() && fits_.isVoltageControlled()) charging = takeCharging(now);
@@ -56,9 +54,8 @@ class StepwiseSelection {
     }
     for (const std::string& id : given_) take(now, id);
     while (given_.empty() &&
-           static_cast<int>(now.members.size() + now.estimated.size()) < rules_.max_terms &&
-           extend(now)) {
-      tell("weighing mechanisms (taken in so far: " + takenIn(now) + ")");
+           static_cast<int>(now.members.size() + now.estimated.size()) < kMaxTerms && extend(now)) {
+      tell(options_, "weighing mechanisms (taken in so far: " + takenIn(now) + ")");
       weighAgain(now);
       fits_.takeEffectiveSampleFraction(now);
       fits_.evaluateEvidence(now);
@@ -121,7 +118,7 @@ class StepwiseSelection {
 
   /// Takes in what is known to be there.
   void take(ExplanationState& state, const std::string& id) {
-    if (ExplanationFits::isUsed(id, state)) return;
+    if (state.has(id)) return;
     std::optional<ExplanationState> with = search_.with(state, id);
     if (!with) return;
     state = std::move(*with);
@@ -141,7 +138,7 @@ class StepwiseSelection {
       fits_.evaluateEvidence(*with);
       fits_.evaluateEvidence(state);
       const double gain = with->evidence - state.evidence;
-      if (gain >= rules_.min_gain && isRelevant(*with, state)) {
+      if (gain >= kMinGain && isRelevant(*with, state)) {
         const std::vector<double> gains = fits_.halfSampleGains(*with, state);
         with->explained[mechanismOf(effect.id)] = ExplanationFits::beyond(*with, state);
         state = std::move(*with);
@@ -167,9 +164,9 @@ class StepwiseSelection {
   /// @param without the mechanism.
   bool doesAsWell(const ExplanationState& member, const ExplanationState& regressors,
                   Mechanism mechanism, const ExplanationState& without) const {
-    if (member.evidence > regressors.evidence - rules_.tie) return true;
+    if (member.evidence > regressors.evidence - kTie) return true;
     const ExplanationState both = fits_.withRegressors(member, mechanism);
-    if (both.evidence - member.evidence < rules_.min_gain) return true;
+    if (both.evidence - member.evidence < kMinGain) return true;
     const double mechanism_brings =
         std::hypot(ExplanationFits::beyond(both, without), explainedBy(mechanism, without));
     return ExplanationFits::beyond(both, member) <
@@ -193,9 +190,9 @@ class StepwiseSelection {
   ExplanationState membersFor(Mechanism mechanism, const ExplanationState& without,
                               ExplanationState regressors) {
     ExplanationState best = without;
-    for (int count = 0; count < rules_.max_terms; ++count) {
+    for (int count = 0; count < kMaxTerms; ++count) {
       const std::vector<ExplanationState> members = search_.withMembers(best, mechanism);
-      if (members.empty() || members.front().evidence - best.evidence < rules_.min_gain ||
+      if (members.empty() || members.front().evidence - best.evidence < kMinGain ||
           !isRelevant(members.front(), best))
         break;
       best = members.front();
@@ -208,7 +205,7 @@ class StepwiseSelection {
   bool isRelevant(const ExplanationState& with, const ExplanationState& without) const {
     const Eigen::VectorXd part = fits_.beyondBase(fits_.modelled(with) - fits_.modelled(without));
     return ExplanationFits::rms(part) >= fits_.relevanceLimit(with) ||
-           fits_.crankOf(part) >= std::max(rules_.relevance.crank, 0.5 * with.fit.noise);
+           fits_.crankOf(part) >= std::max(options_.relevance.crank, 0.5 * with.fit.noise);
   }
 
   /// While a charger regulates the voltage the rows are those of a linearised battery: what is in
@@ -221,8 +218,7 @@ class StepwiseSelection {
   /// catalogue's: the residual of it is no physics.
   double needed(const ExplanationState& state, Mechanism mechanism) const {
     const bool physics = mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
-    return physics ? std::max(rules_.min_gain, kCatalogueTolerance * state.structure_gain)
-                   : rules_.min_gain;
+    return physics ? std::max(kMinGain, kCatalogueTolerance * state.structure_gain) : kMinGain;
   }
 
   /// Whether regressors are no more than what the effects named of their mechanism may leave of it.
@@ -298,7 +294,7 @@ class StepwiseSelection {
     if (state.members.size() + state.estimated.size() < 2) return;
     for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
       ExplanationState without = fits_.withoutRegressors(state, mechanism);
-      if (state.evidence - without.evidence < rules_.min_gain || !isRelevant(state, without)) {
+      if (state.evidence - without.evidence < kMinGain || !isRelevant(state, without)) {
         state = std::move(without);
         continue;
       }
@@ -311,7 +307,7 @@ class StepwiseSelection {
       if (state.members.size() + state.estimated.size() < 2) return;
       ExplanationState without = fits_.withoutMembers(state, {id});
       const double gain = state.evidence - without.evidence;
-      if (gain < rules_.min_gain ||
+      if (gain < kMinGain ||
           ((gain < needed(state, mechanismOf(id)) || !isRelevant(state, without)) &&
            mayReplace(without, state)))
         state = std::move(without);
@@ -366,12 +362,6 @@ class StepwiseSelection {
     found_.point = state.point;
   }
 
-  /// Whether an effect holds another: as good as that alone, it adds nothing.
-  static bool needs(const std::string& id, const std::string& other) {
-    const std::vector<std::string>& ids = effectInfo(id).needs;
-    return contains(ids, other);
-  }
-
   void weighRival(const ExplanationState& rival, const ExplanationState& state) {
     if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_)
                                                                         : search_.rankOf(state)) +
@@ -391,15 +381,16 @@ class StepwiseSelection {
     for (const ExplanationState& member : members) {
       if (!std::isfinite(member.evidence)) continue;
       const double gain = member.evidence - without.evidence;
-      const Mechanism of = mechanismOf(member.members.back());
-      if (!id.empty() && member.members.back() != id && gain > one.gain - rules_.tie &&
-          !needs(member.members.back(), id))
-        one.indistinguishable.push_back(member.members.back());
-      if (of == mechanism) weighRival(member, state);
+      const std::string& other = member.members.back();
+      // An effect that holds this one is as good as it alone: it adds nothing.
+      if (!id.empty() && other != id && gain > one.gain - kTie &&
+          !contains(effectInfo(other).needs, id))
+        one.indistinguishable.push_back(other);
+      if (mechanismOf(other) == mechanism) weighRival(member, state);
     }
     if (!id.empty())
       for (const std::string& alike : effectInfo(id).same_as)
-        if (!ExplanationFits::isUsed(alike, state) && !contains(one.indistinguishable, alike))
+        if (!state.has(alike) && !contains(one.indistinguishable, alike))
           one.indistinguishable.push_back(alike);
     if (id.empty() && !better_)
       for (const ExplanationState& member : members)
@@ -419,7 +410,7 @@ class StepwiseSelection {
   void takeRest(const ExplanationState& state) {
     const Eigen::VectorXd left = fits_.beyondBase(fits_.unexplainedPart(state));
     found_.unexplained = {ExplanationFits::rms(left), fits_.crankOf(left),
-                          fits_.chargeShareOf(left), rules_.relevance, state.fit.noise};
+                          fits_.chargeShareOf(left), options_.relevance, state.fit.noise};
     found_.unexplained.limits.rmse = fits_.relevanceLimit(state);
     found_.effective_sample_fraction = fits_.effectiveSampleFraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
@@ -429,7 +420,7 @@ class StepwiseSelection {
     });
   }
 
-  ExplanationRules rules_;
+  const DiagnoseOptions& options_;
   std::vector<std::string> given_;
   ExplanationFits& fits_;
   EffectSearch search_;
@@ -442,15 +433,14 @@ class StepwiseSelection {
 
 }  // namespace
 
-MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids,
-                                    const ExplanationRules& rules) {
-  return StepwiseSelection(fits, ids, {}, rules).mechanisms();
+MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids) {
+  const DiagnoseOptions options;
+  return StepwiseSelection(fits, ids, options).mechanisms();
 }
 
 Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
-                    const std::vector<std::string>& given, const ExplanationRules& rules,
-                    const std::function<void(const std::string&)>& progress) {
-  return StepwiseSelection(fits, ids, given, rules).run(progress);
+                    const DiagnoseOptions& options) {
+  return StepwiseSelection(fits, ids, options).run();
 }
 
 }  // namespace battery_sof

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -9,12 +8,12 @@
 
 #include "diagnosis/mechanism_evidence.hpp"
 #include "diagnosis/row_simulation.hpp"
-#include "estimation/parameter_space.hpp"
 #include "regression/discrepancy_fit.hpp"
 
 namespace battery_sof {
 
 class ExplanationFits;
+struct DiagnoseOptions;
 
 /// One piece of an explanation: an effect of the catalogue, or a mechanism's regressors where none
 /// of its effects does.
@@ -60,19 +59,8 @@ struct Relevance {
   double charge_share = 0.03;  ///< [1], of the charging current
 };
 
-/// What an explanation is judged by.
-struct ExplanationRules {
-  double tie = 6.0;        ///< of ln evidence; what is closer is as good
-  double min_gain = 12.0;  ///< of ln evidence that a component must bring
-  Relevance relevance;
-  int max_terms = 5;
-  /// in place of the catalogue's, of exactly a composition's effects
-  std::vector<KnownPopulation> priors = {};
-  /// called at every fit of the calling thread; what it throws ends the search
-  std::function<void()> pulse = nullptr;
-  int threads =
-      1;  ///< for fits side by side; 0: as many as the machine has; the result is the same
-};
+constexpr double kMinGain = 12.0;  ///< of ln evidence that a component must bring
+constexpr double kTie = 6.0;       ///< of ln evidence; what is closer is as good
 
 /// The smallest strength at which this recording would have led to an effect's name (explain()).
 struct DetectionLimit {
@@ -125,17 +113,14 @@ struct Explanation {
  * its best parameters and the directions these may move in (Laplace), regressors by one strength a
  * group. Every set is fitted whole, the base circuit with it.
  *
- * @param fits to the rows, with the rules' relevance and priors; nothing else was explained by them.
- * @param ids effects that may be named.  @param given effects that are known to be there: where
- * there are any they are taken without a test, and nothing else is looked for.
- * @param progress gets what is weighed; may be empty.
+ * @param fits to the rows, with these options; nothing else was explained by them.
+ * @param ids effects that may be named.  @param options where effects are given they are taken
+ * without a test, and nothing else is looked for.
  */
 Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
-                    const std::vector<std::string>& given, const ExplanationRules& rules,
-                    const std::function<void(const std::string&)>& progress = nullptr);
+                    const DiagnoseOptions& options);
 
 /// @return what the rows say for each mechanism; parameters as explain()'s.
-MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids,
-                                    const ExplanationRules& rules);
+MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids);
 
 }  // namespace battery_sof

@@ -3,9 +3,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "diagnosis/timing_jitter_noise.hpp"
-#include "util/text.hpp"
-
 namespace battery_sof {
 namespace {
 
@@ -42,26 +39,20 @@ Eigen::VectorXd ExplanationColumns::along(const Eigen::VectorXd& v) const {
   return products;
 }
 
-Eigen::MatrixXd ExplanationColumns::across() const {
-  return (*free)(Eigen::all, used).transpose() * own;
-}
-
-ExplanationFits::ExplanationFits(const InputSequence& inputs, DesignMatrix table,
-                                 const CompositionPoint& base, const ExplanationRules& rules)
-    : table_(std::move(table)),
+ExplanationFits::ExplanationFits(const InputSequence& inputs, const CompositionPoint& base,
+                                 const DiagnoseOptions& options)
+    : options_(options),
       base_(base),
       response_(linearizationOf(BatteryModel(), base.at(inputs.first_time), inputs,
                                 inputs.samples.size())),
-      rows_(inputs, response_, base),
-      priors_(rules.priors),
-      pulse_(rules.pulse) {
+      table_(designMatrix(inputs, response_, base.parameters[kRowBeta])),
+      rows_(inputs, response_, base) {
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
-  free_ = countedOf(std::move(table_.values));
-  free_.rightCols(kRandomWalk) = randomWalk();
+  takeFree();
   noise_ = TimingJitterNoise(inputs, response_, counted_);
   takeWhitening(noise_.with(0.0, 0.0));
-  takeRelevance(rules.relevance);
+  takeRelevance();
 }
 
 const std::optional<ExplanationState>& ExplanationFits::placedBase() {
@@ -86,31 +77,6 @@ Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model,
   pulse();
   const RowErrors errors = rows_.errors(model, point);
   return errors.error.size() > 0 ? Eigen::VectorXd(errors.error(counted_)) : Eigen::VectorXd();
-}
-
-std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& model) const {
-  std::vector<FitCoordinate> all;
-  const std::vector<KnownParameter> known = knownOf(priors_, model.effects());
-  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
-    const ParameterInfo& info = model.parameters()[j];
-    if (info.held) continue;
-    all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc])
-                                : effectCoordinate(info, j, table_.context.span));
-    if (const KnownParameter* one = find(known, info.name)) all.back().take(*one);
-  }
-  for (Eigen::Index k = 0; k < model.stateCount(); ++k) {
-    const StateInfo& info = model.states()[k];
-    if (k == 0) {
-      FitCoordinate c;
-      c.row = model.parameterCount();
-      c.centre = base_.state[0];
-      c.std = baseDirectionStd(kBaseDirections - 1);
-      all.push_back(c);
-    } else if (info.initial_std) {
-      all.push_back(stateCoordinate(info, model.parameterCount() + k, base_.state[0]));
-    }
-  }
-  return all;
 }
 
 bool ExplanationFits::linearize(ExplanationState& state) const {
@@ -165,7 +131,8 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
   sums.targets = whitened(state.error - state.sensitivity * expected);
   problem.products.resize(known + free, known + free);
   problem.products.topLeftCorner(known, known) = own.transpose() * own;
-  problem.products.bottomLeftCorner(free, known) = sums.columns.across();
+  problem.products.bottomLeftCorner(free, known) =
+      whitenedFree()(Eigen::all, used).transpose() * own;
   problem.products.topRightCorner(known, free) =
       problem.products.bottomLeftCorner(free, known).transpose();
   problem.products.bottomRightCorner(free, free) = free_products_(used, used);
@@ -213,7 +180,7 @@ bool ExplanationFits::takeKnown(const Parts& parts, ExplanationState& state) {
 }
 
 void ExplanationFits::pulse() const {
-  if (pulse_ && std::this_thread::get_id() == caller_) pulse_();
+  if (options_.pulse && std::this_thread::get_id() == caller_) options_.pulse();
 }
 
 void ExplanationFits::refine(ExplanationState& state) {
@@ -292,7 +259,7 @@ ExplanationState ExplanationFits::withoutMembers(ExplanationState& state,
                      next.members.end());
   next.model = BatteryModel();
   for (const std::string& other : next.members)
-    if (!isUsed(other, next)) next.model = enlarged(next.model, other);
+    if (!next.has(other)) next.model = enlarged(next.model, other);
   next.coordinates = coordinatesOf(next.model);
   next.point = movedTo(next.model, state.model, state.point);
   if (!linearize(next)) {
@@ -324,20 +291,13 @@ void ExplanationFits::takeBetter(ExplanationState& state, ExplanationState again
   state = std::move(again);
 }
 
-bool ExplanationFits::isUsed(const std::string& id, const ExplanationState& state) {
-  const auto& there = state.model.effects();
-  return contains(there, id);
-}
-
 Eigen::MatrixXd ExplanationFits::penalised(const ExplanationSums& sums,
                                            const ExplanationState& state) const {
   Eigen::MatrixXd H = sums.problem.products;
   for (Eigen::Index k = 0; k < H.rows(); ++k) {
     const double s = k < sums.problem.known()
                          ? sums.problem.known_std[k]
-                         : std::max(state.fit.strength[static_cast<std::size_t>(
-                                        sums.problem.group[k - sums.problem.known()])],
-                                    1e-6);
+                         : std::max(state.fit.strength[sums.problem.groupOf(k)], 1e-6);
     H(k, k) += state.fit.noise * state.fit.noise / (effective_sample_fraction_ * s * s);
   }
   return H;
@@ -404,33 +364,30 @@ double ExplanationFits::beyond(const ExplanationState& more, const ExplanationSt
   return std::sqrt(std::max(0.0, std::pow(less.fit.noise, 2) - std::pow(more.fit.noise, 2)));
 }
 
-Eigen::MatrixXd ExplanationFits::countedOf(Eigen::MatrixXd values) const {
-  const Eigen::Index rows = counted_.size(), columns = values.cols();
-  if (rows < values.rows()) values = values(counted_, Eigen::all).eval();
-  values.conservativeResize(rows, columns + kRandomWalk);
-  return values;
-}
-
-Eigen::MatrixXd ExplanationFits::randomWalk() {
+void ExplanationFits::takeFree() {
+  const Eigen::Index rows = counted_.size(), columns = table_.values.cols();
+  free_ = std::move(table_.values);
+  if (rows < free_.rows()) free_ = free_(counted_, Eigen::all).eval();
+  free_.conservativeResize(rows, columns + kRandomWalk);
   const double from = response_.time[counted_.front()],
                length = (response_.time[counted_.back()] - from) / kRandomWalk;
-  Eigen::MatrixXd ramps(counted_.size(), kRandomWalk);
   for (std::size_t n = 0; n < counted_.size(); ++n)
     for (int k = 0; k < kRandomWalk; ++k)
-      ramps(n, k) = std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
+      free_(n, columns + k) =
+          std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
   max_random_walk_ = kMaxRandomWalk * std::sqrt(length / 60.0);
-  return ramps;
 }
 
-void ExplanationFits::takeRelevance(const Relevance& relevance) {
+void ExplanationFits::takeRelevance() {
   double square = 0.0, currents = 0.0, controlled = 0.0;
   for (const Eigen::Index row : counted_) {
     if (!response_.voltage_controlled[row]) continue;
     square += std::pow(rows_.currentOf(row) * response_.resistance[row], 2);
     controlled += 1.0;
   }
-  if (controlled > 0.0) currents = relevance.charge_share * std::sqrt(square / controlled);
-  const double share = controlled / static_cast<double>(counted_.size()), rmse = relevance.rmse;
+  if (controlled > 0.0) currents = options_.relevance.charge_share * std::sqrt(square / controlled);
+  const double share = controlled / static_cast<double>(counted_.size()),
+               rmse = options_.relevance.rmse;
   relevant_ =
       std::sqrt((1.0 - share) * rmse * rmse + share * std::pow(std::max(rmse, currents), 2));
 }

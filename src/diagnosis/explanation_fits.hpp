@@ -10,20 +10,14 @@
 #include <thread>
 #include <utility>
 
-#include "diagnosis/explanation.hpp"
+#include "diagnosis/diagnose.hpp"
 #include "diagnosis/timing_jitter_noise.hpp"
 #include "model/effect.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 
 constexpr double kWideStrength = 2.0;  // standard deviation of a strength, in magnitudes
-
-/// Coordinate of a parameter of an effect, of the base circuit, and of a first state. @param span
-/// of the recording [s].
-/// @param start value that the base circuit's fit has there [V].
-FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double span);
-FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double start);
-FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start);
 
 /// A composition somewhere, with what it leaves of the counted rows, and the mechanisms whose
 /// regressors are added to it.
@@ -39,6 +33,9 @@ struct ExplanationState {
   double evidence = -std::numeric_limits<double>::infinity();
   double structure_gain = 0.0;            // of ln evidence, by the structure taken in
   std::map<Mechanism, double> explained;  // [V], by the mechanisms taken in
+
+  /// Whether an effect is in its composition.
+  bool has(const std::string& id) const { return contains(model.effects(), id); }
 };
 
 /// What an effect adds to the base circuit at one point of its grid.
@@ -52,11 +49,6 @@ struct EffectGridPoint {
 /// @return a composition with one effect more, and what that one needs.
 BatteryModel enlarged(const BatteryModel& model, const std::string& id);
 
-/// @return ids that a diagnosis weighs: those asked for, else all of the catalogue; what is weighed
-/// on request alone takes part where a source controls the voltage, which is what it is for.
-std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
-                                      bool voltage_controlled);
-
 /// What a state's linear fit stands on: its own columns, and some of the free ones, which are many
 /// and are not copied.
 struct ExplanationColumns {
@@ -69,8 +61,6 @@ struct ExplanationColumns {
   Eigen::MatrixXd ofRows(IndexRange rows) const;
   /// @return the inner products of the columns with v.
   Eigen::VectorXd along(const Eigen::VectorXd& v) const;
-  /// @return those of the free columns with its own.
-  Eigen::MatrixXd across() const;
 };
 
 /// Counted rows of a range.
@@ -98,8 +88,8 @@ class ExplanationFits {
   static constexpr int kMaxIterations = 12;
 
   /// @param inputs not needed afterwards.  @param base circuit fitted to them.
-  ExplanationFits(const InputSequence& inputs, DesignMatrix table, const CompositionPoint& base,
-                  const ExplanationRules& rules);
+  ExplanationFits(const InputSequence& inputs, const CompositionPoint& base,
+                  const DiagnoseOptions& options);
   ExplanationFits(const ExplanationFits&) = delete;  // rows_ has a reference to response_
   ExplanationFits& operator=(const ExplanationFits&) = delete;
 
@@ -159,7 +149,6 @@ class ExplanationFits {
   /// worth does not depend on the way that led to either.
   ExplanationState withoutMembers(ExplanationState& state, const std::set<std::string>& ids);
   ExplanationState withoutRegressors(ExplanationState& state, Mechanism mechanism);
-  static bool isUsed(const std::string& id, const ExplanationState& state);
   /// A column of the counted rows as innovations of TimingJitterNoise.
   Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }
   /// The columns' products with their priors, in units of the scaled noise.
@@ -216,23 +205,18 @@ class ExplanationFits {
   // of spent_: rows with the derivatives of a usual composition; then what stands is reported
   static constexpr std::size_t kBudget = 36000000;
 
-  /// The counted rows of a table, with room for the random walk.
-  Eigen::MatrixXd countedOf(Eigen::MatrixXd values) const;
-  /// A voltage channel's random walk: ramps one after the other, each of a random height.
-  Eigen::MatrixXd randomWalk();
+  /// The counted rows of the table, and a voltage channel's random walk: ramps one after the other,
+  /// each of a random height.
+  void takeFree();
   /// What an RMS has to be to matter: of a voltage as it is, of a current that a source draws out
   /// its share of the current.
-  void takeRelevance(const Relevance& relevance);
+  void takeRelevance();
   const std::optional<ExplanationState>& placedBase();
   void takeWhitening(const TimingJitterNoise& noise);
-  /// ExplanationRules::pulse, from the thread that constructed this alone.
+  /// DiagnoseOptions::pulse, from the thread that constructed this alone.
   void pulse() const;
   /// Takes a fit of the same parts from elsewhere where it does better, to its end.
   void takeBetter(ExplanationState& state, ExplanationState again);
-  /// A linear fit to all counted rows but some.
-  LinearFit fitWithout(const ExplanationSums& sums, IndexRange rows) const;
-  /// Counted rows of some of the blocks that are left out.
-  IndexRange blocks(std::size_t first, std::size_t last) const;
   const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
   /// A point of a composition that holds all of another's parameters and states, as a point of the
   /// other.
@@ -243,9 +227,10 @@ class ExplanationFits {
   /// Moves a state to the best fit of its parts so far. @return whether there is one.
   bool takeKnown(const Parts& parts, ExplanationState& state);
 
-  DesignMatrix table_;  // its values are moved to free_
+  DiagnoseOptions options_;
   CompositionPoint base_;
   Linearization response_;
+  DesignMatrix table_;  // its values are moved to free_
   RowSimulation rows_;
   std::vector<Eigen::Index> counted_;
   Eigen::MatrixXd free_;  // the table's regressors and the random walk's ramps
@@ -259,8 +244,6 @@ class ExplanationFits {
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
   std::mutex known_mutex_;
   mutable std::atomic<std::size_t> spent_{0};  // derivatives of rows by coordinates
-  std::vector<KnownPopulation> priors_;        // ExplanationRules::priors
-  std::function<void()> pulse_;                // ExplanationRules::pulse
   std::thread::id caller_ = std::this_thread::get_id();
 };
 

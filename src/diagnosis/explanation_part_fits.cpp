@@ -33,16 +33,22 @@ LinearProblem with(LinearProblem problem, double factor, const LinearProblem& ro
   return problem;
 }
 
-}  // namespace
-
-LinearFit ExplanationFits::fitWithout(const ExplanationSums& sums, IndexRange rows) const {
-  return fitOf(with(sums.problem, -1.0, ofRows(sums, rows)));
+LinearProblem without(const ExplanationSums& sums, IndexRange rows) {
+  return with(sums.problem, -1.0, ofRows(sums, rows));
 }
+
+/// Rows of some of the blocks that are left out.
+IndexRange blocks(const ExplanationSums& sums, std::size_t first, std::size_t last) {
+  const std::size_t rows = sums.targets.size();
+  return {rows * first / kLeftOutBlocks, rows * last / kLeftOutBlocks};
+}
+
+}  // namespace
 
 std::vector<LinearProblem> ExplanationFits::halfSamples(const ExplanationSums& sums) const {
   std::vector<LinearProblem> quarters, halves;
   for (std::size_t block = 0; block < kLeftOutBlocks; block += 2) {
-    const LinearProblem quarter = ofRows(sums, blocks(block, block + 2));
+    const LinearProblem quarter = ofRows(sums, blocks(sums, block, block + 2));
     for (const LinearProblem& other : quarters) halves.push_back(with(quarter, 1.0, other));
     quarters.push_back(quarter);
   }
@@ -78,10 +84,11 @@ LinearProblem ExplanationFits::restricted(const LinearProblem& all,
 double ExplanationFits::leastGain(const ExplanationState& more,
                                   const ExplanationState& less) const {
   double least = std::numeric_limits<double>::infinity();
-  const ExplanationSums with = sumsOf(more, false), without = sumsOf(less, false);
+  const ExplanationSums of_more = sumsOf(more, false), of_less = sumsOf(less, false);
   for (std::size_t block = 0; block + 2 <= kLeftOutBlocks; ++block) {
-    const IndexRange out = blocks(block, block + 2);
-    least = std::min(least, fitWithout(with, out).evidence - fitWithout(without, out).evidence);
+    const IndexRange out = blocks(of_more, block, block + 2);
+    least = std::min(least,
+                     fitOf(without(of_more, out)).evidence - fitOf(without(of_less, out)).evidence);
   }
   return least;
 }
@@ -90,15 +97,11 @@ double ExplanationFits::leftOutError(const ExplanationState& state) const {
   const ExplanationSums sums = sumsOf(state, false);
   double square = 0.0;
   for (std::size_t block = 0; block < kLeftOutBlocks; ++block) {
-    const IndexRange out = blocks(block, block + 1);
-    square += (sums.targets(rowsOf(out)) - sums.columns.ofRows(out) * fitWithout(sums, out).z)
-                  .squaredNorm();
+    const IndexRange out = blocks(sums, block, block + 1);
+    const Eigen::VectorXd z = fitOf(without(sums, out)).z;
+    square += (sums.targets(rowsOf(out)) - sums.columns.ofRows(out) * z).squaredNorm();
   }
   return std::sqrt(square / static_cast<double>(counted_.size()));
-}
-
-IndexRange ExplanationFits::blocks(std::size_t first, std::size_t last) const {
-  return {counted_.size() * first / kLeftOutBlocks, counted_.size() * last / kLeftOutBlocks};
 }
 
 }  // namespace battery_sof

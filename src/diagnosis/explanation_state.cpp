@@ -1,11 +1,8 @@
 #include "diagnosis/explanation_fits.hpp"
 
-#include "model/base_model.hpp"
-#include "model/effect.hpp"
-#include "regression/discrepancy_fit.hpp"
-#include "util/text.hpp"
-
 #include <algorithm>
+
+#include "model/base_model.hpp"
 
 namespace battery_sof {
 namespace {
@@ -13,8 +10,7 @@ namespace {
 // standard deviation of a shape's logarithm where the catalogue has none
 constexpr double kWideShape = 0.7;
 
-}  // namespace
-
+/// @param span of the recording [s].
 FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, double span) {
   FitCoordinate c;
   c.row = row;
@@ -51,6 +47,7 @@ FitCoordinate effectCoordinate(const ParameterInfo& info, Eigen::Index row, doub
   return c;
 }
 
+/// @param start value that the base circuit's fit has there [V].
 FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double start) {
   FitCoordinate c;
   c.row = row;
@@ -62,10 +59,32 @@ FitCoordinate baseCoordinate(const ParameterInfo& info, Eigen::Index row, double
   return c;
 }
 
-FitCoordinate stateCoordinate(const StateInfo& info, Eigen::Index row, double start) {
-  FitCoordinate c = coordinateOf(info, row);
-  if (info.begins_as_u_c2) c.centre = c.of(start);
-  return c;
+}  // namespace
+
+std::vector<FitCoordinate> ExplanationFits::coordinatesOf(const BatteryModel& model) const {
+  std::vector<FitCoordinate> all;
+  const std::vector<KnownParameter> known = knownOf(options_.priors, model.effects());
+  for (Eigen::Index j = 0; j < model.parameterCount(); ++j) {
+    const ParameterInfo& info = model.parameters()[j];
+    if (info.held) continue;
+    all.push_back(j < kBaseRows ? baseCoordinate(info, j, base_.parameters[kRowUDc])
+                                : effectCoordinate(info, j, table_.context.span));
+    if (const KnownParameter* one = find(known, info.name)) all.back().take(*one);
+  }
+  for (Eigen::Index k = 0; k < model.stateCount(); ++k) {
+    const StateInfo& info = model.states()[k];
+    if (k == 0) {
+      FitCoordinate c;
+      c.row = model.parameterCount();
+      c.centre = base_.state[0];
+      c.std = baseDirectionStd(kBaseDirections - 1);
+      all.push_back(c);
+    } else if (info.initial_std) {
+      all.push_back(coordinateOf(info, model.parameterCount() + k));
+      if (info.begins_as_u_c2) all.back().centre = all.back().of(base_.state[0]);
+    }
+  }
+  return all;
 }
 
 BatteryModel enlarged(const BatteryModel& model, const std::string& id) {
@@ -76,15 +95,6 @@ BatteryModel enlarged(const BatteryModel& model, const std::string& id) {
   for (const std::string& needed : effectInfo(id).needs) add(needed);
   add(id);
   return BatteryModel(effects);
-}
-
-std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
-                                      bool voltage_controlled) {
-  if (!asked.empty()) return asked;
-  std::vector<std::string> ids;
-  for (const EffectInfo& info : effectCatalogue())
-    if (!info.on_request || voltage_controlled) ids.push_back(info.id);
-  return ids;
 }
 
 }  // namespace battery_sof

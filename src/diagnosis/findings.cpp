@@ -11,7 +11,6 @@
 #include "diagnosis/profile_interval.hpp"
 #include "diagnosis/slow_tone.hpp"
 #include "diagnosis/verdict.hpp"
-#include "estimation/identification.hpp"
 #include "state/state_estimator.hpp"
 #include "util/text.hpp"
 
@@ -124,7 +123,7 @@ std::string rejection(const Candidate& candidate, const std::vector<SelectedTerm
   for (const SelectedTerm& one : terms)
     if (contains(one.indistinguishable, candidate.id))
       return "does as well as " + one.member + ", which stands in the model";
-  if (candidate.evidence < ExplanationRules().min_gain) return "the recording hardly speaks for it";
+  if (candidate.evidence < kMinGain) return "the recording hardly speaks for it";
   return terms.empty() ? "what it adds is too small to matter"
                        : "what was taken instead explains more of the error";
 }
@@ -335,11 +334,33 @@ void takeEffect(const SelectedTerm& one, const WhitenedFit& fit, const InputSequ
   }
 }
 
+/// @param terms that are reported, the likeliest mechanism's first.
+void nameEffects(const Recording& recording, const Residuals& residuals,
+                 const std::vector<SelectedTerm>& terms, ModelSelection& selected,
+                 Diagnosis& found) {
+  const FinalFit& last = selected.last;
+  const bool is_driven = selected.explained.driving.has_value();
+  found.base = completed(residuals.base, residuals, recording.name);
+  if (is_driven)
+    takeBothWays(residuals, recording.name, selected, found);
+  else if (selected.with_discrepancy)
+    found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
+  else
+    found.extended = selected.explained.hasEffects()
+                         ? completed(last.fit, residuals, recording.name)
+                         : found.base;
+  if (hasNoEquation(found.verdict) || found.verdict == Verdict::kNoMismatch) return;
+  for (const SelectedTerm& one : terms)
+    if (!one.member.empty()) takeEffect(one, last.fit, last.inputs(residuals), is_driven, found);
+  if (found.verdict == Verdict::kSensorFault)
+    for (const std::string& id : residuals.screened.faults)
+      found.effects.push_back(namedEffect(id, Mechanism::kInstrument, kFaultProbability));
+}
+
 }  // namespace
 
-std::vector<SelectedTerm> judgeFindings(const Recording& recording, const Residuals& residuals,
-                                        const ModelSelection& selected,
-                                        const DiagnoseOptions& options, Diagnosis& found) {
+void judgeFindings(const Recording& recording, const Residuals& residuals,
+                   const DiagnoseOptions& options, ModelSelection& selected, Diagnosis& found) {
   const Explanation& explanation = selected.explained.explanation;
   const bool is_lead_acid = selected.explained.is_lead_acid;
   const Unexplained rest = restOf(residuals, selected.last, found);
@@ -361,29 +382,8 @@ std::vector<SelectedTerm> judgeFindings(const Recording& recording, const Residu
     found.detection_limits =
         detectionLimitsOf(explanation.detection_limits, found.unexplained.isNoise(),
                           {recording, residuals, selected.last.fit}, options);
-  return terms;
-}
-
-void nameEffects(const Recording& recording, const Residuals& residuals,
-                 const std::vector<SelectedTerm>& terms, ModelSelection& selected,
-                 Diagnosis& found) {
-  const FinalFit& last = selected.last;
-  const bool is_driven = selected.explained.driving.has_value();
-  found.base = completed(residuals.base, residuals, recording.name);
-  if (is_driven)
-    takeBothWays(residuals, recording.name, selected, found);
-  else if (selected.with_discrepancy)
-    found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
-  else
-    found.extended = selected.explained.hasEffects()
-                         ? completed(last.fit, residuals, recording.name)
-                         : found.base;
-  if (hasNoEquation(found.verdict) || found.verdict == Verdict::kNoMismatch) return;
-  for (const SelectedTerm& one : terms)
-    if (!one.member.empty()) takeEffect(one, last.fit, last.inputs(residuals), is_driven, found);
-  if (found.verdict == Verdict::kSensorFault)
-    for (const std::string& id : residuals.screened.faults)
-      found.effects.push_back(namedEffect(id, Mechanism::kInstrument, kFaultProbability));
+  pulse(options);
+  nameEffects(recording, residuals, terms, selected, found);
 }
 
 }  // namespace battery_sof

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "diagnosis/random_bits.hpp"
-#include "diagnosis/whitened_fit.hpp"
 #include "recording/channel_statistics.hpp"
 
 namespace battery_sof {
@@ -29,8 +28,8 @@ constexpr std::array<const char*, kStatistics> kStatisticNames{"mean", "slope", 
 /// Measured samples of an episode.
 struct EpisodeError {
   std::vector<std::size_t> samples;
-  double from = 0.0, to = 0.0;  // [s]
-  double end_from = 0.0;        // [s], where its last fifth begins
+  double duration = 0.0;         // [s]
+  std::size_t first_of_end = 0;  // among the samples, of its last fifth
 };
 
 EpisodeError episodeError(const InputSequence& inputs, const Episode& episode) {
@@ -38,9 +37,12 @@ EpisodeError episodeError(const InputSequence& inputs, const Episode& episode) {
   for (std::size_t n = episode.range.first; n < episode.range.last; ++n)
     if (inputs.samples[n].count > 0.0) error.samples.push_back(n);
   if (error.samples.empty()) return error;
-  error.from = inputs.samples[error.samples.front()].step.time;
-  error.to = inputs.samples[error.samples.back()].step.time;
-  error.end_from = error.to - kEndShare * (error.to - error.from);
+  const auto timeOf = [&](std::size_t k) { return inputs.samples[error.samples[k]].step.time; };
+  std::size_t& k = error.first_of_end;
+  k = error.samples.size() - 1;
+  const double to = timeOf(k);
+  error.duration = to - timeOf(0);
+  while (k > 0 && timeOf(k - 1) >= to - kEndShare * error.duration) --k;
   return error;
 }
 
@@ -76,27 +78,23 @@ double theilSenSlope(const WhitenedFit& fit, const InputSequence& inputs,
   return quantile(std::move(slopes), 0.5);
 }
 
-std::size_t firstOfEnd(const InputSequence& inputs, const EpisodeError& episode) {
-  std::size_t k = episode.samples.size() - 1;
-  while (k > 0 && inputs.samples[episode.samples[k - 1]].step.time >= episode.end_from) --k;
-  return k;
+/// The sample of an episode with which a statistic begins.
+std::size_t firstOf(Statistic statistic, const EpisodeError& episode) {
+  return statistic == kEnd ? episode.first_of_end : 0;
 }
 
 double valueOf(Statistic statistic, const WhitenedFit& fit, const InputSequence& inputs,
                const EpisodeError& episode) {
-  const std::size_t size = episode.samples.size();
   if (statistic == kSlope) return theilSenSlope(fit, inputs, episode);
-  const std::size_t first = statistic == kEnd ? firstOfEnd(inputs, episode) : 0;
-  return meanPoint(fit, inputs, episode, first, size).error;
+  return meanPoint(fit, inputs, episode, firstOf(statistic, episode), episode.samples.size()).error;
 }
 
 /// An episode's part of the statistic's signature [1] or [s].
 void addSignature(Statistic statistic, const WhitenedFit& fit, const InputSequence& inputs,
                   const EpisodeError& episode, Eigen::Ref<Eigen::VectorXd> column) {
   const std::size_t size = episode.samples.size();
-  const std::size_t first = statistic == kEnd ? firstOfEnd(inputs, episode) : 0;
   const double middle = meanPoint(fit, inputs, episode, 0, size).time;
-  for (std::size_t k = first; k < size; ++k) {
+  for (std::size_t k = firstOf(statistic, episode); k < size; ++k) {
     const std::size_t n = episode.samples[k];
     column[n] = statistic == kSlope ? inputs.samples[n].step.time - middle : 1.0;
   }
@@ -125,7 +123,7 @@ std::vector<Question> questionsOf(const InputSequence& inputs, const std::vector
         episodes.erase(std::remove_if(episodes.begin(), episodes.end(),
                                       [](const auto& e) {
                                         return e.samples.size() < kSlopeSamples ||
-                                               e.to - e.from < kSlopeTime;
+                                               e.duration < kSlopeTime;
                                       }),
                        episodes.end());
       if (episodes.size() >= kMinEpisodes) questions.push_back(std::move(question));

@@ -26,6 +26,17 @@ bool isLeadAcid(const Series& series) {
   return blocks >= 1.0 && middle >= blocks * kLowestVoltage && middle <= blocks * kHighestVoltage;
 }
 
+/// @return ids that a diagnosis weighs: those asked for, else all of the catalogue; what is weighed
+/// on request alone takes part where a source controls the voltage, which is what it is for.
+std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
+                                      bool voltage_controlled) {
+  if (!asked.empty()) return asked;
+  std::vector<std::string> ids;
+  for (const EffectInfo& info : effectCatalogue())
+    if (!info.on_request || voltage_controlled) ids.push_back(info.id);
+  return ids;
+}
+
 /// Ids to weigh. @param notes grows by the ids left out.
 std::vector<std::string> idsToWeigh(const Screening& screened,
                                     const std::vector<std::string>& wanted, bool is_driven,
@@ -53,7 +64,7 @@ std::vector<std::string> idsToWeigh(const Screening& screened,
 /// Fits to the rows of the training part, with the input of each.
 std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
                                         const std::optional<ChargerControl>& driving,
-                                        const ExplanationRules& rules) {
+                                        const DiagnoseOptions& options) {
   std::vector<char> masked = residuals.screened.limits.masked;
   Series sound = residuals.screened.series;
   if (driving) {
@@ -64,21 +75,7 @@ std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
   const InputSequence inputs =
       inputSequence(sound, residuals.parts.train, masked,
                     driving ? driving->voltage_controlled : std::vector<char>());
-  const CompositionPoint& base = residuals.base.point;
-  const BatteryModel circuit;
-  DesignMatrix table = designMatrix(
-      inputs, linearizationOf(circuit, base.at(inputs.first_time), inputs, inputs.samples.size()),
-      base.parameters[kRowBeta]);
-  return std::make_unique<ExplanationFits>(inputs, std::move(table), base, rules);
-}
-
-ExplanationRules rulesOf(const DiagnoseOptions& options) {
-  ExplanationRules rules;
-  rules.relevance = options.relevance;
-  rules.priors = options.priors;
-  rules.pulse = options.pulse;
-  rules.threads = options.threads;
-  return rules;
+  return std::make_unique<ExplanationFits>(inputs, residuals.base.point, options);
 }
 
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
@@ -90,10 +87,9 @@ Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& optio
   Explained explained;
   explained.driving = chargerControl(residuals.screened.series);
   explained.is_lead_acid = isLeadAcid(residuals.screened.series);
-  ExplanationRules rules = rulesOf(options);
-  std::unique_ptr<ExplanationFits> fits = fitsTo(residuals, std::nullopt, rules);
+  std::unique_ptr<ExplanationFits> fits = fitsTo(residuals, std::nullopt, options);
   if (explained.driving) {
-    std::unique_ptr<ExplanationFits> controlled = fitsTo(residuals, explained.driving, rules);
+    std::unique_ptr<ExplanationFits> controlled = fitsTo(residuals, explained.driving, options);
     if (controlled->minError() < (1.0 - kCatalogueTolerance) * fits->minError()) {
       fits = std::move(controlled);
     } else {
@@ -106,7 +102,7 @@ Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& optio
   const std::vector<std::string> ids =
       idsToWeigh(residuals.screened, options.hypotheses, explained.driving.has_value(),
                  explained.is_lead_acid, notes);
-  explained.explanation = explain(*fits, ids, options.given, rules, options.progress);
+  explained.explanation = explain(*fits, ids, options);
   return explained;
 }
 
@@ -197,7 +193,7 @@ std::optional<WhitenedFit> estimateDiscrepancy(const Residuals& residuals,
   const bool is_relevant = finding.rms >= std::max(options.relevance.rmse, 0.5 * fit.noise);
   // Where nothing else was selected, it alone would be the finding: it needs as much evidence as
   // any other component.
-  const bool is_evident = !explanation.terms.empty() || fit.gain >= ExplanationRules().min_gain;
+  const bool is_evident = !explanation.terms.empty() || fit.gain >= kMinGain;
   finding.is_used =
       is_relevant && is_evident && finding.left_out.discrepancy < finding.left_out.base;
   if (!finding.is_used && finding.left_out.base <= kPlausible) return std::nullopt;
@@ -214,10 +210,8 @@ std::optional<WhitenedFit> estimateDiscrepancy(const Residuals& residuals,
 
 }  // namespace
 
-MechanismEvidence weighMechanisms(const Residuals& residuals, const DiagnoseOptions& options) {
-  const ExplanationRules rules = rulesOf(options);
-  return mechanismEvidence(*fitsTo(residuals, std::nullopt, rules),
-                           hypothesesOf(options.hypotheses, false), rules);
+MechanismEvidence weighMechanisms(const Residuals& residuals) {
+  return mechanismEvidence(*fitsTo(residuals, std::nullopt, {}), hypothesesOf({}, false));
 }
 
 ModelSelection selectModel(const Recording& recording, const Residuals& residuals,
@@ -235,10 +229,7 @@ ModelSelection selectModel(const Recording& recording, const Residuals& residual
   selected.with_discrepancy =
       estimateDiscrepancy(residuals, explanation, selected.last, options, found);
   pulse(options);
-  const std::vector<SelectedTerm> terms =
-      judgeFindings(recording, residuals, selected, options, found);
-  pulse(options);
-  nameEffects(recording, residuals, terms, selected, found);
+  judgeFindings(recording, residuals, options, selected, found);
   return selected;
 }
 

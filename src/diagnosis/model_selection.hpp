@@ -27,7 +27,7 @@ struct FinalFit {
   InputSequence quiet;
   bool at_edges = false;  ///< an effect shows at edges: fitted to Residuals::inputs
   /// the base circuit's where there is no effect, and where a source controls the voltage: effects
-  /// are fitted in that direction then (nameEffects())
+  /// are fitted in that direction then (judgeFindings())
   WhitenedFit fit;
   const InputSequence& inputs(const Residuals& residuals) const {
     return at_edges ? residuals.inputs : quiet;
@@ -51,17 +51,16 @@ ModelSelection selectModel(const Recording& recording, const Residuals& residual
 
 /// @return what the training part says for each mechanism with the current as its input: whether a
 /// source is taken to control the voltage hangs on little.
-MechanismEvidence weighMechanisms(const Residuals& residuals, const DiagnoseOptions& options);
+MechanismEvidence weighMechanisms(const Residuals& residuals);
 
-/// What the findings come to. @return the terms that are reported, the likeliest mechanism's first.
-std::vector<SelectedTerm> judgeFindings(const Recording& recording, const Residuals& residuals,
-                                        const ModelSelection& selected,
-                                        const DiagnoseOptions& options, Diagnosis& found);
+/// What the findings come to, the models that are handed on, and the effects that stand in the
+/// extended one.
+void judgeFindings(const Recording& recording, const Residuals& residuals,
+                   const DiagnoseOptions& options, ModelSelection& selected, Diagnosis& found);
 
-/// The models that are handed on, and the effects that stand in the extended one.
-/// @param terms as judgeFindings() returned them.
-void nameEffects(const Recording& recording, const Residuals& residuals,
-                 const std::vector<SelectedTerm>& terms, ModelSelection& selected,
-                 Diagnosis& found);
+/// Opens the part that was held out: base and extended model on it, and what is handed on after it.
+/// @param found takes them; what is withheld: Diagnosis::withheld_rmse.
+void validate(const Recording& recording, const Residuals& residuals,
+              const ModelSelection& selected, const DiagnoseOptions& options, Diagnosis& found);
 
 }  // namespace battery_sof

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <stdexcept>
-
-#include "diagnosis/whitened_fit.hpp"
 
 namespace battery_sof {
 namespace {
@@ -53,19 +50,13 @@ double unitOf(const WhitenedFit& fit, Eigen::Index coordinate) {
 Eigen::MatrixXd cutColumns(const WhitenedFit& fit, const InputSequence& inputs,
                            const std::vector<Regime>& regimes,
                            const std::vector<Eigen::Index>& coordinates) {
-  const auto parts = static_cast<Eigen::Index>(kParts);
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(
-      fit.jacobian.rows(), parts * static_cast<Eigen::Index>(coordinates.size()));
-  for (std::size_t j = 0; j < coordinates.size(); ++j)
-    for (Eigen::Index n = 0; n < fit.jacobian.rows(); ++n) {
-      const std::size_t sample = n;
-      const Eigen::Index first = parts * static_cast<Eigen::Index>(j);
-      const auto third =
-          static_cast<Eigen::Index>(kRegimes + thirdOf(inputs, inputs.samples[sample].step.time));
-      const double value = fit.jacobian(n, coordinates[j]);
-      columns(n, first + static_cast<Eigen::Index>(regimes[sample])) = value;
-      columns(n, first + third) = value;
-    }
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.jacobian.rows(), kParts * coordinates.size());
+  for (std::size_t n = 0; n < regimes.size(); ++n) {
+    const std::size_t third = kRegimes + thirdOf(inputs, inputs.samples[n].step.time);
+    for (std::size_t j = 0; j < coordinates.size(); ++j)
+      for (const std::size_t part : {static_cast<std::size_t>(regimes[n]), third})
+        columns(n, j * kParts + part) = fit.jacobian(n, coordinates[j]);
+  }
   return columns;
 }
 
@@ -80,7 +71,8 @@ double innovationVariance(const WhitenedFit& fit, const InputSequence& inputs) {
 double costOf(const WhitenedFit& fit, const CompositionPoint& point, const InputSequence& inputs) {
   Eigen::VectorXd error = -simulatedVoltage(fit.model, point, inputs);
   for (Eigen::Index n = 0; n < error.size(); ++n) error[n] += inputs.samples[n].voltage;
-  return whitened(fit, inputs, error).squaredNorm();
+  const Eigen::VectorXd innovation = whitened(fit, inputs, error);
+  return innovation.squaredNorm();
 }
 
 }  // namespace
@@ -109,20 +101,9 @@ std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSe
   return map;
 }
 
-bool optimiserFailed(const std::vector<const InputSequence*>& parts,
-                     const std::vector<const WhitenedFit*>& fits) {
-  if (parts.size() != fits.size())
-    throw std::invalid_argument("optimiserFailed: " + std::to_string(fits.size()) + " fits for " +
-                                std::to_string(parts.size()) + " parts");
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const WhitenedFit& own = *fits[k];
-    const double at_own = costOf(own, own.point, *parts[k]);
-    for (const WhitenedFit* other : fits)
-      if (other != &own &&
-          at_own - costOf(own, {other->point.parameters, own.point.state}, *parts[k]) > kMismatch)
-        return true;
-  }
-  return false;
+bool optimiserFailed(const InputSequence& part, const WhitenedFit& own,
+                     const Eigen::VectorXd& other) {
+  return costOf(own, own.point, part) - costOf(own, {other, own.point.state}, part) > kMismatch;
 }
 
 }  // namespace battery_sof

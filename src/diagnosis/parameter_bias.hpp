@@ -32,10 +32,9 @@ std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSe
  * first state [1]. That is no physics but an optimiser that stopped early
  * (docs/physics.md#parameter-bias-by-missing-physics). Less than 12 could not be taken for a mismatch.
  *
- * @param parts, fits one fit a part, in the same order; all of one composition.
- * @throws std::invalid_argument when their numbers differ.
+ * @param part with its own fit.  @param other the other part's parameters, of the same composition.
  */
-bool optimiserFailed(const std::vector<const InputSequence*>& parts,
-                     const std::vector<const WhitenedFit*>& fits);
+bool optimiserFailed(const InputSequence& part, const WhitenedFit& own,
+                     const Eigen::VectorXd& other);
 
 }  // namespace battery_sof

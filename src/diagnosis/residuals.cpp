@@ -75,7 +75,9 @@ void exchangeHalves(Residuals& residuals) {
     return fitWhitened(model, part, {base.point, typicalStart(model, part)}, base.noise, once);
   };
   const WhitenedFit one = fitOf(first), other = fitOf(second);
-  if (!optimiserFailed({&first, &second}, {&one, &other})) return;
+  if (!optimiserFailed(first, one, other.point.parameters) &&
+      !optimiserFailed(second, other, one.point.parameters))
+    return;
   residuals.screened.sentences.push_back(
       "the base model's search stopped early in a half of the recording and was begun again from "
       "more starts");

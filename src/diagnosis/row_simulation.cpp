@@ -122,9 +122,9 @@ RowErrors RowSimulation::simulated(const Grid& grid, const BatteryModel& model,
     else
       out.sensitivity.row(row) += sample.count * simulation.voltageDerivatives().transpose();
   }
-  out.error.array() /= measured.array().max(1.0);
-  for (Eigen::Index k = 0; k < seeds.cols(); ++k)
-    out.sensitivity.col(k).array() /= measured.array().max(1.0);
+  const Eigen::ArrayXd counts = measured.array().max(1.0);
+  out.error.array() /= counts;
+  out.sensitivity.array().colwise() /= counts;
   if (!out.error.allFinite() || !out.sensitivity.allFinite()) return {};
   return out;
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "recording/checks.hpp"
-#include "recording/fit_mask.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

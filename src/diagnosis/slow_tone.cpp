@@ -5,7 +5,10 @@
 #include <cmath>
 #include <complex>
 #include <unsupported/Eigen/FFT>
+#include <utility>
 #include <vector>
+
+#include "recording/channel_statistics.hpp"
 
 namespace battery_sof {
 namespace {
@@ -23,9 +26,7 @@ constexpr double kTwoPi = 6.283185307179586;
 double binOf(const InputSequence& inputs) {
   std::vector<double> intervals;
   for (const InputSample& sample : inputs.samples) intervals.push_back(sample.step.duration);
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return std::max(kBin, *middle);
+  return std::max(kBin, quantile(std::move(intervals), 0.5));
 }
 
 /// @return the least number of at least so many without a prime factor above 5: others take a
@@ -86,8 +87,7 @@ double amplitudeOf(const WhitenedFit& fit, const InputSequence& inputs, double p
     const double angle = kTwoPi * (inputs.samples[n].step.time - inputs.first_time) / period;
     columns.row(n) << std::sin(angle), std::cos(angle);
   }
-  for (Eigen::Index k = 0; k < 2; ++k) columns.col(k) = whitened(fit, inputs, columns.col(k));
-  return columns.colPivHouseholderQr().solve(fit.innovation).norm();
+  return whitened(fit, inputs, columns).colPivHouseholderQr().solve(fit.innovation).norm();
 }
 
 }  // namespace
@@ -108,10 +108,8 @@ std::optional<SlowTone> slowTone(const WhitenedFit& fit, const InputSequence& in
   SlowTone best;
   for (std::size_t k = 0; k < power.size(); ++k) {
     const std::size_t from = std::min(k - std::min(k, kAround), power.size() - 2 * kAround - 1);
-    std::vector<double> around(power.begin() + static_cast<std::ptrdiff_t>(from),
-                               power.begin() + static_cast<std::ptrdiff_t>(from + 2 * kAround + 1));
-    std::nth_element(around.begin(), around.begin() + kAround, around.end());
-    const double level = around[kAround] / std::log(2.0);
+    const auto first = power.begin() + static_cast<std::ptrdiff_t>(from);
+    const double level = quantile({first, first + 2 * kAround + 1}, 0.5) / std::log(2.0);
     if (!(level > 0.0) || power[k] <= best.power * level) continue;
     best.power = power[k] / level;
     best.period = bin * static_cast<double>(values.size()) / static_cast<double>(lowest + k);

@@ -13,7 +13,8 @@ namespace {
 // A step of 100 A: from a third of the noise (q), a thousandth of it in a second (h), on to
 // hundreds of times it.
 constexpr double kLeast = 1e-5, kMost = 10.0;
-constexpr int kGrid = 7;  // values a parameter, one a decade
+constexpr int kGrid = 7;                  // values a parameter, one a decade
+constexpr double kMinInformation = 1e-2;  // of the noise's variance
 
 double stepInto(const InputSequence& inputs, std::size_t n) {
   const auto& samples = inputs.samples;
@@ -129,23 +130,12 @@ InputSequence TimingJitterNoise::weighed(InputSequence inputs, double jitter) {
   return inputs;
 }
 
-namespace {
-
-constexpr double kMinInformation = 1e-2;  // of the noise's variance
-
-Eigen::VectorXd deviationOf(const LinearProblem& problem, const LinearFit& fit) {
+Eigen::MatrixXd NoiseRows::directions(const LinearProblem& problem, const LinearFit& fit,
+                                      double effective_sample_fraction) {
   Eigen::VectorXd deviation(problem.products.cols());
   deviation.head(problem.known()) = problem.known_std;
   for (Eigen::Index k = problem.known(); k < deviation.size(); ++k)
-    deviation[k] = fit.strength[static_cast<std::size_t>(problem.group[k - problem.known()])];
-  return deviation;
-}
-
-}  // namespace
-
-Eigen::MatrixXd NoiseRows::directions(const LinearProblem& problem, const LinearFit& fit,
-                                      double effective_sample_fraction) {
-  const Eigen::VectorXd deviation = deviationOf(problem, fit);
+    deviation[k] = fit.strength[problem.groupOf(k)];
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(
       deviation.asDiagonal() * problem.products * deviation.asDiagonal());
   const auto used = (effective_sample_fraction * axes.eigenvalues().array() >

@@ -1,11 +1,10 @@
-#include "diagnosis/validation.hpp"
-
 #include <algorithm>
 #include <utility>
 
 #include "baseline/baseline_predictor.hpp"
 #include "baseline/ridge.hpp"
 #include "diagnosis/comparison.hpp"
+#include "diagnosis/model_selection.hpp"
 #include "prediction/scores.hpp"
 #include "recording/fit_mask.hpp"
 
@@ -20,16 +19,16 @@ constexpr std::size_t kMinForRidge = 60;  // samples, as ridgeVoltage() requires
 struct Opened {
   Series whole;
   std::vector<char> masked;
-  IndexRange holdout;
 };
 
 Opened open(const Series& series, const Residuals& residuals, std::vector<std::string>& notes) {
-  Opened opened{treatedAsScreened(series, residuals.screened), {}, residuals.parts.holdout};
+  Opened opened{treatedAsScreened(series, residuals.screened), {}};
   InstrumentLimits limits = instrumentLimits(series);
   maskBehindUnknownCharge(series, limits);
   const std::vector<char>& trained = residuals.screened.limits.masked;
   std::copy(trained.begin(), trained.end(), limits.masked.begin());
-  const auto begin = limits.masked.begin() + static_cast<std::ptrdiff_t>(opened.holdout.first);
+  const auto begin =
+      limits.masked.begin() + static_cast<std::ptrdiff_t>(residuals.parts.holdout.first);
   if (std::all_of(begin, limits.masked.end(), [](char fault) { return fault != 0; })) {
     std::fill(begin, limits.masked.end(), 0);
     notes.push_back(
@@ -47,8 +46,9 @@ FitWindow windowOf(const Series& series, IndexRange range) {
 
 ErrorMetrics metricsOf(const Opened& opened, IndexRange range, const std::vector<double>& voltage,
                        const FittedModel& model) {
-  return errorMetrics(opened.whole, range, voltage,
-                      chargeCurrentError(model, opened.whole, range, opened.masked), opened.masked);
+  ErrorMetrics metrics = errorMetrics(opened.whole, range, voltage, opened.masked);
+  metrics.charge_current_error = chargeCurrentError(model, opened.whole, range, opened.masked);
+  return metrics;
 }
 
 /// The whole recording from the training part's first state on [V].
@@ -90,7 +90,7 @@ void compareBaseline(Comparison& fit, const Series& series, const Residuals& res
   if (baseline.voltage_from_current) {
     fit.baseline_line = errorMetrics(
         series, holdout, predictBaseline(baseline, series, {0, series.size()}, controlled).voltage,
-        std::nullopt, opened.masked);
+        opened.masked);
     if (driving)
       takeShares(scoreBaseline(baseline, series, holdout,
                                {controlled.begin() + static_cast<std::ptrdiff_t>(holdout.first),
@@ -103,7 +103,7 @@ void compareBaseline(Comparison& fit, const Series& series, const Residuals& res
   const std::vector<double> ridge = ridgeVoltage(opened.whole, train, holdout);
   std::copy(ridge.begin(), ridge.end(),
             voltage.begin() + static_cast<std::ptrdiff_t>(holdout.first));
-  fit.baseline_ridge = errorMetrics(series, holdout, voltage, std::nullopt, opened.masked);
+  fit.baseline_ridge = errorMetrics(series, holdout, voltage, opened.masked);
 }
 
 void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
@@ -172,7 +172,6 @@ void validate(const Recording& recording, const Residuals& residuals,
   compareErrors(found, parts, opened);
   pulse(options);
   found.source = detectControlMode(series);
-  found.charger_share = found.source.share;
   const std::optional<ChargerControl> driving = chargerControl(series);
   compareBaseline(fit, series, residuals, opened, driving);
   pulse(options);

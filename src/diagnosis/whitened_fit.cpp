@@ -23,14 +23,6 @@ Eigen::MatrixXd orthonormalColumns(Eigen::MatrixXd columns) {
   return basis;
 }
 
-void takeWhitened(WhitenedFit& fit, const InputSequence& inputs) {
-  const Whitening whitening(fit.noise, inputs.samples);
-  fit.innovation = whitening.whitened(fit.residual);
-  Eigen::MatrixXd columns = fit.jacobian;
-  for (auto column : columns.colwise()) column = whitening.whitened(column);
-  fit.biased = orthonormalColumns(std::move(columns));
-}
-
 // of an edge: where the resistance changes from one value to the other
 constexpr double kCrossing = 0.2;
 
@@ -76,7 +68,8 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
   fit.residual = pass.residual;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n)
     if (!(inputs.samples[n].count > 0.0)) fit.residual[n] = 0.0;
-  takeWhitened(fit, inputs);
+  fit.innovation = whitened(fit, inputs, fit.residual);
+  fit.biased = orthonormalColumns(whitened(fit, inputs, fit.jacobian));
   for (Eigen::Index k = 0; k < problem.size(); ++k) fit.rows.push_back(problem.rowOf(k));
   NormalEquations at;
   problem.evaluate(x, at);
@@ -85,9 +78,11 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
   return fit;
 }
 
-Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
-                         const Eigen::VectorXd& column) {
-  return Whitening(fit.noise, inputs.samples).whitened(column);
+Eigen::MatrixXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
+                         Eigen::MatrixXd columns) {
+  const Whitening whitening(fit.noise, inputs.samples);
+  for (auto column : columns.colwise()) column = whitening.whitened(column);
+  return columns;
 }
 
 InputSequence withoutEdges(const InputSequence& inputs, double edge, double before, double after) {
@@ -119,10 +114,8 @@ Eigen::VectorXd simulatedVoltage(const BatteryModel& model, const CompositionPoi
 
 Signatures signaturesOf(const WhitenedFit& fit, const InputSequence& inputs,
                         Eigen::MatrixXd columns) {
-  const Whitening whitening(fit.noise, inputs.samples);
   Signatures signatures;
-  signatures.columns = std::move(columns);
-  for (auto column : signatures.columns.colwise()) column = whitening.whitened(column);
+  signatures.columns = whitened(fit, inputs, std::move(columns));
   signatures.length = signatures.columns.colwise().norm();
   const Eigen::MatrixXd biased = fit.biased.transpose() * signatures.columns;
   signatures.columns.noalias() -= fit.biased * biased;

@@ -48,9 +48,9 @@ WhitenedFit fitWhitened(const BatteryModel& model, const InputSequence& inputs,
                         const std::vector<CompositionPoint>& starts,
                         const std::optional<NoiseModel>& noise, const WhitenedSearch& search = {});
 
-/// @return K s for a column of the sequence's samples [V].
-Eigen::VectorXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
-                         const Eigen::VectorXd& column);
+/// @param columns [V], samples x columns; taken in place.  @return K s for each.
+Eigen::MatrixXd whitened(const WhitenedFit& fit, const InputSequence& inputs,
+                         Eigen::MatrixXd columns);
 
 /**
  * @brief The same inputs without the samples around edges of the current: they are inputs and
@@ -79,7 +79,7 @@ struct Signatures {
   Eigen::VectorXd length;   ///< |K s|
 };
 
-/// @param columns [V], samples x columns; taken in place.
+/// @param columns as of whitened().
 Signatures signaturesOf(const WhitenedFit& fit, const InputSequence& inputs,
                         Eigen::MatrixXd columns);
 

@@ -255,11 +255,11 @@ DESCRIBED(ControlModeOverview, MEMBERS("", seen, summary), visit("reasons", of.t
 nlohmann::json resultJson(const Diagnosis& of) {
   JsonFields visit;
   describe(visit, of);
-  MEMBERS("", fit, charger_share, regimes, parameter_bias, mechanisms, discrepancy,
-          detection_limits);
+  MEMBERS("", fit, regimes, parameter_bias, mechanisms, discrepancy, detection_limits);
   visit("schema", "battery_sof/diagnosis/2");
   visit("program", "battery_sof " + version());
   visit("recording", printable(of.base.provenance.recording));
+  visit("charger_share", of.source.share);
   visit("operating_mode", of.source);
   visit("baseline", of.fit.baseline_ridge);
   visit("baseline_line", of.fit.baseline_line);
@@ -314,7 +314,7 @@ std::string resultText(const CombinedDiagnosis& combined,
 
 std::string useOfDiscrepancy(const Diagnosis& diagnosis) {
   if (!diagnosis.discrepancy->is_used) return "It is not used.";
-  if (diagnosis.extended.fit.discrepancy || diagnosis.charger_share == 0.0)
+  if (diagnosis.extended.fit.discrepancy || diagnosis.source.share == 0.0)
     return "It is in the extended model.";
   return "It is in the extended model's voltage; a model file answers in the direction that the "
          "source controls and has what was estimated there.";

@@ -349,7 +349,7 @@ std::string whereSection(const Diagnosis& d, double clock_origin) {
 
 std::string evidenceSection(const Diagnosis& d) {
   if (d.candidates.empty()) return "";
-  const double threshold = ExplanationRules().min_gain;
+  const double threshold = kMinGain;
   double end = 2.0 * threshold;
   for (const Candidate& c : d.candidates) end = std::max(end, c.evidence);
   std::vector<Candidate> candidates = d.candidates;

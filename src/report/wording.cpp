@@ -99,9 +99,9 @@ std::string baselineSentence(const Diagnosis& diagnosis) {
   if (fit.baseline_line)
     text += (text.empty() ? "without physics, on the hold-out: " : "; ") +
             ("a linear baseline " + share(*fit.baseline_line));
-  if (diagnosis.charger_share > 0.0)
+  if (diagnosis.source.share > 0.0)
     text += format("%sa source holds the voltage in %.0f %% of the samples",
-                   text.empty() ? "" : "; ", 100.0 * diagnosis.charger_share);
+                   text.empty() ? "" : "; ", 100.0 * diagnosis.source.share);
   return text;
 }
 

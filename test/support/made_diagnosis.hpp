@@ -80,7 +80,6 @@ inline MadeDiagnosis madeDrivenBy(double missing) {
   made.diagnosis.base.provenance.recording = made.diagnosis.extended.provenance.recording =
       made.recording.name;
   made.diagnosis.source = madeSource(made.recording.series);
-  made.diagnosis.charger_share = made.diagnosis.source.share;
   made.diagnosis.fit.train = {0.0, 900.0, 16000};
   made.diagnosis.fit.holdout = {900.05, 1199.95, 6000};
   return made;

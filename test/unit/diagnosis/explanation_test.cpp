@@ -42,15 +42,14 @@ Series driveOfNoEquation() {
 std::unique_ptr<ExplanationFits> fitsTo(const Series& series) {
   const InputSequence inputs = inputSequence(series, whole(series));
   const CompositionPoint base{typicalPoint(BatteryModel()), BatteryModel().restState()};
-  const Linearization response = linearizationOf(
-      BatteryModel(), {base.parameters, base.state, 0.0, 0.0}, inputs, inputs.samples.size());
-  return std::make_unique<ExplanationFits>(
-      inputs, designMatrix(inputs, response, drivenBattery().beta), base, ExplanationRules());
+  return std::make_unique<ExplanationFits>(inputs, base, DiagnoseOptions());
 }
 
 Explanation explained(const Series& series, const std::vector<std::string>& ids,
                       const std::vector<std::string>& given = {}) {
-  return explain(*fitsTo(series), ids, given, {});
+  DiagnoseOptions options;
+  options.given = given;
+  return explain(*fitsTo(series), ids, options);
 }
 
 TEST(LeftOutBlocks, AreMissedByTheNoiseAndByMoreWithRegressorsThatDescribeNothing) {
@@ -122,7 +121,7 @@ TEST(Explain, AnOpenCircuitVoltageThatFollowsTheChargeIsExplainedByItself) {
   const SelectedTerm& one = found.terms.front();
   EXPECT_EQ("ocv_soc", one.member);
   EXPECT_EQ(Mechanism::kOpenCircuit, one.mechanism);
-  EXPECT_GT(one.gain, ExplanationRules().min_gain);
+  EXPECT_GT(one.gain, kMinGain);
   ASSERT_EQ(6u, one.half_gains.size());
   for (const double gain : one.half_gains) EXPECT_GT(gain, 0.0) << "half of the rows";
   EXPECT_NEAR(0.2, found.point.parameters[*found.model.parameterRow("ocv_slope")], 0.02);

@@ -98,15 +98,15 @@ TwoHalves fittedHalves() {
 
 TEST(OptimiserFailed, AConvergedFitIsNotBeatenByTheOtherHalfs) {
   const TwoHalves halves = fittedHalves();
+  EXPECT_FALSE(optimiserFailed(halves.first, halves.first_fit, halves.second_fit.point.parameters));
   EXPECT_FALSE(
-      optimiserFailed({&halves.first, &halves.second}, {&halves.first_fit, &halves.second_fit}));
+      optimiserFailed(halves.second, halves.second_fit, halves.first_fit.point.parameters));
 }
 
 TEST(OptimiserFailed, AFitThatStoppedEarlyIsBeaten) {
   TwoHalves halves = fittedHalves();
   halves.second_fit.point.parameters[kRowC2] *= 1.3;
-  EXPECT_TRUE(
-      optimiserFailed({&halves.first, &halves.second}, {&halves.first_fit, &halves.second_fit}));
+  EXPECT_TRUE(optimiserFailed(halves.second, halves.second_fit, halves.first_fit.point.parameters));
 }
 
 }  // namespace

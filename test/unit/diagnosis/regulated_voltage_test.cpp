@@ -18,11 +18,7 @@ std::unique_ptr<ExplanationFits> fitsTo(const Series& series,
                                         const std::vector<char>& voltage_controlled) {
   const InputSequence inputs = inputSequence(series, {0, series.size()}, {}, voltage_controlled);
   const CompositionPoint base{typicalPoint(BatteryModel()), BatteryModel().restState()};
-  const Linearization response = linearizationOf(
-      BatteryModel(), {base.parameters, base.state, inputs.first_time, inputs.first_time}, inputs,
-      inputs.samples.size());
-  return std::make_unique<ExplanationFits>(
-      inputs, designMatrix(inputs, response, drivenBattery().beta), base, ExplanationRules());
+  return std::make_unique<ExplanationFits>(inputs, base, DiagnoseOptions());
 }
 
 std::unique_ptr<ExplanationFits> fitsTo(const std::vector<std::string>& law) {
@@ -32,8 +28,7 @@ std::unique_ptr<ExplanationFits> fitsTo(const std::vector<std::string>& law) {
 
 /// Whether fresh_sulphate predicts as well as a mechanism's regressors.
 bool predictsAsWell(ExplanationFits& fits, Mechanism mechanism = Mechanism::kAcceptance) {
-  const ExplanationRules rules;
-  EffectSearch search(fits, {"fresh_sulphate"}, rules);
+  EffectSearch search(fits, {"fresh_sulphate"});
   ExplanationState circuit = fits.baseState();
   fits.evaluateEvidence(circuit);
   search.takeGrid();
@@ -142,15 +137,14 @@ TEST(RegulatedVoltage, TheRuleIsForVoltagesThatAreControlled) {
 
 TEST(RegulatedVoltage, AnEquationStandsWithAnotherEffectThatIsNotWeighed) {
   for (const char* other : {"charge_transfer", "gassing"}) {
-    const Explanation found =
-        explain(*fitsTo({"fresh_sulphate", other}), {"fresh_sulphate"}, {}, {});
+    const Explanation found = explain(*fitsTo({"fresh_sulphate", other}), {"fresh_sulphate"}, {});
     ASSERT_EQ(1u, found.terms.size()) << other;
     EXPECT_EQ("fresh_sulphate", found.terms.front().member) << other;
   }
 }
 
 TEST(RegulatedVoltage, AnotherLawOfTheMechanismGetsItsRegressors) {
-  const Explanation found = explain(*fitsTo({"charge_acceptance"}), {"fresh_sulphate"}, {}, {});
+  const Explanation found = explain(*fitsTo({"charge_acceptance"}), {"fresh_sulphate"}, {});
   ASSERT_FALSE(found.terms.empty());
   EXPECT_EQ(Mechanism::kAcceptance, found.terms.front().mechanism);
   EXPECT_EQ("", found.terms.front().member);
