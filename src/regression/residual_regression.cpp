@@ -56,10 +56,6 @@ RidgeFit fitPart(const ResidualSamples& samples, bool voltage_controlled, std::s
   return fit;
 }
 
-}  // namespace
-
-namespace {
-
 /// Visits a memory's numbers but for `begun`, in the order of a file.
 template <typename Memory, typename Visit>
 void eachNumber(Memory& memory, Visit&& visit) {
