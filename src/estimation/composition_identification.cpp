@@ -64,7 +64,7 @@ struct Window {
          const std::vector<char>& voltage_controlled = {})
       : series(of), range(samples), full(inputSequence(of, samples, masked, voltage_controlled)) {
     if (samples.size() > kCompressFrom && voltage_controlled.empty())
-      compressed = compressedInputs(of, samples, {}, masked);
+      compressed = compressedInputs(of, samples, kLongestStretch, masked);
   }
   const Series& series;
   IndexRange range;
