@@ -145,16 +145,14 @@ std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const SparseFit& spa
 /// Strengths by groups, at the effective sample fraction of their residual.
 struct GroupedFit {
   LinearFit fit;
-  double effective_sample_fraction = kFirstSampleFraction;
+  double effective_sample_fraction;
 };
 
 GroupedFit groupedFit(const Rows& rows) {
-  GroupedFit grouped;
-  for (int pass = 0; pass < kPasses; ++pass) {
-    if (pass > 0) grouped.effective_sample_fraction = independentShare(rows.left(grouped.fit.z));
-    grouped.fit = pass == 0
-                      ? fitGroups(rows.problem, grouped.effective_sample_fraction)
-                      : fitGroupsFrom(rows.problem, grouped.effective_sample_fraction, grouped.fit);
+  GroupedFit grouped{fitGroups(rows.problem, kFirstSampleFraction), kFirstSampleFraction};
+  for (int pass = 1; pass < kPasses; ++pass) {
+    grouped.effective_sample_fraction = independentShare(rows.left(grouped.fit.z));
+    grouped.fit = fitGroupsFrom(rows.problem, grouped.effective_sample_fraction, grouped.fit);
   }
   return grouped;
 }
