@@ -111,13 +111,8 @@ class Stepper {
 
   /// The battery as it stands, in values.
   ModelPoint point() const {
-    ModelPoint here;
-    here.time = now.time;
-    here.reference_time = effects_.referenceTime();
-    here.parameters = valuesOf(effects_.parameters());
-    here.state = valuesOf(now.x);
-    here.regressor_memory = regressorMemory();
-    return here;
+    return {valuesOf(effects_.parameters()), valuesOf(now.x), now.time, effects_.referenceTime(),
+            regressorMemory()};
   }
 
   std::vector<double> regressorMemory() const {

@@ -80,10 +80,10 @@ Rows rowsOf(const Linearization& response, const DesignMatrix& table,
   return rows;
 }
 
-/// The base circuit alone, as good as it gets.
-Eigen::VectorXd withoutDiscrepancy(const Rows& rows) {
+/// The base circuit alone.
+LinearFit withoutDiscrepancy(const Rows& rows, double effective_sample_fraction) {
   const std::vector<char> none(kRegressorGroups, 0);
-  return fitSomeGroups(rows.problem, 1.0, none).z;
+  return fitSomeGroups(rows.problem, effective_sample_fraction, none);
 }
 
 /// RMS of a part of the discrepancy over the training rows, less what the base circuit takes up of
@@ -170,11 +170,9 @@ SparseFit sparseFit(const Rows& rows) {
 
 /// Gain of ln evidence over the base circuit `alone`, at the sample fraction of its residual.
 double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit& grouped) {
-  const Eigen::VectorXd left = rows.left(alone);
-  const double own = independentShare(left);
-  const std::vector<char> none(kRegressorGroups, 0);
+  const double own = independentShare(rows.left(alone));
   return fitGroupsFrom(rows.problem, own, grouped).evidence -
-         fitSomeGroups(rows.problem, own, none).evidence;
+         withoutDiscrepancy(rows, own).evidence;
 }
 
 /// The discrepancy with weights z of all regressors. @return its base_change is for the caller.
@@ -218,7 +216,7 @@ DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix&
                               const RegressorFilter& wanted) {
   const Rows rows = rowsOf(response, table, wanted);
   const Eigen::Index known = rows.problem.known();
-  const Eigen::VectorXd alone = withoutDiscrepancy(rows);
+  const Eigen::VectorXd alone = withoutDiscrepancy(rows, 1.0).z;
   const GroupedFit grouped = groupedFit(rows);
   const SparseFit sparse = sparseFit(rows);
   const Eigen::VectorXd z = 0.5 * (grouped.fit.z + sparse.fit.z);
