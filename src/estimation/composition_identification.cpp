@@ -368,7 +368,7 @@ void followWindow(FittedModel& model, const Series& series, IndexRange range,
   model.fit.baseline = fitBaseline(series, range, source.voltage_controlled);
   const Followed followed = followWindow(model, inputs);
   std::vector<double> left_out;
-  model.fit.residual_regression = fitResidualRegression(followed.samples, &left_out);
+  model.fit.residual_regression = fitResidualRegression(followed.samples, left_out);
   model.state.memory = followed.memory;
   holdInside(model.fit.residual_regression, series, range, source);
   model.fit.scores.left_out_share_percent = leftOutShare(followed.samples, left_out, series, range);
