@@ -129,7 +129,7 @@ TEST(Minimize, StopsAtTheBoundWhenTheOptimumLiesBeyond) {
   EXPECT_DOUBLE_EQ(found.x[1], -1.0);
 }
 
-/// Damping after passes of which each has a cost: E = x^2 promised, the gain as given; none: refused.
+/// Damping after steps along E = x^2 that gain a share of what they promise; none: refused.
 double dampingAfter(double initial, const std::vector<std::optional<double>>& gain_ratios) {
   std::size_t pass = 0;
   double cost = 1.0, x_before = 1.0;
