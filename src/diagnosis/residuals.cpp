@@ -26,12 +26,10 @@ constexpr int kMoreStarts = 6;
 void takeDrives(Residuals& residuals) {
   const Screening& screened = residuals.screened;
   const IndexRange train = residuals.parts.train;
-  Compression compression;
-  compression.max_length =
-      std::max(compression.max_length, kSlowLength * medianInterval(screened.series));
+  const double longest = std::max(kLongestStretch, kSlowLength * medianInterval(screened.series));
   InputSequence& inputs = residuals.inputs;
   inputs = train.size() > kCompressFrom
-               ? compressedInputs(screened.series, train, compression, screened.limits.masked)
+               ? compressedInputs(screened.series, train, longest, screened.limits.masked)
                : inputSequence(screened.series, train, screened.limits.masked);
   if (!screened.slow)
     inputs = withoutEdges(inputs, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);

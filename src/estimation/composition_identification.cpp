@@ -64,7 +64,7 @@ struct Window {
          const std::vector<char>& voltage_controlled = {})
       : series(of), range(samples), full(inputSequence(of, samples, masked, voltage_controlled)) {
     if (samples.size() > kCompressFrom && voltage_controlled.empty())
-      compressed = compressedInputs(of, samples, {}, masked);
+      compressed = compressedInputs(of, samples, kLongestStretch, masked);
   }
   const Series& series;
   IndexRange range;
@@ -368,7 +368,7 @@ void followWindow(FittedModel& model, const Series& series, IndexRange range,
   model.fit.baseline = fitBaseline(series, range, source.voltage_controlled);
   const Followed followed = followWindow(model, inputs);
   std::vector<double> left_out;
-  model.fit.residual_regression = fitResidualRegression(followed.samples, &left_out);
+  model.fit.residual_regression = fitResidualRegression(followed.samples, left_out);
   model.state.memory = followed.memory;
   holdInside(model.fit.residual_regression, series, range, source);
   model.fit.scores.left_out_share_percent = leftOutShare(followed.samples, left_out, series, range);

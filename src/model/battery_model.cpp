@@ -79,13 +79,8 @@ Eigen::VectorXd BatteryModel::restState() const {
 }
 
 BaseParameters baseParameters(const Eigen::VectorXd& parameters) {
-  BaseParameters base;
-  base.r_discharge = parameters[kRowRDischarge];
-  base.r_charge = parameters[kRowRCharge];
-  base.c2 = parameters[kRowC2];
-  base.beta = parameters[kRowBeta];
-  base.u_dc = parameters[kRowUDc];
-  return base;
+  return {parameters[kRowRDischarge], parameters[kRowRCharge], parameters[kRowC2],
+          parameters[kRowBeta], parameters[kRowUDc]};
 }
 
 }  // namespace battery_sof

@@ -3,16 +3,6 @@
 namespace battery_sof {
 namespace {
 
-std::vector<BoundComposition::Member> membersOf(const BatteryModel& model) {
-  std::vector<BoundComposition::Member> members;
-  for (std::size_t k = 0; k < model.effects().size(); ++k)
-    for (const Effect& effect : allEffects())
-      if (effect.info.id == model.effects()[k])
-        members.push_back({&effect, static_cast<int>(model.firstParameter(k)),
-                           static_cast<int>(model.firstState(k))});
-  return members;
-}
-
 /// Whether what an effect owns can have a say in the double layer's movement.
 bool reachesLayer(const EffectHooks& hooks) {
   return hooks.sense || hooks.adapt || hooks.side_current || hooks.activity || hooks.is_ladder ||
@@ -21,11 +11,15 @@ bool reachesLayer(const EffectHooks& hooks) {
 
 }  // namespace
 
-BoundComposition::BoundComposition(const BatteryModel& composed)
-    : model(composed), members(membersOf(composed)) {
-  for (std::size_t k = 0; k < model.effects().size(); ++k)
-    if (model.effects()[k] == kDiscrepancyEffect)
-      discrepancy_parameter = static_cast<int>(model.firstParameter(k));
+BoundComposition::BoundComposition(const BatteryModel& composed) : model(composed) {
+  for (std::size_t k = 0; k < model.effects().size(); ++k) {
+    const std::string& id = model.effects()[k];
+    const int parameter = static_cast<int>(model.firstParameter(k));
+    if (id == kDiscrepancyEffect) discrepancy_parameter = parameter;
+    for (const Effect& effect : allEffects())
+      if (effect.info.id == id)
+        members.push_back({&effect, parameter, static_cast<int>(model.firstState(k))});
+  }
   for (const Member& member : members) {
     const EffectHooks& hooks = member.effect->hooks;
     if (hooks.activity) activity_state = member.state;

@@ -113,12 +113,10 @@ struct ClosedFormSlopes {
  * half_rate [1/A], >= 0.
  */
 inline ClosedFormSlopes closedFormSlopes(double w, double current, double i0, double half_rate) {
-  const double R = std::sqrt(current * current + 4.0 * i0 * i0), inverse = 1.0 / R;
-  const double m = i0 * inverse, q = current * inverse;
-  const double larger = 0.5 + 0.5 * std::abs(q), smaller = m * m / larger;
+  const CurrentShares shares = sharesOf(current, i0);
+  const double R = shares.R, inverse = 1.0 / R, m = shares.mixed, q = current * inverse;
   const double D = std::exp(-half_rate * R), P = 1.0 - D;
-  const ClosedFormStep<double> step{current < 0.0 ? smaller : larger,
-                                    current < 0.0 ? larger : smaller, m, D, P};
+  const ClosedFormStep<double> step{shares.charging, shares.discharging, m, D, P};
   const double x = std::exp(0.25 * w), y = 1.0 / x;
   const double x_after = step.nextX(x, y), y_after = step.nextY(x, y);
   const double both = 2.0 / (x_after * y_after);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "regressor_kernel.hpp"
+#include "discrepancy_run.hpp"
 
 namespace battery_sof {
 namespace {
@@ -73,13 +73,14 @@ EffectInfo discrepancyInfo(const DiscrepancyModel& discrepancy) {
 }
 
 std::vector<double> restedMemory(const DiscrepancyModel& discrepancy, std::vector<double> memory) {
-  RegressorMemory regressors(discrepancy.regressors, discrepancy.context);
-  if (!memory.empty()) regressors.setState({memory.begin(), memory.end() - 1});
-  Eigen::VectorXd values(discrepancy.regressors.size());
-  regressors.advance({0.0, 0.0, 0.0, false, 0.0, 0.0}, values);
-  regressors.advance({kRest, 0.0, 0.0, false, 0.0, 0.0}, values);
-  memory = regressors.state();
-  memory.push_back(0.0);  // the circuit's change has settled
+  memory = firstRegressorMemory<double>(discrepancy, std::move(memory));
+  LowPassShares shares;
+  std::vector<double> values(discrepancy.regressors.size());
+  const RegressorKernel<double> regressors{discrepancy.regressors, discrepancy.context, shares,
+                                           memory.data()};
+  for (const double duration : {0.0, kRest})
+    regressors.advance({duration, 0.0, 0.0, false, 0.0, 0.0}, values.data());
+  memory.back() = 0.0;  // the circuit's change has settled
   return memory;
 }
 

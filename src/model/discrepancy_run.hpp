@@ -54,11 +54,7 @@ class DiscrepancyRun {
 
   /// Moves over an interval. @param factors one a part.  @param memory updated.
   void advance(const Interval& interval, const S* factors, std::vector<S>& memory) {
-    if (interval.moment.duration != share_duration_) {
-      share_duration_ = interval.moment.duration;
-      takeShares(discrepancy_->regressors, share_duration_, share_);
-    }
-    RegressorKernel<S>{discrepancy_->regressors, discrepancy_->context, share_, memory.data()}
+    RegressorKernel<S>{discrepancy_->regressors, discrepancy_->context, shares_, memory.data()}
         .advance(interval.moment, values_.data());
     moveCircuit(interval, memory.back());
     voltage_ = S(memory.back() + circuitAt(interval.moment.current) + sumOf(factors));
@@ -113,8 +109,8 @@ class DiscrepancyRun {
   std::shared_ptr<const DiscrepancyModel> discrepancy_;
   std::vector<S> values_;
   std::vector<std::size_t> part_;  // of every regressor
-  std::vector<double> share_;
-  double share_duration_ = -1.0, beyond_ = 0.0;
+  LowPassShares shares_;
+  double beyond_ = 0.0;
   S voltage_ = S(0.0);
 };
 

@@ -160,24 +160,16 @@ class DoubleLayer final : public LayerOf<S> {
   /// @param emf [V], what drives it.  @param resistance [Ohm].
   SourceStep stepAtSource(double emf, double resistance, double duration) {
     const Slope none(0.0);
-    const Stage<Slope> values{Slope(valueOf(storage_) + 1.0 / resistance),
-                              Slope(valueOf(offset_) + emf / resistance),
-                              Slope(valueOf(before_[1])),
-                              present_slope_.i0,
-                              charging_slope_value_,
-                              discharging_slope_value_,
-                              none,
-                              present_slope_,
-                              duration};
-    const Root root = solve(values, valueOf(before_[0]));
+    const Root root =
+        solve(stageInValues(valueOf(storage_) + 1.0 / resistance,
+                            valueOf(offset_) + emf / resistance, before_, none, duration),
+              valueOf(before_[0]));
     activity_slope_ = root.activity_slope;
     return {root.u, (emf - root.u) / resistance, root.slope - 1.0 / resistance};
   }
   /// Imbalance of currents at u in arithmetic S, under `current` [A].
   S imbalance(const S* p, const Present<S>& present, const S& current, double duration, double u) {
-    const Stage<S> stage{storage_,           offset_, before_[1], present.i0, charging_slope_,
-                         discharging_slope_, current, present,    duration};
-    return balanceInS(p, stage, u, whole_[1]);
+    return balanceInS(p, stageInS(present, before_, current, duration), u, whole_[1]);
   }
   /// Moves activity and ladder to where u + moved ends. @param u where imbalance() was taken [V].
   void endStep(double duration, double u, const S& moved, S* log_activity, S* ladder) {
@@ -200,7 +192,7 @@ class DoubleLayer final : public LayerOf<S> {
   template <typename T>
   struct Stage {
     T storage, offset, activity_before;
-    const T &i0, &charging_slope, &discharging_slope, &current;
+    const T &charging_slope, &discharging_slope, &current;
     const Present<T>& present;
     double h;
   };
@@ -238,7 +230,7 @@ class DoubleLayer final : public LayerOf<S> {
     discharging_slope_ = S((1.0 - present.alpha) * present.beta);
     charging_slope_value_ = Slope(valueOf(charging_slope_));
     discharging_slope_value_ = Slope(valueOf(discharging_slope_));
-    if (has_ladder_ && (ladder_.empty() || !sameDispersion(present.dispersion))) {
+    if (has_ladder_ && (ladder_.empty() || dispersion_ != valueOf(present.dispersion))) {
       ladder_.assign(1, Ladder<S>(present.dispersion));
       dispersion_ = valueOf(present.dispersion);
     }
@@ -256,29 +248,34 @@ class DoubleLayer final : public LayerOf<S> {
       if (has_activity_) activity_slopes_ = take(activity_);
     }
   }
-  bool sameDispersion(const S& dispersion) const { return dispersion_ == valueOf(dispersion); }
 
-  const S* parametersOf(const S* p, const BoundComposition::Member& bound) const {
-    return p + bound.parameter;
+  /// A step of h [s] from `from`, after addStorage(). @param current [A], has to stay.
+  Stage<S> stageInS(const Present<S>& present, const std::vector<S>& from, const S& current,
+                    double h) const {
+    return {storage_, offset_, from[1], charging_slope_, discharging_slope_, current, present, h};
+  }
+  Stage<Slope> stageInValues(double storage, double offset, const std::vector<S>& from,
+                             const Slope& current, double h) const {
+    return {Slope(storage),           Slope(offset), Slope(valueOf(from[1])), charging_slope_value_,
+            discharging_slope_value_, current,       present_slope_,          h};
   }
 
-  /// Balance of currents at u; rises with u.
+  /// Balance of currents at u; rises with u. @param activity after the step, where there is one.
   template <typename T, typename SideParameters, typename ActivityParameters>
   T balance(const Stage<T>& s, const T& u, const SideParameters& side_parameters,
-            const ActivityParameters& activity_parameters, T* activity_after) const {
+            const ActivityParameters& activity_parameters, T& activity) const {
     using std::exp;
     const T rising = T(exp(bounded(T(s.charging_slope * u))));
-    T charging = is_limited_ ? T(s.i0 * s.present.reactivity * rising) : T(s.i0 * rising);
+    const T& i0 = s.present.i0;
+    T charging = is_limited_ ? T(i0 * s.present.reactivity * rising) : T(i0 * rising);
     const T discharging =
-        is_symmetric_ ? T(s.i0 / rising) : T(s.i0 * exp(bounded(T(-s.discharging_slope * u))));
+        is_symmetric_ ? T(i0 / rising) : T(i0 * exp(bounded(T(-s.discharging_slope * u))));
     T sum = T(s.storage * u - s.offset - s.current);
     if (has_activity_) {
       const ReactionRates<T> rates{charging, discharging};
-      const T activity =
-          kernelOf(*activity_.effect, u)
-              .activity(activity_parameters(), s.activity_before, rates, s.present, s.h);
+      activity = kernelOf(*activity_.effect, u)
+                     .activity(activity_parameters(), s.activity_before, rates, s.present, s.h);
       charging = T(charging * activity);
-      if (activity_after) *activity_after = activity;
     }
     const T reaction = T(charging - discharging);
     sum = is_limited_ ? T(sum + reaction / (1.0 + charging * s.present.inverse_supply))
@@ -293,21 +290,11 @@ class DoubleLayer final : public LayerOf<S> {
   void euler(const S* p, const Present<S>& present, const S& current, double h, double guess,
              const std::vector<S>& from, std::vector<S>& to) {
     addStorage(present, h, from);
-    const Stage<S> stage{storage_,           offset_, from[1], present.i0, charging_slope_,
-                         discharging_slope_, current, present, h};
     const Slope held(valueOf(current));
-    const Stage<Slope> values{Slope(valueOf(stage.storage)),
-                              Slope(valueOf(stage.offset)),
-                              Slope(valueOf(stage.activity_before)),
-                              present_slope_.i0,
-                              charging_slope_value_,
-                              discharging_slope_value_,
-                              held,
-                              present_slope_,
-                              h};
-    const Root root = solve(values, guess);
+    const Root root =
+        solve(stageInValues(valueOf(storage_), valueOf(offset_), from, held, h), guess);
     S activity(1.0);
-    const S rest = balanceInS(p, stage, root.u, activity);
+    const S rest = balanceInS(p, stageInS(present, from, current, h), root.u, activity);
     // One Newton step in arithmetic S: what it adds to the value is below rounding, what it adds to
     // the derivatives is the implicit function's.
     const S moved = S(rest * (-1.0 / root.slope));
@@ -344,11 +331,10 @@ class DoubleLayer final : public LayerOf<S> {
     offset_ = S(head * from[0] + present.c2 * pulled);
   }
 
-  /// @param activity after the step.
   S balanceInS(const S* p, const Stage<S>& stage, double u, S& activity) const {
     return balance<S>(
-        stage, S(u), [&](std::size_t k) { return parametersOf(p, side_[k]); },
-        [&] { return parametersOf(p, activity_); }, &activity);
+        stage, S(u), [&](std::size_t k) { return p + side_[k].parameter; },
+        [&] { return p + activity_.parameter; }, activity);
   }
 
   struct Root {
@@ -362,7 +348,7 @@ class DoubleLayer final : public LayerOf<S> {
       return balance<Slope>(
           stage, Slope(u, Eigen::Matrix<double, 1, 1>::Ones()),
           [&](std::size_t k) { return side_slopes_[k].data(); },
-          [&] { return activity_slopes_.data(); }, &activity);
+          [&] { return activity_slopes_.data(); }, activity);
     };
     const double steepest =
         std::max(valueOf(stage.charging_slope), valueOf(stage.discharging_slope));

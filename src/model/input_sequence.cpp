@@ -80,14 +80,10 @@ double meanSpan(double first_time, double last_time, std::size_t samples) {
 InputStep inputStep(double time_before, double current_before, double time, double current,
                     double max_gap) {
   const HeldCurrent held = heldCurrent(time_before, current_before, time, current, max_gap);
-  InputStep step;
-  step.time = time;
-  step.duration = held.duration;
-  step.held = held.current;
-  step.current = current;
-  step.gap = held.duration > max_gap;
-  step.slope = step.gap || held.duration <= 0.0 ? 0.0 : (current - current_before) / held.duration;
-  return step;
+  const bool gap = held.duration > max_gap;
+  const double slope =
+      gap || held.duration <= 0.0 ? 0.0 : (current - current_before) / held.duration;
+  return {time, held.duration, held.current, current, slope, 0.0, gap};
 }
 
 int InputStep::rampPieces() const {
@@ -146,31 +142,34 @@ namespace {
 /// Cuts a range into stretches that may be averaged, first to last.
 class Stretches {
  public:
-  Stretches(const Series& series, IndexRange range, const Compression& compression, double max_gap,
+  Stretches(const Series& series, IndexRange range, double longest, double max_gap,
             const std::vector<char>& masked)
-      : series_(series), range_(range), limits_(compression), max_gap_(max_gap), masked_(masked) {}
+      : series_(series), range_(range), longest_(longest), max_gap_(max_gap), masked_(masked) {}
 
   /// @return one past the last sample of the stretch that begins at `first`.
   std::size_t endOf(std::size_t first) {
     if (first == range_.first || isEdge(first)) last_edge_ = series_.time[first];
-    const double length =
-        std::min(limits_.max_length, limits_.growth * (series_.time[first] - last_edge_));
+    const double length = std::min(longest_, kGrowth * (series_.time[first] - last_edge_));
     double low = series_.current[first], high = low;
     std::size_t end = first + 1;
     while (end < range_.last && series_.time[end] - series_.time[first] <= length && !isEdge(end)) {
       low = std::min(low, series_.current[end]);
       high = std::max(high, series_.current[end]);
-      if (high - low > limits_.edge_current || (low < 0.0) != (high < 0.0)) break;
+      if (high - low > kEdgeCurrent || (low < 0.0) != (high < 0.0)) break;
       ++end;
     }
     return endBeforeNextEdge(first, end);
   }
 
  private:
+  static constexpr double kEdgeCurrent = 2.0;  // [A], a change by more ends a stretch
+  // [1], a stretch is at most this share of the time since the last edge
+  static constexpr double kGrowth = 0.25;
+
   /// A sample whose current stands away from the one before, that follows a gap, or that is masked
   /// or follows such a one.
   bool isEdge(std::size_t n) const {
-    return std::abs(series_.current[n] - series_.current[n - 1]) > limits_.edge_current ||
+    return std::abs(series_.current[n] - series_.current[n - 1]) > kEdgeCurrent ||
            series_.time[n] - series_.time[n - 1] > max_gap_ || isMasked(n) || isMasked(n - 1);
   }
   bool isMasked(std::size_t n) const { return !masked_.empty() && masked_[n]; }
@@ -184,8 +183,7 @@ class Stretches {
 
   const Series& series_;
   IndexRange range_;
-  Compression limits_;
-  double max_gap_;
+  double longest_, max_gap_;
   const std::vector<char>& masked_;
   double last_edge_ = 0.0;
 };
@@ -211,14 +209,14 @@ Stretch stretchOf(const Series& series, std::size_t first, std::size_t last) {
 
 }  // namespace
 
-InputSequence compressedInputs(const Series& series, IndexRange range,
-                               const Compression& compression, const std::vector<char>& masked) {
+InputSequence compressedInputs(const Series& series, IndexRange range, double longest,
+                               const std::vector<char>& masked) {
   InputSequence inputs;
   if (range.empty()) return inputs;
   const double max_gap = gapThreshold(series);
   inputs.trace = std::make_shared<CurrentTrace>(series, range, max_gap);
   inputs.first_time = series.time[range.first];
-  Stretches stretches(series, range, compression, max_gap, masked);
+  Stretches stretches(series, range, longest, max_gap, masked);
   Stretch before{range.first, range.first};
   for (std::size_t first = range.first; first < range.last; first = before.last) {
     const Stretch now = stretchOf(series, first, stretches.endOf(first));

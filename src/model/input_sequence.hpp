@@ -148,14 +148,7 @@ InputSequence inputSequence(const Series& series, IndexRange range,
                             const std::vector<char>& masked = {},
                             const std::vector<char>& voltage_controlled = {});
 
-/// How much of a sequence may be averaged.
-struct Compression {
-  double max_length = 0.5;  ///< [s], longest stretch averaged into one sample
-  /// [A], a change of the current by more than this within a stretch ends it
-  double edge_current = 2.0;
-  /// [1], a stretch is at most this share of the time since the last edge
-  double growth = 0.25;
-};
+inline constexpr double kLongestStretch = 0.5;  ///< [s], see compressedInputs()
 
 /**
  * @brief An input sequence with stretches of nearly held current averaged into single samples; full
@@ -163,10 +156,13 @@ struct Compression {
  *
  * A stretch's mean current is the input from middle to middle, so its state represents the mean
  * of the state over the stretch; the error is (length / time constant)^2 / 24 of the state's
- * movement.
+ * movement. A stretch holds no change of the current by more than 2 A and is at most a quarter of
+ * the time since the last such change.
+ *
+ * @param longest [s], of a stretch.
  */
 InputSequence compressedInputs(const Series& series, IndexRange range,
-                               const Compression& compression = {},
+                               double longest = kLongestStretch,
                                const std::vector<char>& masked = {});
 
 }  // namespace battery_sof

@@ -32,21 +32,6 @@ Dual<N> mapped(const Dual<N>& x, double value, double slope) {
   return Dual<N>(value, slope * x.derivatives());
 }
 
-/// Time constant of a regressor's low pass [s]; any number where it has none.
-inline double lowPassTime(const Regressor& regressor) {
-  return regressor.kind == RegressorKind::kHighMemory ? regressor.charge : regressor.time;
-}
-
-/// What a low pass takes of a step in an interval, 1 - exp(-duration / time), one a regressor.
-inline void takeShares(const std::vector<Regressor>& regressors, double duration,
-                       std::vector<double>& share) {
-  share.resize(regressors.size());
-  for (std::size_t k = 0; k < regressors.size(); ++k) {
-    const double time = lowPassTime(regressors[k]);
-    share[k] = time > 0.0 ? -std::expm1(-duration / time) : 0.0;
-  }
-}
-
 /// States before the first sample: reserves full, nothing moved.
 inline std::vector<double> freshRegressorStates(const std::vector<Regressor>& regressors) {
   std::vector<double> state(regressors.size() + kSharedStates, 0.0);
@@ -62,11 +47,12 @@ template <typename S>
 struct RegressorKernel {
   const std::vector<Regressor>& regressors;
   const RegressorContext& context;
-  const std::vector<double>& share;  // see takeShares()
-  S* state;                          // one a regressor, then the shared ones
+  LowPassShares& shares;
+  S* state;  // one a regressor, then the shared ones
 
   /// @param values one a regressor, overwritten.
   void advance(const RegressorInputOf<S>& moment, S* values) const {
+    shares.take(regressors, moment.duration);
     S* shared = state + regressors.size();
     if (!hasBegun()) shared[kLastCurrent] = moment.current;
     if (!moment.gap)
@@ -115,7 +101,7 @@ struct RegressorKernel {
   }
 
   S lowPass(std::size_t k, const S& input) const {
-    state[k] = hasBegun() ? S(state[k] + (input - state[k]) * share[k]) : input;
+    state[k] = hasBegun() ? S(state[k] + (input - state[k]) * shares.share[k]) : input;
     return state[k];
   }
 

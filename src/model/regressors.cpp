@@ -244,25 +244,26 @@ std::vector<Regressor> regressorLibrary(const RegressorContext& context) {
   return Library(context).take();
 }
 
+void LowPassShares::take(const std::vector<Regressor>& regressors, double of_duration) {
+  if (of_duration == duration) return;
+  duration = of_duration;
+  share.resize(regressors.size());
+  for (std::size_t k = 0; k < regressors.size(); ++k) {
+    const Regressor& regressor = regressors[k];
+    const double time =
+        regressor.kind == RegressorKind::kHighMemory ? regressor.charge : regressor.time;
+    share[k] = time > 0.0 ? -std::expm1(-duration / time) : 0.0;
+  }
+}
+
 RegressorMemory::RegressorMemory(std::vector<Regressor> regressors, RegressorContext context)
     : regressors_(std::move(regressors)),
       context_(context),
       state_(freshRegressorStates(regressors_)) {}
 
-void RegressorMemory::setState(const std::vector<double>& state) {
-  if (state.size() != state_.size())
-    throw std::invalid_argument("a discrepancy model's memory has " + std::to_string(state.size()) +
-                                " numbers, expected " + std::to_string(state_.size()));
-  state_ = state;
-}
-
 void RegressorMemory::advance(const RegressorInput& moment, Eigen::Ref<Eigen::VectorXd> values) {
-  if (moment.duration != share_duration_) {
-    share_duration_ = moment.duration;
-    takeShares(regressors_, moment.duration, share_);
-  }
-  RegressorKernel<double>{regressors_, context_, share_, state_.data()}.advance(moment,
-                                                                                values.data());
+  RegressorKernel<double>{regressors_, context_, shares_, state_.data()}.advance(moment,
+                                                                                 values.data());
 }
 
 std::string toString(const Regressor& regressor) {

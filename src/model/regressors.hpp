@@ -112,6 +112,14 @@ struct RegressorInputOf {
 };
 using RegressorInput = RegressorInputOf<double>;
 
+/// What low passes take of a step in an interval, kept while intervals are equally long.
+struct LowPassShares {
+  double duration = -1.0;     ///< [s]
+  std::vector<double> share;  ///< 1 - exp(-duration / time), one a regressor
+
+  void take(const std::vector<Regressor>& regressors, double of_duration);
+};
+
 /**
  * @brief Values of regressors along a sequence, sample by sample, from nothing that comes later.
  *
@@ -124,18 +132,13 @@ class RegressorMemory {
   /// Moves on to a sample. @param values one a regressor, overwritten.
   void advance(const RegressorInput& moment, Eigen::Ref<Eigen::VectorXd> values);
 
-  /// For a file: what the regressors remember. @throws std::invalid_argument for another size.
-  const std::vector<double>& state() const { return state_; }
-  void setState(const std::vector<double>& state);
-
   const std::vector<Regressor>& regressors() const { return regressors_; }
 
  private:
   std::vector<Regressor> regressors_;
   RegressorContext context_;
   std::vector<double> state_;  // one a regressor, then those that regressors share
-  std::vector<double> share_;  // 1 - exp(-duration / time), one a regressor
-  double share_duration_ = -1.0;
+  LowPassShares shares_;
 };
 
 /// @return a regressor in words with its numbers, for pages and messages.

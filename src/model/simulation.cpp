@@ -38,6 +38,7 @@ void requireSound(const BatteryModel& model, const ModelPoint& start,
 
 std::unique_ptr<Simulation::Engine> engineFor(const BatteryModel& model, const ModelPoint& start,
                                               const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
+  requireSound(model, start, seeds);
   const Eigen::Index tangents = seeds.cols();
   if (tangents == 0) return engineOf<0>(model, start, seeds);
   if (tangents <= 8) return engineOf<8>(model, start, seeds);
@@ -49,31 +50,8 @@ std::unique_ptr<Simulation::Engine> engineFor(const BatteryModel& model, const M
 }  // namespace
 
 Simulation::Simulation(const BatteryModel& model, const ModelPoint& start,
-                       const Eigen::Ref<const Eigen::MatrixXd>& seeds) {
-  requireSound(model, start, seeds);
-  engine_ = engineFor(model, start, seeds);
-}
-
-Simulation::Simulation(const Simulation& other) : engine_(other.engine_->clone()) {}
-
-Simulation& Simulation::operator=(const Simulation& other) {
-  if (this != &other) engine_ = other.engine_->clone();
-  return *this;
-}
-
-Simulation::Simulation(Simulation&&) noexcept = default;
-Simulation& Simulation::operator=(Simulation&&) noexcept = default;
-Simulation::~Simulation() = default;
-
-void Simulation::advance(const InputStep& step) { engine_->advance(step); }
-
-void Simulation::hold(double current, double duration) {
-  InputStep step;
-  step.duration = duration;
-  step.time = time() + duration;
-  step.held = step.current = current;
-  advance(step);
-}
+                       const Eigen::Ref<const Eigen::MatrixXd>& seeds)
+    : engine_(engineFor(model, start, seeds)) {}
 
 double Simulation::advanceAtVoltage(double voltage, double duration, double max_current) {
   if (!std::isfinite(voltage) || !std::isfinite(max_current) || !(duration > 0.0))
@@ -88,6 +66,7 @@ void Simulation::followVoltage(const InputStep& step, double voltage) {
     throw std::invalid_argument("followVoltage: the voltage is not finite");
   engine_->followVoltage(step, voltage);
 }
+
 double Simulation::follow(const InputSample& sample) {
   if (sample.voltage_controlled) {
     followVoltage(sample.step, sample.voltage);
@@ -96,26 +75,5 @@ double Simulation::follow(const InputSample& sample) {
   advance(sample.step);
   return sample.voltage - voltage();
 }
-double Simulation::resistanceOver(double current, double duration) {
-  return engine_->resistanceOver(current, duration);
-}
-double Simulation::currentError() const { return engine_->currentError(); }
-Eigen::Map<const Eigen::VectorXd> Simulation::currentErrorDerivatives() const {
-  return {engine_->currentErrorDerivatives(), engine_->tangents()};
-}
-
-double Simulation::voltage() const { return engine_->voltage(); }
-Eigen::Map<const Eigen::VectorXd> Simulation::voltageDerivatives() const {
-  return {engine_->voltageDerivatives(), engine_->tangents()};
-}
-Eigen::Map<const Eigen::VectorXd> Simulation::currentDerivatives() const {
-  return {engine_->currentDerivatives(), engine_->tangents()};
-}
-double Simulation::time() const { return engine_->time(); }
-Eigen::VectorXd Simulation::state() const { return engine_->state(); }
-Eigen::MatrixXd Simulation::stateDerivatives() const { return engine_->stateDerivatives(); }
-std::vector<double> Simulation::regressorMemory() const { return engine_->regressorMemory(); }
-double Simulation::beyondIdentified() const { return engine_->beyondIdentified(); }
-Eigen::Index Simulation::tangents() const { return engine_->tangents(); }
 
 }  // namespace battery_sof

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "model/battery_model.hpp"
@@ -19,6 +20,26 @@ struct ModelPoint {
   /// of a discrepancy model, see Simulation::regressorMemory(); empty: it begins with the
   /// simulation
   std::vector<double> regressor_memory = {};
+};
+
+/// A T of its own, of a kind known at run time: copied by T::clone(). Never empty but when moved
+/// from.
+template <typename T>
+class Cloned {
+ public:
+  Cloned(std::unique_ptr<T> own) : own_(std::move(own)) {}  // NOLINT(google-explicit-constructor)
+  Cloned(const Cloned& other) : own_(other.own_->clone()) {}
+  Cloned(Cloned&&) noexcept = default;
+  Cloned& operator=(Cloned other) noexcept {
+    own_ = std::move(other.own_);
+    return *this;
+  }
+  ~Cloned() = default;
+  T& operator*() const { return *own_; }
+  T* operator->() const { return own_.get(); }
+
+ private:
+  std::unique_ptr<T> own_;
 };
 
 /**
@@ -47,6 +68,7 @@ struct ModelPoint {
 class Simulation {
  public:
   static constexpr Eigen::Index kMaxTangents = 48;
+  using Derivatives = Eigen::Map<const Eigen::VectorXd>;  ///< one a tangent
 
   /**
    * @param model  copied.
@@ -58,16 +80,13 @@ class Simulation {
    */
   Simulation(const BatteryModel& model, const ModelPoint& start,
              const Eigen::Ref<const Eigen::MatrixXd>& seeds = Eigen::MatrixXd());
-  Simulation(const Simulation& other);
-  Simulation& operator=(const Simulation& other);
-  Simulation(Simulation&&) noexcept;
-  Simulation& operator=(Simulation&&) noexcept;
-  ~Simulation();
 
   /// Moves to the end of an interval under the measured current. @param step duration >= 0.
-  void advance(const InputStep& step);
+  void advance(const InputStep& step) { engine_->advance(step); }
   /// The same of a current that does not change. @param duration >= 0.
-  void hold(double current, double duration);
+  void hold(double current, double duration) {
+    advance({time() + duration, duration, current, current});
+  }
 
   /**
    * @brief Moves over `duration` under the one held current that ends at a wanted terminal voltage.
@@ -106,36 +125,58 @@ class Simulation {
 
   /// Measured less modelled current of the last followVoltage() [A], the current as the
   /// instruments' effects let it be known.
-  double currentError() const;
+  double currentError() const { return engine_->currentError(); }
   /// d currentError / d tangent [A].
-  Eigen::Map<const Eigen::VectorXd> currentErrorDerivatives() const;
+  Derivatives currentErrorDerivatives() const { return engine_->currentErrorDerivatives(); }
 
   /// @return d u / d i of a current held for `duration` from here on [Ohm], at its end; moves
   /// nothing.
-  double resistanceOver(double current, double duration);
+  double resistanceOver(double current, double duration) {
+    return engine_->resistanceOver(current, duration);
+  }
 
   /// Terminal voltage as the voltage channel shows it [V], at the end of the last step.
-  double voltage() const;
+  double voltage() const { return engine_->voltage(); }
   /// d voltage / d tangent, as many as seeds had columns.
-  Eigen::Map<const Eigen::VectorXd> voltageDerivatives() const;
+  Derivatives voltageDerivatives() const { return engine_->voltageDerivatives(); }
   /// Derivatives of the last current that advanceAtVoltage() found.
-  Eigen::Map<const Eigen::VectorXd> currentDerivatives() const;
+  Derivatives currentDerivatives() const { return engine_->currentDerivatives(); }
 
-  double time() const;
-  Eigen::VectorXd state() const;
+  double time() const { return engine_->time(); }
+  Eigen::VectorXd state() const { return engine_->state(); }
   /// d state / d tangent, states x tangents.
-  Eigen::MatrixXd stateDerivatives() const;
+  Eigen::MatrixXd stateDerivatives() const { return engine_->stateDerivatives(); }
   /// What a discrepancy model remembers, DiscrepancyModel::memorySize() numbers; empty without one.
-  std::vector<double> regressorMemory() const;
+  std::vector<double> regressorMemory() const { return engine_->regressorMemory(); }
   /// By how much a discrepancy model would differ if it were not held inside what it was estimated
   /// on [V]; 0 without one.
-  double beyondIdentified() const;
-  Eigen::Index tangents() const;
+  double beyondIdentified() const { return engine_->beyondIdentified(); }
+  Eigen::Index tangents() const { return engine_->tangents(); }
 
-  class Engine;
+  /// What a simulation is in one of its arithmetics.
+  class Engine {
+   public:
+    virtual ~Engine() = default;
+    virtual std::unique_ptr<Engine> clone() const = 0;
+    virtual void advance(const InputStep& step) = 0;
+    virtual double advanceAtVoltage(double voltage, double duration, double max_current) = 0;
+    virtual void followVoltage(const InputStep& step, double voltage) = 0;
+    virtual double resistanceOver(double current, double duration) = 0;
+    virtual double currentError() const = 0;
+    virtual Derivatives currentErrorDerivatives() const = 0;
+    virtual double voltage() const = 0;
+    virtual Derivatives voltageDerivatives() const = 0;
+    virtual Derivatives currentDerivatives() const = 0;
+    virtual double time() const = 0;
+    virtual Eigen::VectorXd state() const = 0;
+    virtual Eigen::MatrixXd stateDerivatives() const = 0;
+    virtual std::vector<double> regressorMemory() const = 0;
+    virtual double beyondIdentified() const = 0;
+    virtual Eigen::Index tangents() const = 0;
+  };
 
  private:
-  std::unique_ptr<Engine> engine_;
+  Cloned<Engine> engine_;
 };
 
 }  // namespace battery_sof

@@ -13,6 +13,8 @@ namespace battery_sof {
 
 template <typename S>
 class EngineOf final : public Simulation::Engine {
+  using Derivatives = Simulation::Derivatives;
+
  public:
   EngineOf(const BatteryModel& model, const ModelPoint& start,
            const Eigen::Ref<const Eigen::MatrixXd>& seeds)
@@ -63,19 +65,18 @@ class EngineOf final : public Simulation::Engine {
     return VoltageSource<S>(battery_, source_).resistanceOver(current, duration);
   }
   double currentError() const override { return valueOf(current_error_); }
-  const double* currentErrorDerivatives() const override { return derivativesOf(current_error_); }
+  Derivatives currentErrorDerivatives() const override { return derivatives(current_error_); }
 
   double voltage() const override { return valueOf(battery_.now.voltage); }
-  const double* voltageDerivatives() const override { return derivativesOf(battery_.now.voltage); }
-  const double* currentDerivatives() const override { return derivativesOf(source_.current); }
+  Derivatives voltageDerivatives() const override { return derivatives(battery_.now.voltage); }
+  Derivatives currentDerivatives() const override { return derivatives(source_.current); }
   double time() const override { return battery_.now.time; }
   Eigen::Index tangents() const override { return battery_.tangents(); }
   Eigen::VectorXd state() const override { return valuesOf(battery_.now.x); }
   Eigen::MatrixXd stateDerivatives() const override {
     const std::vector<S>& x = battery_.now.x;
     Eigen::MatrixXd slopes(x.size(), tangents());
-    for (std::size_t j = 0; j < x.size(); ++j)
-      for (Eigen::Index k = 0; k < tangents(); ++k) slopes(j, k) = derivativesOf(x[j])[k];
+    for (std::size_t j = 0; j < x.size(); ++j) slopes.row(j) = derivatives(x[j]).transpose();
     return slopes;
   }
   std::vector<double> regressorMemory() const override { return battery_.regressorMemory(); }
@@ -90,6 +91,8 @@ class EngineOf final : public Simulation::Engine {
   // [s], the end of a gap in which the source comes back
   static constexpr double kRampAfterGap = 1.0;
   static constexpr double kMaxCurrent = 1e4;  // [A], beyond anything a source gives
+
+  Derivatives derivatives(const S& x) const { return {derivativesOf(x), tangents()}; }
 
   double advanceTo(const S& voltage, double duration, double max_current) {
     return VoltageSource<S>(battery_, source_).advanceTo(voltage, duration, max_current);

@@ -14,26 +14,6 @@
 
 namespace battery_sof {
 
-/// A T of its own, of a kind known at run time: copied by T::clone(). Never empty but when moved
-/// from.
-template <typename T>
-class Cloned {
- public:
-  Cloned(std::unique_ptr<T> own) : own_(std::move(own)) {}  // NOLINT(google-explicit-constructor)
-  Cloned(const Cloned& other) : own_(other.own_->clone()) {}
-  Cloned(Cloned&&) noexcept = default;
-  Cloned& operator=(Cloned other) noexcept {
-    own_ = std::move(other.own_);
-    return *this;
-  }
-  ~Cloned() = default;
-  T& operator*() const { return *own_; }
-  T* operator->() const { return own_.get(); }
-
- private:
-  std::unique_ptr<T> own_;
-};
-
 /// What is worth keeping between two calls and says nothing: a copy begins with a fresh one.
 template <typename T>
 class WorkSpace {
@@ -131,13 +111,8 @@ class Stepper {
 
   /// The battery as it stands, in values.
   ModelPoint point() const {
-    ModelPoint here;
-    here.time = now.time;
-    here.reference_time = effects_.referenceTime();
-    here.parameters = valuesOf(effects_.parameters());
-    here.state = valuesOf(now.x);
-    here.regressor_memory = regressorMemory();
-    return here;
+    return {valuesOf(effects_.parameters()), valuesOf(now.x), now.time, effects_.referenceTime(),
+            regressorMemory()};
   }
 
   std::vector<double> regressorMemory() const {

@@ -26,8 +26,6 @@ class SourceSearch {
   SourceSearch(double first, double most) : most_(most), current_(std::min(first, most)) {}
 
   double current() const { return current_; }  ///< [A], to be tried
-  /// [A], from what was tried last to where the slope says it ends
-  double step() const { return step_; }
 
   /// Whether what was tried is the most that may flow and leaves the voltage below the wanted one.
   bool isLimited(double excess) const { return current_ >= most_ && excess <= 0.0; }
@@ -47,7 +45,7 @@ class SourceSearch {
 
   /// Whether the last step ends where the voltage is the wanted one. At no current the resistance
   /// jumps: no slope reaches across.
-  bool isThere(double last_step = kLastStep) const {
+  bool isThere(double last_step) const {
     return std::abs(step_) < (crossesZero() ? std::min(last_step, kLastAcross) : last_step);
   }
 
@@ -57,7 +55,8 @@ class SourceSearch {
 
   bool crossesZero() const { return (tried_ < 0.0) != (tried_ + step_ < 0.0); }
 
-  double most_, current_, tried_ = 0.0, step_ = 0.0;
+  double most_, current_, tried_ = 0.0;
+  double step_ = 0.0;  // [A], from what was tried last to where the slope says it ends
   double low_ = -HUGE_VAL, high_ = HUGE_VAL;
 };
 

@@ -80,10 +80,10 @@ Rows rowsOf(const Linearization& response, const DesignMatrix& table,
   return rows;
 }
 
-/// The base circuit alone, as good as it gets.
-Eigen::VectorXd withoutDiscrepancy(const Rows& rows) {
+/// The base circuit alone.
+LinearFit withoutDiscrepancy(const Rows& rows, double effective_sample_fraction) {
   const std::vector<char> none(kRegressorGroups, 0);
-  return fitSomeGroups(rows.problem, 1.0, none).z;
+  return fitSomeGroups(rows.problem, effective_sample_fraction, none);
 }
 
 /// RMS of a part of the discrepancy over the training rows, less what the base circuit takes up of
@@ -145,16 +145,14 @@ std::vector<MechanismWeight> mechanismsOf(const Rows& rows, const SparseFit& spa
 /// Strengths by groups, at the effective sample fraction of their residual.
 struct GroupedFit {
   LinearFit fit;
-  double effective_sample_fraction = kFirstSampleFraction;
+  double effective_sample_fraction;
 };
 
 GroupedFit groupedFit(const Rows& rows) {
-  GroupedFit grouped;
-  for (int pass = 0; pass < kPasses; ++pass) {
-    if (pass > 0) grouped.effective_sample_fraction = independentShare(rows.left(grouped.fit.z));
-    grouped.fit = pass == 0
-                      ? fitGroups(rows.problem, grouped.effective_sample_fraction)
-                      : fitGroupsFrom(rows.problem, grouped.effective_sample_fraction, grouped.fit);
+  GroupedFit grouped{fitGroups(rows.problem, kFirstSampleFraction), kFirstSampleFraction};
+  for (int pass = 1; pass < kPasses; ++pass) {
+    grouped.effective_sample_fraction = independentShare(rows.left(grouped.fit.z));
+    grouped.fit = fitGroupsFrom(rows.problem, grouped.effective_sample_fraction, grouped.fit);
   }
   return grouped;
 }
@@ -172,11 +170,9 @@ SparseFit sparseFit(const Rows& rows) {
 
 /// Gain of ln evidence over the base circuit `alone`, at the sample fraction of its residual.
 double gainOver(const Rows& rows, const Eigen::VectorXd& alone, const LinearFit& grouped) {
-  const Eigen::VectorXd left = rows.left(alone);
-  const double own = independentShare(left);
-  const std::vector<char> none(kRegressorGroups, 0);
+  const double own = independentShare(rows.left(alone));
   return fitGroupsFrom(rows.problem, own, grouped).evidence -
-         fitSomeGroups(rows.problem, own, none).evidence;
+         withoutDiscrepancy(rows, own).evidence;
 }
 
 /// The discrepancy with weights z of all regressors. @return its base_change is for the caller.
@@ -220,7 +216,7 @@ DiscrepancyFit fitDiscrepancy(const Linearization& response, const DesignMatrix&
                               const RegressorFilter& wanted) {
   const Rows rows = rowsOf(response, table, wanted);
   const Eigen::Index known = rows.problem.known();
-  const Eigen::VectorXd alone = withoutDiscrepancy(rows);
+  const Eigen::VectorXd alone = withoutDiscrepancy(rows, 1.0).z;
   const GroupedFit grouped = groupedFit(rows);
   const SparseFit sparse = sparseFit(rows);
   const Eigen::VectorXd z = 0.5 * (grouped.fit.z + sparse.fit.z);

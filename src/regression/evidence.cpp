@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numeric>
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
@@ -258,11 +259,9 @@ class SparseSearch {
   };
 
   void settle() {
-    index_.resize(static_cast<std::size_t>(problem_.known()) + columns_.size());
-    for (std::size_t j = 0; j < index_.size(); ++j)
-      index_[j] = static_cast<Eigen::Index>(j) < problem_.known()
-                      ? static_cast<Eigen::Index>(j)
-                      : problem_.known() + columns_[j - static_cast<std::size_t>(problem_.known())];
+    index_.resize(problem_.known());
+    std::iota(index_.begin(), index_.end(), Eigen::Index{0});
+    for (const int column : columns_) index_.push_back(problem_.known() + column);
     const Eigen::MatrixXd products = effective_sample_fraction_ * problem_.products(index_, index_);
     const Eigen::VectorXd targets = effective_sample_fraction_ * problem_.targets(index_);
     for (int round = 0; round < 2; ++round) {

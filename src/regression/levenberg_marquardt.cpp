@@ -30,9 +30,8 @@ Eigen::VectorXd dampedStep(const NormalEquations& at, const std::vector<int>& fr
   Eigen::MatrixXd A = at.hessian(free, free);
   const double floor = 1e-30 + 1e-12 * at.hessian.diagonal().maxCoeff();
   A.diagonal() += lambda * A.diagonal().cwiseMax(floor);
-  const Eigen::VectorXd reduced = -A.ldlt().solve(at.gradient(free));
   Eigen::VectorXd step = Eigen::VectorXd::Zero(at.gradient.size());
-  step(free) = reduced;
+  step(free) = -A.ldlt().solve(at.gradient(free));
   return step;
 }
 
@@ -43,28 +42,36 @@ Eigen::VectorXd projected(const Eigen::VectorXd& x, const MinimizeOptions& optio
   return inside;
 }
 
-}  // namespace
+/**
+ * @brief Damping after Nielsen (1999, IMM-REP-1999-05).
+ *
+ * A step whose real gain is rho times the predicted one changes it by
+ *
+ *     rho > 0:   lambda <- lambda max(1/3, 1 - (2 rho - 1)^3),  nu <- 2
+ *     rho <= 0:  lambda <- lambda nu,                            nu <- 2 nu
+ */
+struct Damping {
+  double lambda;
+  double growth = 2.0;  // nu
 
-void DampingSchedule::accept(double gain_ratio) {
-  lambda_ *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * gain_ratio - 1.0, 3));
-  growth_ = 2.0;
-}
-
-void DampingSchedule::reject() {
-  lambda_ *= growth_;
-  growth_ *= 2.0;
-}
-
-namespace {
+  void accept(double gain_ratio) {
+    lambda *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * gain_ratio - 1.0, 3));
+    growth = 2.0;
+  }
+  void reject() {
+    lambda *= growth;
+    growth *= 2.0;
+  }
+};
 
 /// The loop of minimize(); result holds a valid start.
 void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& options,
-            DampingSchedule& damping, MinimizeResult& result) {
+            Damping& damping, MinimizeResult& result) {
   NormalEquations trial;
   for (result.iterations = 0; result.iterations < options.max_iterations; ++result.iterations) {
     const auto free = freeCoordinates(result.x, result.at.gradient, options);
     if (free.empty()) return;
-    const Eigen::VectorXd wanted = result.x + dampedStep(result.at, free, damping.lambda());
+    const Eigen::VectorXd wanted = result.x + dampedStep(result.at, free, damping.lambda);
     const Eigen::VectorXd x = projected(wanted, options);
     const Eigen::VectorXd step = x - result.x;
     // fall of the cost by the linearised residual
@@ -72,8 +79,8 @@ void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& opti
     const bool cut = x != wanted;  // a bound was in the way
     const bool tiny = step.norm() <= kTiny * (result.x.norm() + 1e-12);
     const bool nothing_to_gain = tiny || promised <= options.gain_tolerance * result.at.cost;
-    if (damping.lambda() <= 1.0 && nothing_to_gain && !cut) return;
-    if (damping.lambda() <= kGentleDamping && promised <= options.trusted_gain * result.at.cost &&
+    if (damping.lambda <= 1.0 && nothing_to_gain && !cut) return;
+    if (damping.lambda <= kGentleDamping && promised <= options.trusted_gain * result.at.cost &&
         !cut) {
       result.last_step = step;
       result.x = x;
@@ -88,7 +95,7 @@ void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& opti
       damping.accept(gain / std::max(promised, 1e-300));
     } else {
       damping.reject();
-      if (damping.lambda() > kHopelessDamping || (tiny && !cut)) {
+      if (damping.lambda > kHopelessDamping || (tiny && !cut)) {
         result.status = FitStatus::kStalled;
         return;
       }
@@ -106,9 +113,9 @@ MinimizeResult minimize(const EvaluateNormalEquations& evaluate, const Eigen::Ve
   if (!evaluate(result.x, result.at) || !std::isfinite(result.at.cost))
     throw std::invalid_argument("minimize: the cost has no finite value at the start");
   result.last_step = Eigen::VectorXd::Zero(start.size());
-  DampingSchedule damping(options.initial_damping);
+  Damping damping{options.initial_damping};
   search(evaluate, options, damping, result);
-  result.damping = damping.lambda();
+  result.damping = damping.lambda;
   return result;
 }
 

@@ -5,26 +5,6 @@
 
 namespace battery_sof {
 
-/**
- * @brief Damping of Levenberg-Marquardt after Nielsen (1999, IMM-REP-1999-05).
- *
- * A step whose real gain is rho times the predicted one changes the damping by
- *
- *     rho > 0:   lambda <- lambda max(1/3, 1 - (2 rho - 1)^3),  nu <- 2
- *     rho <= 0:  lambda <- lambda nu,                            nu <- 2 nu
- */
-class DampingSchedule {
- public:
-  explicit DampingSchedule(double initial) : lambda_(initial) {}
-  double lambda() const { return lambda_; }
-  void accept(double gain_ratio);
-  void reject();
-
- private:
-  double lambda_;
-  double growth_ = 2.0;
-};
-
 /// Cost of a least-squares problem with its derivatives at one point, E = sum r^2, J = dr/dx.
 struct NormalEquations {
   double cost = 0.0;         ///< r'r

@@ -33,7 +33,7 @@ std::vector<double> penalties() {
 }
 
 RidgeFit fitPart(const ResidualSamples& samples, bool voltage_controlled, std::size_t least,
-                 int blocks, std::vector<double>* left_out) {
+                 int blocks, std::vector<double>& left_out) {
   std::vector<std::size_t> rows;
   for (std::size_t n = 0; n < samples.error.size(); ++n)
     if (static_cast<bool>(samples.voltage_controlled[n]) == voltage_controlled) rows.push_back(n);
@@ -51,14 +51,9 @@ RidgeFit fitPart(const ResidualSamples& samples, bool voltage_controlled, std::s
   options.clipped = options.shrunk = true;
   Eigen::VectorXd without;
   RidgeFit fit = fitRidge(X, y, options, &without);
-  if (left_out)
-    for (std::size_t k = 0; k < rows.size(); ++k) (*left_out)[rows[k]] = without[k];
+  for (std::size_t k = 0; k < rows.size(); ++k) left_out[rows[k]] = without[k];
   return fit;
 }
-
-}  // namespace
-
-namespace {
 
 /// Visits a memory's numbers but for `begun`, in the order of a file.
 template <typename Memory, typename Visit>
@@ -153,12 +148,10 @@ Eigen::VectorXd InputMemory::voltageColumns(const Moment& moment, double change)
 }
 
 ResidualRegression fitResidualRegression(const ResidualSamples& samples,
-                                         std::vector<double>* left_out) {
-  if (left_out) left_out->assign(samples.error.size(), 0.0);
-  ResidualRegression residual_regression;
-  residual_regression.current = fitPart(samples, true, kMinCurrents, kCurrentBlocks, left_out);
-  residual_regression.voltage = fitPart(samples, false, kMinVoltages, kVoltageBlocks, left_out);
-  return residual_regression;
+                                         std::vector<double>& left_out) {
+  left_out.assign(samples.error.size(), 0.0);
+  return {fitPart(samples, true, kMinCurrents, kCurrentBlocks, left_out),
+          fitPart(samples, false, kMinVoltages, kVoltageBlocks, left_out)};
 }
 
 }  // namespace battery_sof

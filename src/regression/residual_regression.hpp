@@ -82,11 +82,10 @@ struct ResidualSamples {
 };
 
 /**
- * @param left_out set to what would be predicted of every sample without its block [A] or [V]; may
- * be nullptr.
+ * @param left_out set to what would be predicted of every sample without its block [A] or [V].
  * @return empty parts where there are fewer than 60 samples of a current or 30 of a voltage.
  */
 ResidualRegression fitResidualRegression(const ResidualSamples& samples,
-                                         std::vector<double>* left_out = nullptr);
+                                         std::vector<double>& left_out);
 
 }  // namespace battery_sof

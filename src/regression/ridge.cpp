@@ -12,21 +12,18 @@ namespace {
 
 constexpr double kNeverMoves = 1e-6;  // a column's deviation below it is rounding
 
+/// Consecutive rows with their normal equations.
 struct Block {
   Eigen::Index first, count;
-  Eigen::MatrixXd products;  // Z'Z of the block
+  Eigen::MatrixXd products;  // Z'Z
   Eigen::VectorXd targets;   // Z'y
 };
 
-std::vector<Block> blocksOf(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, int count) {
-  std::vector<Block> blocks;
-  for (int b = 0; b < count; ++b) {
-    const Eigen::Index first = Z.rows() * b / count, last = Z.rows() * (b + 1) / count;
-    const auto rows = Z.middleRows(first, last - first);
-    blocks.push_back({first, last - first, rows.transpose() * rows,
-                      rows.transpose() * y.segment(first, last - first)});
-  }
-  return blocks;
+Block blockOf(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, Eigen::Index first,
+              Eigen::Index last) {
+  const auto rows = Z.middleRows(first, last - first);
+  return {first, last - first, rows.transpose() * rows,
+          rows.transpose() * y.segment(first, last - first)};
 }
 
 /// @param rows that the products are summed over.
@@ -47,6 +44,47 @@ void requireSound(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Ridg
   if (options.penalties.empty()) throw std::invalid_argument("fitRidge: no penalty is given");
 }
 
+/// Columns of mean 0 and deviation 1 behind one of ones; 0 where a column never moves. @param fit
+/// takes centre and scale.
+Eigen::MatrixXd standardised(const Eigen::MatrixXd& X, RidgeFit& fit) {
+  fit.centre = X.colwise().mean();
+  fit.scale = ((X.rowwise() - fit.centre.transpose()).array().square().colwise().mean()).sqrt();
+  Eigen::MatrixXd Z(X.rows(), X.cols() + 1);
+  Z.col(0).setOnes();
+  for (Eigen::Index j = 0; j < X.cols(); ++j) {
+    const bool moves = fit.scale[j] > kNeverMoves;
+    if (!moves) fit.scale[j] = 1.0;
+    Z.col(j + 1) = (X.col(j).array() - fit.centre[j]) * (moves ? 1.0 / fit.scale[j] : 0.0);
+  }
+  return Z;
+}
+
+/// Every block as the others predict it, under the penalty that does so best. @param fit takes the
+/// penalty.
+Eigen::VectorXd leftOut(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, const Block& all,
+                        const RidgeOptions& options, RidgeFit& fit) {
+  std::vector<Block> blocks;
+  for (int b = 0; b < options.blocks; ++b)
+    blocks.push_back(
+        blockOf(Z, y, Z.rows() * b / options.blocks, Z.rows() * (b + 1) / options.blocks));
+  double least = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd best;
+  for (const double penalty : options.penalties) {
+    Eigen::VectorXd without(y.size());
+    for (const Block& block : blocks)
+      without.segment(block.first, block.count) =
+          Z.middleRows(block.first, block.count) * solved(all.products - block.products,
+                                                          all.targets - block.targets, penalty,
+                                                          y.size() - block.count, options);
+    const double error = (y - without).squaredNorm();
+    if (!(error < least)) continue;
+    least = error;
+    fit.penalty = penalty;
+    best = without;
+  }
+  return best;
+}
+
 }  // namespace
 
 double RidgeFit::at(const Eigen::Ref<const Eigen::VectorXd>& columns) const {
@@ -63,60 +101,13 @@ Eigen::VectorXd RidgeFit::ofColumn(Eigen::Index j,
   return weight[j] / scale[j] * (x - centre[j]);
 }
 
-namespace {
-
-/// Columns of mean 0 and deviation 1 behind one of ones; 0 where a column never moves. @param fit
-/// takes centre and scale.
-Eigen::MatrixXd standardised(const Eigen::MatrixXd& X, RidgeFit& fit) {
-  fit.centre = X.colwise().mean();
-  fit.scale = ((X.rowwise() - fit.centre.transpose()).array().square().colwise().mean()).sqrt();
-  Eigen::MatrixXd Z(X.rows(), X.cols() + 1);
-  Z.col(0).setOnes();
-  for (Eigen::Index j = 0; j < X.cols(); ++j) {
-    const bool moves = fit.scale[j] > kNeverMoves;
-    if (!moves) fit.scale[j] = 1.0;
-    Z.col(j + 1) = (X.col(j).array() - fit.centre[j]) * (moves ? 1.0 / fit.scale[j] : 0.0);
-  }
-  return Z;
-}
-
-struct Sums {
-  Eigen::MatrixXd products;
-  Eigen::VectorXd targets;
-};
-
-/// Every block as the others predict it, under the penalty that does so best. @param fit takes the
-/// penalty.
-Eigen::VectorXd leftOut(const Eigen::MatrixXd& Z, const Eigen::VectorXd& y, const Sums& sums,
-                        const RidgeOptions& options, RidgeFit& fit) {
-  const std::vector<Block> blocks = blocksOf(Z, y, options.blocks);
-  double least = std::numeric_limits<double>::infinity();
-  Eigen::VectorXd best;
-  for (const double penalty : options.penalties) {
-    Eigen::VectorXd without(y.size());
-    for (const Block& block : blocks)
-      without.segment(block.first, block.count) =
-          Z.middleRows(block.first, block.count) * solved(sums.products - block.products,
-                                                          sums.targets - block.targets, penalty,
-                                                          y.size() - block.count, options);
-    const double error = (y - without).squaredNorm();
-    if (!(error < least)) continue;
-    least = error;
-    fit.penalty = penalty;
-    best = without;
-  }
-  return best;
-}
-
-}  // namespace
-
 RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const RidgeOptions& options,
                   Eigen::VectorXd* left_out) {
   requireSound(X, y, options);
   RidgeFit fit;
   const Eigen::MatrixXd Z = standardised(X, fit);
-  const Sums sums{Z.transpose() * Z, Z.transpose() * y};
-  const Eigen::VectorXd best = leftOut(Z, y, sums, options, fit);
+  const Block all = blockOf(Z, y, 0, Z.rows());
+  const Eigen::VectorXd best = leftOut(Z, y, all, options, fit);
   double share = 1.0;
   if (options.shrunk)
     share = std::clamp(y.dot(best) / std::max(best.squaredNorm(), 1e-12), 0.0, 1.0);
@@ -127,7 +118,7 @@ RidgeFit fitRidge(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Ridg
     return RidgeFit();
   }
   const Eigen::VectorXd w =
-      share * solved(sums.products, sums.targets, fit.penalty, y.size(), options);
+      share * solved(all.products, all.targets, fit.penalty, y.size(), options);
   fit.constant = w[0];
   fit.weight = w.tail(X.cols());
   if (options.clipped) {

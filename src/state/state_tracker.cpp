@@ -149,12 +149,11 @@ void StateTracker::lookAhead() {
 
 /// The n-th of the recent samples as the input of a state that stands at the one before.
 InputSample StateTracker::sampleAfter(const StateEstimator& estimator, std::size_t n) const {
-  InputSample sample;
-  sample.step = estimator.stepTo(recent_.time[n], recent_.current[n], max_gap_);
+  InputSample sample{
+      estimator.stepTo(recent_.time[n], recent_.current[n], max_gap_),
+      watch_ ? repairedVoltage(recent_, n, model_.fit.voltage_lag) : recent_.voltage[n], 1.0,
+      controlled_[n] != 0};
   if (needs_trace_) sample.step.trace = &trace_;
-  sample.voltage =
-      watch_ ? repairedVoltage(recent_, n, model_.fit.voltage_lag) : recent_.voltage[n];
-  sample.voltage_controlled = controlled_[n];
   return sample;
 }
 

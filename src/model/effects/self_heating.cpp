@@ -10,14 +10,13 @@ struct SelfHeating {
   static constexpr double kResistanceSlope = 0.006;  // [1/K], docs/physics.md#self_heating
 
   static EffectInfo info() {
-    ParameterInfo heat = strength("inverse_heat_capacity", "1/C_th", "K/J", 7.5e-5, 0.0, 5e-4,
-                                  "docs/physics.md#self_heating");
     return {"self_heating",
             "P9",
             "the battery warms itself",
             "C_th dT/dt = i^2 r + i u_c2 - T / R_th\n"
             "r(T) = r (1 - 0.006 T), I_0(T) = I_0 exp(E_a / R (1/298 K - 1/(298 K + T)))",
-            {heat,
+            {strength("inverse_heat_capacity", "1/C_th", "K/J", 7.5e-5, 0.0, 5e-4,
+                      "docs/physics.md#self_heating"),
              held(shape("thermal_resistance", "R_th", "K/W", 1.0, 0.2, 5.0, 0.7,
                         "docs/physics.md#self_heating")),
              held(shape("activation_energy", "E_a", "J/mol", 5e4, 2e4, 8e4, 0.3,

@@ -11,6 +11,8 @@ using namespace battery_sof::test;
 
 namespace {
 
+constexpr double kEdgeCurrent = 2.0;  // [A], of compressedInputs()
+
 Series seriesOf(std::vector<double> time, std::vector<double> current) {
   Series series;
   series.voltage.assign(time.size(), 12.0);
@@ -190,7 +192,7 @@ TEST(CompressedInputs, IsAtFullRateAroundEveryEdge) {
   };
   int edges = 0;
   for (std::size_t n = 6; n + 6 < series.size(); ++n) {
-    if (std::abs(series.current[n] - series.current[n - 1]) <= Compression{}.edge_current) continue;
+    if (std::abs(series.current[n] - series.current[n - 1]) <= kEdgeCurrent) continue;
     ++edges;
     // Five before it; after it until a quarter of the time since then holds a second sample.
     for (std::size_t k = n - 5; k <= n + 3; ++k)
@@ -209,9 +211,9 @@ TEST(CompressedInputs, AveragesOnlyNearlyHeldCurrentsForHalfASecondAtMost) {
     const auto count = static_cast<std::size_t>(sample.count);
     const auto first = series.current.begin() + static_cast<std::ptrdiff_t>(n);
     const auto [low, high] = std::minmax_element(first, first + static_cast<std::ptrdiff_t>(count));
-    ASSERT_LE(*high - *low, Compression{}.edge_current);
+    ASSERT_LE(*high - *low, kEdgeCurrent);
     ASSERT_EQ(*low < 0.0, *high < 0.0);
-    ASSERT_LE(series.time[n + count - 1] - series.time[n], Compression{}.max_length + 1e-9);
+    ASSERT_LE(series.time[n + count - 1] - series.time[n], kLongestStretch + 1e-9);
     n += count;
   }
   EXPECT_EQ(n, series.size());

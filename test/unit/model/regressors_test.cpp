@@ -53,17 +53,12 @@ TEST(RegressorLibrary, NumbersThatAKindHasNotAreZero) {
 }
 
 /// A row a moment.
-Eigen::MatrixXd valuesAlong(RegressorMemory& memory, const std::vector<RegressorInput>& moments,
-                            std::size_t begin, std::size_t end) {
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(memory.regressors().size()),
-                         static_cast<Eigen::Index>(end - begin));
-  for (std::size_t n = begin; n < end; ++n)
-    memory.advance(moments[n], values.col(static_cast<Eigen::Index>(n - begin)));
-  return values.transpose();
-}
-
 Eigen::MatrixXd valuesAlong(RegressorMemory& memory, const std::vector<RegressorInput>& moments) {
-  return valuesAlong(memory, moments, 0, moments.size());
+  Eigen::MatrixXd values(static_cast<Eigen::Index>(memory.regressors().size()),
+                         static_cast<Eigen::Index>(moments.size()));
+  for (std::size_t n = 0; n < moments.size(); ++n)
+    memory.advance(moments[n], values.col(static_cast<Eigen::Index>(n)));
+  return values.transpose();
 }
 
 /// The last value of one regressor.
@@ -172,21 +167,6 @@ TEST(RegressorMemory, BeginsAtTheFirstSamplesValue) {
                         {{0.0, 25.0, 25.0, false, 0.0, 0.0}}));
 }
 
-TEST(RegressorMemory, CarriedOnFromItsStateEqualsOneRunThroughBitForBit) {
-  const std::vector<RegressorInput> moments = drive(2000, 4);
-  RegressorMemory through(regressorLibrary(tenMinutes()), tenMinutes()), first = through,
-                                                                         second = through;
-  const Eigen::MatrixXd whole = valuesAlong(through, moments);
-  for (const std::size_t cut : {1u, 777u, 1001u}) {
-    RegressorMemory before = first, after = second;
-    const Eigen::MatrixXd early = valuesAlong(before, moments, 0, cut);
-    after.setState(before.state());
-    const Eigen::MatrixXd late = valuesAlong(after, moments, cut, moments.size());
-    EXPECT_TRUE(early == whole.topRows(early.rows())) << cut;
-    EXPECT_TRUE(late == whole.bottomRows(late.rows())) << cut;
-  }
-}
-
 TEST(RegressorMemory, ALaterSampleChangesNoEarlierValue) {
   std::vector<RegressorInput> moments = drive(1000, 5), others = moments;
   const std::vector<RegressorInput> elsewhere = drive(1000, 6);
@@ -205,14 +185,6 @@ TEST(RegressorMemory, EveryValueOfARandomDriveIsFinite) {
       EXPECT_TRUE(values.col(k).allFinite())
           << toString(memory.regressors()[static_cast<std::size_t>(k)]) << ", seed " << seed;
   }
-}
-
-TEST(RegressorMemory, AStateOfAnotherSizeIsRefused) {
-  RegressorMemory memory(regressorLibrary(tenMinutes()), tenMinutes());
-  std::vector<double> state = memory.state();
-  state.pop_back();
-  EXPECT_THROW(memory.setState(state), std::invalid_argument);
-  EXPECT_THROW(memory.setState({}), std::invalid_argument);
 }
 
 TEST(RegressorLibrary, HoldsNoColumnSlowerThanAThirdOfTheSpanNorOneFasterThanTheSampling) {

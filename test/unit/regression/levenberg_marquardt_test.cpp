@@ -5,32 +5,11 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <functional>
+#include <optional>
+#include <vector>
 
 namespace battery_sof {
 namespace {
-
-TEST(DampingSchedule, ShrinksByAThirdAtMostAfterAPerfectStep) {
-  DampingSchedule damping(1.0);
-  damping.accept(1.0);
-  EXPECT_DOUBLE_EQ(damping.lambda(), 1.0 / 3.0);
-}
-
-TEST(DampingSchedule, KeepsItsValueAfterAStepThatGainsHalfOfThePrediction) {
-  DampingSchedule damping(0.7);
-  damping.accept(0.5);
-  EXPECT_DOUBLE_EQ(damping.lambda(), 0.7);
-}
-
-TEST(DampingSchedule, GrowsFasterWithEveryRefusalInARowAndCalmsDownAfterASuccess) {
-  DampingSchedule damping(1.0);
-  damping.reject();
-  EXPECT_DOUBLE_EQ(damping.lambda(), 2.0);
-  damping.reject();
-  EXPECT_DOUBLE_EQ(damping.lambda(), 8.0);
-  damping.accept(0.5);
-  damping.reject();
-  EXPECT_DOUBLE_EQ(damping.lambda(), 16.0);
-}
 
 /// A curve y = f(b, x) with data, the certified values and standard deviations of NIST's
 /// Statistical Reference Datasets.
@@ -148,6 +127,40 @@ TEST(Minimize, StopsAtTheBoundWhenTheOptimumLiesBeyond) {
   EXPECT_EQ(found.status, FitStatus::kConverged);
   EXPECT_NEAR(found.x[0], 3.0, 1e-3);
   EXPECT_DOUBLE_EQ(found.x[1], -1.0);
+}
+
+/// Damping after steps along E = x^2 that gain a share of what they promise; none: refused.
+double dampingAfter(double initial, const std::vector<std::optional<double>>& gain_ratios) {
+  std::size_t pass = 0;
+  double cost = 1.0, x_before = 1.0;
+  const auto evaluate = [&](const Eigen::VectorXd& x, NormalEquations& at) {
+    if (pass++ > 0) {
+      const std::optional<double>& ratio = gain_ratios[pass - 2];
+      if (!ratio) return false;
+      cost -= *ratio * (x_before * x_before - x[0] * x[0]);
+    }
+    x_before = x[0];
+    at = {cost, x, Eigen::MatrixXd::Ones(1, 1)};
+    return true;
+  };
+  MinimizeOptions options;
+  options.initial_damping = initial;
+  options.max_iterations = static_cast<int>(gain_ratios.size());
+  return minimize(evaluate, Eigen::VectorXd::Ones(1), options).damping;
+}
+
+TEST(Minimize, DampsLessByAThirdAtMostAfterAPerfectStep) {
+  EXPECT_NEAR(dampingAfter(1.0, {1.0}), 1.0 / 3.0, 1e-12);
+}
+
+TEST(Minimize, KeepsItsDampingAfterAStepThatGainsHalfOfThePrediction) {
+  EXPECT_NEAR(dampingAfter(0.7, {0.5}), 0.7, 1e-12);
+}
+
+TEST(Minimize, DampsMoreWithEveryRefusalInARowAndCalmsDownAfterASuccess) {
+  EXPECT_DOUBLE_EQ(dampingAfter(1.0, {std::nullopt}), 2.0);
+  EXPECT_DOUBLE_EQ(dampingAfter(1.0, {std::nullopt, std::nullopt}), 8.0);
+  EXPECT_NEAR(dampingAfter(1.0, {std::nullopt, std::nullopt, 0.5, std::nullopt}), 16.0, 1e-10);
 }
 
 TEST(Minimize, SaysWhenTheIterationsRanOut) {

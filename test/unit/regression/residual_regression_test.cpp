@@ -110,6 +110,11 @@ TEST(InputMemory, LowPassesOfAHeldDriveEndAtIt) {
   for (const double i : memory.current) EXPECT_NEAR(i, -20.0, 1e-9);
 }
 
+ResidualRegression fitted(const ResidualSamples& samples) {
+  std::vector<double> left_out;
+  return fitResidualRegression(samples, left_out);
+}
+
 TEST(FitResidualRegression, LearnsAnErrorThatItsColumnsHold) {
   // 4 A/V of what the low pass of 30 s is behind the voltage; 2 mOhm of the current.
   test::Random random(21);
@@ -119,7 +124,7 @@ TEST(FitResidualRegression, LearnsAnErrorThatItsColumnsHold) {
                                          : 0.002 * x[0] + 0.001 * random.normal();
       });
   std::vector<double> left_out;
-  const ResidualRegression residual_regression = fitResidualRegression(samples, &left_out);
+  const ResidualRegression residual_regression = fitResidualRegression(samples, left_out);
   ASSERT_FALSE(residual_regression.current.empty());
   ASSERT_FALSE(residual_regression.voltage.empty());
   EXPECT_GT(residual_regression.current.gain, 0.9);
@@ -145,7 +150,7 @@ TEST(FitResidualRegression, LearnsNothingToSpeakOfFromNoise) {
     const ResidualSamples samples =
         samplesOf(startStop(1200, seed),
                   [&](const Moment&, const Eigen::VectorXd&) { return random.normal(); });
-    const ResidualRegression residual_regression = fitResidualRegression(samples);
+    const ResidualRegression residual_regression = fitted(samples);
     empty += residual_regression.current.empty() ? 1 : 0;
     empty += residual_regression.voltage.empty() ? 1 : 0;
     EXPECT_LT(residual_regression.current.gain, 0.0225) << seed;
@@ -157,12 +162,11 @@ TEST(FitResidualRegression, LearnsNothingToSpeakOfFromNoise) {
 TEST(FitResidualRegression, LearnsNothingFromTooFewSamples) {
   const auto error = [](const Moment&, const Eigen::VectorXd& x) { return x[0]; };
   // 30 samples of a voltage are not there, nor 60 of a current.
-  EXPECT_TRUE(fitResidualRegression(samplesOf(startStop(65), error)).empty());
-  const ResidualRegression residual_regression =
-      fitResidualRegression(samplesOf(startStop(110), error));
+  EXPECT_TRUE(fitted(samplesOf(startStop(65), error)).empty());
+  const ResidualRegression residual_regression = fitted(samplesOf(startStop(110), error));
   EXPECT_FALSE(residual_regression.voltage.empty());  // 40 of them
   EXPECT_FALSE(residual_regression.current.empty());  // 70
-  EXPECT_TRUE(fitResidualRegression(ResidualSamples{}).empty());
+  EXPECT_TRUE(fitted(ResidualSamples{}).empty());
 }
 
 TEST(FitResidualRegression, PredictionsOutsideTheWindowsRangeStayAtItsEnds) {
@@ -170,7 +174,7 @@ TEST(FitResidualRegression, PredictionsOutsideTheWindowsRangeStayAtItsEnds) {
       samplesOf(startStop(1200), [](const Moment& moment, const Eigen::VectorXd& x) {
         return moment.voltage_controlled ? x[0] : x[0] * 1e-3;
       });
-  const ResidualRegression residual_regression = fitResidualRegression(samples);
+  const ResidualRegression residual_regression = fitted(samples);
   Eigen::VectorXd far = residual_regression.voltage.upper;
   const double at_end = residual_regression.voltage.at(far);
   EXPECT_EQ(residual_regression.voltage.at(Eigen::VectorXd(far.array() + 1e4)), at_end);
