@@ -54,9 +54,7 @@ void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residu
     gradient += 0.5 * dS * (1.0 - v.value() * v.value() / S) + dv * (v.value() / S);
     curvature += 0.25 * dS * dS.transpose() + dv * dv.transpose() / S;
   }
-  equations.cost = cost;
-  equations.gradient = gradient;
-  equations.hessian = curvature;
+  equations = {cost, gradient, curvature};
 }
 
 }  // namespace

@@ -2,13 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "recording/events.hpp"
-
 namespace battery_sof {
 namespace {
 
-constexpr double kRestError = 0.1;   // [V], by which a rested battery's voltage may differ
 constexpr double kMostSigmas = 4.0;  // of an error that is taken in
 
 // What a parking changes in the long run, and how soon (docs/model.md#from-trip-to-trip).
@@ -60,13 +56,11 @@ void takeStandardErrors(Fit& fit) {
 }
 
 std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populations,
-                                    std::vector<std::string> effects) {
-  std::sort(effects.begin(), effects.end());
-  for (const KnownPopulation& population : populations) {
-    std::vector<std::string> of_population = population.effects;
-    std::sort(of_population.begin(), of_population.end());
-    if (of_population == effects) return population.parameters;
-  }
+                                    const std::vector<std::string>& effects) {
+  for (const KnownPopulation& population : populations)
+    if (std::is_permutation(effects.begin(), effects.end(), population.effects.begin(),
+                            population.effects.end()))
+      return population.parameters;
   return {};
 }
 
@@ -106,11 +100,6 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
   // What the moved rows take up: of the whole gain h'h / S of the error.
   const double taken = innovation.rows.empty() ? h.squaredNorm() / variance : 0.0;
   return innovation.error - taken * error;
-}
-
-double surpriseOf(const Innovation& innovation) {
-  return innovation.error /
-         std::hypot(innovation.modelled.norm(), std::max(innovation.std_error, kRestError));
 }
 
 FittedModel parked(FittedModel model, double duration, std::optional<double> temperature) {
@@ -186,11 +175,6 @@ FittedModel populationPrior(double capacity, const std::vector<KnownParameter>& 
   model.state.current = current;
   takeStandardErrors(fit);
   return model;
-}
-
-double voltageError(const Fit& fit, double current) {
-  return std::max(fit.scores.rmse,
-                  current < EventLimits{}.crank_current ? fit.scores.crank_error_std : 0.0);
 }
 
 }  // namespace battery_sof
