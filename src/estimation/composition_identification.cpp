@@ -33,9 +33,8 @@ CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint poin
 }
 
 bool hasInstant(const BatteryModel& model) {
-  for (const ParameterInfo& info : model.parameters())
-    if (info.instant) return true;
-  return false;
+  const auto& infos = model.parameters();
+  return std::any_of(infos.begin(), infos.end(), [](const auto& info) { return info.instant; });
 }
 
 /// Where every instant of the recording is `time` [s] after its beginning.
@@ -110,7 +109,6 @@ Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
   Fitted fitted{{}, costOf(options)};
   fitted.cost.channels.emplace();
   CompositionSearch search;
-  search.eliminate = false;
   search.tolerance = kEnough;
   search.max_iterations = std::max(options.max_iterations, kFirstIterations);
   const CompositionPoint start = model.effects().empty() ? base : typicalStart(model, inputs);

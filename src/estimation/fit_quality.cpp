@@ -13,6 +13,8 @@
 namespace battery_sof {
 namespace {
 
+constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
+
 using Values = Eigen::Map<const Eigen::ArrayXd>;
 
 Values allOf(const std::vector<double>& values) {
@@ -27,20 +29,21 @@ Eigen::ArrayXd errorOf(const std::vector<double>& measured, const std::vector<do
   return allOf(measured) - allOf(predicted);
 }
 
-}  // namespace
-
-std::optional<double> qDyn(const std::vector<double>& measured,
-                           const std::vector<double>& predicted) {
-  return qDyn(allOf(measured), errorOf(measured, predicted).square().sum());
-}
-
-std::optional<double> qDyn(const Eigen::Map<const Eigen::ArrayXd>& measured, double squares) {
+/// qDyn() of what is measured [V]. @param squares sum of the squared errors [V^2].
+std::optional<double> explained(const Values& measured, double squares) {
   const double mean = measured.mean();
   const double variation = (measured - mean).square().sum();
   // Rounding of the mean alone leaves about (1e-15 u)^2 a sample.
   if (variation <= 1e-26 * static_cast<double>(measured.size()) * (1.0 + mean * mean))
     return std::nullopt;
   return 100.0 * (1.0 - std::sqrt(squares / variation));
+}
+
+}  // namespace
+
+std::optional<double> qDyn(const std::vector<double>& measured,
+                           const std::vector<double>& predicted) {
+  return explained(allOf(measured), errorOf(measured, predicted).square().sum());
 }
 
 double rootMeanSquareError(const std::vector<double>& measured,
@@ -76,8 +79,8 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
                    double rho, double crank_current) {
   FitScores scores;
   scores.q_dyn_percent =
-      qDyn({series.voltage.data() + range.first, static_cast<Eigen::Index>(range.size())},
-           residual.squaredNorm())
+      explained({series.voltage.data() + range.first, static_cast<Eigen::Index>(range.size())},
+                residual.squaredNorm())
           .value_or(0.0);
   scores.rmse = std::sqrt(residual.squaredNorm() / static_cast<double>(range.size()));
   scores.residual_correlation_time = medianInterval(series) * (1.0 + rho) / (1.0 - rho);
@@ -112,12 +115,6 @@ void conclude(Fit& fit) {
       weak.push_back(estimate.name + (estimate.at_bound ? " (at a bound)" : ""));
   fit.message = weak.empty() ? text : text + "; the window does not determine " + join(weak);
 }
-
-namespace {
-
-constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
-
-}  // namespace
 
 double lagOneCorrelation(const Eigen::VectorXd& residual) {
   const Eigen::Index n = residual.size();

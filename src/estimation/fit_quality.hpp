@@ -24,10 +24,6 @@ namespace battery_sof {
 std::optional<double> qDyn(const std::vector<double>& measured,
                            const std::vector<double>& predicted);
 
-/// @return qDyn() of what is measured [V], not empty. @param squares sum of the squared errors
-/// [V^2].
-std::optional<double> qDyn(const Eigen::Map<const Eigen::ArrayXd>& measured, double squares);
-
 /// @return root mean square of the difference [V]. @throws as qDyn().
 double rootMeanSquareError(const std::vector<double>& measured,
                            const std::vector<double>& predicted);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 namespace battery_sof {
 namespace {
 
