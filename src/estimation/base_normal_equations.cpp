@@ -103,16 +103,6 @@ SampleSums sumOf(const Samples& samples, std::size_t first, std::size_t last) {
 
 }  // namespace
 
-WindowSamples::WindowSamples(const Series& series, IndexRange range, CrankWeight weight,
-                             double max_gap, const std::vector<char>& masked)
-    : time_(series.time.data() + range.first),
-      current_(series.current.data() + range.first),
-      voltage_(series.voltage.data() + range.first),
-      masked_(masked.empty() ? nullptr : masked.data() + range.first),
-      size_(range.size()),
-      weight_(weight),
-      max_gap_(max_gap) {}
-
 template <typename Samples>
 std::vector<BaseNormalEquations::Sample> coarsened(const Samples& samples, std::size_t factor) {
   std::vector<BaseNormalEquations::Sample> coarse;

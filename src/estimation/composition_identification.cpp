@@ -203,21 +203,13 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   const Eigen::VectorXd weighted = weights.cwiseSqrt().cwiseProduct(pass.residual);
   const double rho = lagOneCorrelation(fitted.cost.channels ? weighted : pass.residual);
 
-  FittedModel found = unfitted(series, range, model, fitted.fit.status, "");
-  found.fit.parameters = baseParameters(fitted.fit.point.parameters);
-  found.fit.iterations = fitted.fit.iterations;
-  std::vector<ParameterEstimate>& estimates = found.fit.estimates;
-  for (std::size_t j = 0; j < estimates.size(); ++j) {
-    estimates[j].value = fitted.fit.point.parameters[j];
-    estimates[j].determined = estimates[j].held;
-  }
+  FittedModel found = modelOf(series, range, model, fitted.fit);
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (problem.rowOf(k) < model.parameterCount())
-      estimates[problem.rowOf(k)].at_bound = isAtBound(problem, fitted.fit.x, k);
+      found.fit.estimates[problem.rowOf(k)].at_bound = isAtBound(problem, fitted.fit.x, k);
   const Eigen::MatrixXd covariance =
       covarianceOf(problem, fitted, on.searched().samples.size(), pass, weights, rho);
   found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
-  takeStandardErrors(found.fit);
   found.fit.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
   if (fitted.cost.channels)
     found.fit.scores.q_dyn_percent =
@@ -227,7 +219,6 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   Simulation at_end(model, fitted.fit.point.at(full.first_time));
   for (const InputSample& sample : full.samples) at_end.follow(sample);
   takeState(found, at_end, series.current[range.last - 1]);
-  found.fit.first_state = fitted.fit.point.state;
   return found;
 }
 

@@ -75,6 +75,20 @@ FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel&
   return model;
 }
 
+FittedModel modelOf(const Series& series, IndexRange range, const BatteryModel& composition,
+                    const CompositionFit& fit, const std::optional<ExcitedRange>& excited) {
+  FittedModel model = unfitted(series, range, composition, fit.status, "", excited);
+  model.fit.parameters = baseParameters(fit.point.parameters);
+  model.fit.first_state = fit.point.state;
+  model.fit.iterations = fit.iterations;
+  std::vector<ParameterEstimate>& estimates = model.fit.estimates;
+  for (std::size_t j = 0; j < estimates.size(); ++j) {
+    estimates[j].value = fit.point.parameters[j];
+    estimates[j].determined = estimates[j].held;
+  }
+  return model;
+}
+
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
                    double rho, double crank_current) {
   FitScores scores;
@@ -100,6 +114,7 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
 }
 
 void conclude(Fit& fit) {
+  takeStandardErrors(fit);
   if (std::none_of(fit.estimates.begin(), fit.estimates.begin() + kRowUDc,
                    [](const ParameterEstimate& estimate) { return estimate.determined; }))
     fit.status = FitStatus::kNotExcited;

@@ -94,15 +94,13 @@ double defaultWindowLength(const Series& series) {
 }
 
 double windowExcitation(const Series& series, IndexRange range) {
-  if (range.size() < kMinFitSamples) return 0.0;
   const std::vector<char> none;
-  return windowExcitation(WindowSamples(series, range, {}, gapThreshold(series), none),
-                          series.time[range.last - 1] - series.time[range.first]);
+  return windowExcitation(WindowSamples{series, range, {}, gapThreshold(series), none});
 }
 
-double windowExcitation(const WindowSamples& samples, double duration) {
+double windowExcitation(const WindowSamples& samples) {
   if (samples.size() < kMinFitSamples) return 0.0;
-  const double interval = duration / static_cast<double>(samples.size());
+  const double interval = samples.duration() / static_cast<double>(samples.size());
   const double inflation = std::max(1.0, 2.0 * kAssumedCorrelation / interval);
   double product = 1.0;
   for (double relative :

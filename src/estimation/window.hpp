@@ -8,7 +8,7 @@
 
 namespace battery_sof {
 
-class WindowSamples;
+struct WindowSamples;
 
 /// Fewest samples that are fitted: five an unknown. Below that a fit follows its noise.
 inline constexpr std::size_t kMinFitSamples = 30;
@@ -46,9 +46,8 @@ double defaultWindowLength(const Series& series);
  */
 double windowExcitation(const Series& series, IndexRange range);
 
-/// The same of a window's samples, whatever their weights. @param duration [s], first sample to
-/// last.
-double windowExcitation(const WindowSamples& samples, double duration);
+/// The same of a window's samples, whatever their weights.
+double windowExcitation(const WindowSamples& samples);
 
 /**
  * @brief Chooses the best excited window of the wanted length without a gap inside; of windows

@@ -149,9 +149,8 @@ TEST(WindowExcitation, AsksForNoWeights) {
   const Series series = test::baseDrive(6, 100.0);
   const std::vector<char> masked(series.size(), 1);
   const IndexRange range{17, series.size()};
-  const WindowSamples samples(series, range, {10.0, -20.0}, 5.0, masked);
-  EXPECT_DOUBLE_EQ(windowExcitation(samples, series.time.back() - series.time[17]),
-                   windowExcitation(series, range));
+  const WindowSamples samples{series, range, {10.0, -20.0}, 5.0, masked};
+  EXPECT_DOUBLE_EQ(windowExcitation(samples), windowExcitation(series, range));
 }
 
 }  // namespace
