@@ -36,7 +36,7 @@ bool holdsCrank(const Series& series) {
 
 DriveWindow simulatedWindow() {
   const Series drive = simulatedDrive();
-  const WindowChoice choice = chooseWindow(drive, {});
+  const WindowChoice choice = chooseWindow(drive, {0, drive.size()});
   if (!choice.range) throw std::runtime_error("benchmark window: " + choice.message);
   DriveWindow window;
   window.series = slice(drive, *choice.range);

@@ -129,7 +129,6 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
 Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted,
                              std::size_t samples, ModelPass pass, const Eigen::VectorXd& weights,
                              double rho) {
-  const Eigen::VectorXd precision = problem.priorPrecision();
   if (fitted.cost.noise) {
     const double freedom =
         std::max(1.0, static_cast<double>(samples) - static_cast<double>(problem.size()));
@@ -141,16 +140,17 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
       }
     return informationInverse(information) * std::max(1.0, fitted.fit.at.cost / freedom);
   }
+  Eigen::VectorXd precision = problem.priorPrecision();
   for (Eigen::Index k = 0; k < problem.size(); ++k)
-    if (isAtBound(problem, fitted.fit.x, k)) pass.jacobian.col(k).setZero();
+    if (isAtBound(problem, fitted.fit.x, k)) {
+      pass.jacobian.col(k).setZero();
+      precision[k] = 0.0;
+    }
   Sandwich parts = sandwichParts(pass.jacobian, pass.residual, weights,
                                  bartlettWidth(rho, pass.residual.size()));
   const double weight = problem.priorWeight();
-  for (Eigen::Index k = 0; k < problem.size(); ++k) {
-    if (isAtBound(problem, fitted.fit.x, k)) continue;
-    parts.A(k, k) += weight * precision[k];
-    parts.B(k, k) += weight * weight * precision[k];
-  }
+  parts.A.diagonal() += weight * precision;
+  parts.B.diagonal() += weight * weight * precision;
   return combined(parts);
 }
 

@@ -214,8 +214,7 @@ FitPlan planFit(const Series& series, const FitRequest& request) {
   const IndexRange searched = samplesBetween(series, request.from, request.to);
   FitPlan plan{{searched, 0.0, ""}, request.options};
   if (!request.from || !request.to || request.chooses_window)
-    plan.window = chooseWindow(
-        series, {series.time[searched.first], series.time[searched.last - 1], std::nullopt});
+    plan.window = chooseWindow(series, searched);
   if (!plan.window.range) return plan;
   const InstrumentLimits limits = instrumentLimits(series);
   plan.options.masked = limits.withoutClipped();

@@ -109,20 +109,16 @@ double windowExcitation(const WindowSamples& samples) {
   return std::pow(product, 0.25);
 }
 
-WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
+WindowChoice chooseWindow(const Series& series, IndexRange searched, std::optional<double> length) {
   WindowChoice choice;
-  const IndexRange searched = series.empty()
-                                  ? IndexRange{}
-                                  : indexRange(series, search.from.value_or(series.time.front()),
-                                               search.to.value_or(series.time.back()));
   if (searched.size() < kMinFitSamples) {
     choice.message =
         format("no window: %zu samples in the searched stretch, at least %zu are needed",
                searched.size(), kMinFitSamples);
     return choice;
   }
-  const double length = search.length.value_or(defaultWindowLength(series));
-  const std::vector<IndexRange> windows = candidates(series, searched, length);
+  const std::vector<IndexRange> windows =
+      candidates(series, searched, length.value_or(defaultWindowLength(series)));
   std::vector<double> window_quality;
   for (const IndexRange window : windows)
     window_quality.push_back(windowExcitation(series, window));

@@ -128,9 +128,7 @@ IdentificationResult attempt(const IdentificationJob& job) {
   IdentificationResult result;
   result.max_gap = gapThreshold(job.series);
   result.source = ChargerShare(job.series, detectControlMode(job.series));
-  WindowSearch search;
-  search.length = job.window_length;
-  const WindowChoice choice = chooseWindow(job.series, search);
+  const WindowChoice choice = chooseWindow(job.series, {0, job.series.size()}, job.window_length);
   result.message = choice.message;
   if (!choice.range) return result;
   if (choice.excitation < job.min_window_quality) {
