@@ -23,9 +23,9 @@ Values allOf(const std::vector<double>& values) {
 
 Eigen::ArrayXd errorOf(const std::vector<double>& measured, const std::vector<double>& predicted) {
   if (measured.size() != predicted.size() || measured.empty())
-    throw std::invalid_argument("measured has " + std::to_string(measured.size()) +
-                                " samples, predicted " + std::to_string(predicted.size()) +
-                                ": expected the same number, at least one");
+    throw std::invalid_argument(
+        format("measured has %zu samples, predicted %zu: expected the same number, at least one",
+               measured.size(), predicted.size()));
   return allOf(measured) - allOf(predicted);
 }
 

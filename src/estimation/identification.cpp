@@ -119,8 +119,7 @@ FittedModel describeFit(const Window& window, const CompositionFit& fit,
 bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
   if (!options.source) return false;
   const auto begin = options.source->voltage_controlled.begin();
-  return std::any_of(begin + static_cast<std::ptrdiff_t>(range.first),
-                     begin + static_cast<std::ptrdiff_t>(range.last),
+  return std::any_of(begin + range.first, begin + range.last,
                      [](char controlled) { return controlled; });
 }
 

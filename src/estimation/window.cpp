@@ -26,7 +26,9 @@ constexpr double kNearlyBest = 0.95;
 constexpr int kHopsPerWindow = 8;
 
 /// Information that a window's current carries on (linear parameters, ln c2, ln beta, first state).
-Eigen::Matrix<double, 6, 6> information(const WindowSamples& samples) {
+using Information = Eigen::Matrix<double, 6, 6>;
+
+Information informationOf(const WindowSamples& samples) {
   // Averages of ten keep the information to a few per cent at a tenth of the cost; slow recordings
   // are taken as they are.
   const std::size_t factor = samples.size() >= 4000 ? 10 : 1;
@@ -39,14 +41,12 @@ Eigen::Matrix<double, 6, 6> information(const WindowSamples& samples) {
 }
 
 /// Relative standard errors of r_discharge, r_charge, c2, beta; infinite where nothing is known.
-std::array<double, 4> relativeErrors(const Eigen::Matrix<double, 6, 6>& info, double variance) {
+std::array<double, 4> relativeErrors(const Information& info, double variance) {
   const Eigen::Matrix<double, 6, 1> scale =
       info.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
-  const Eigen::Matrix<double, 6, 6> scaled = scale.asDiagonal() * info * scale.asDiagonal();
-  const Eigen::Matrix<double, 6, 6> inverse =
-      (scaled + 1e-14 * Eigen::Matrix<double, 6, 6>::Identity())
-          .ldlt()
-          .solve(Eigen::Matrix<double, 6, 6>::Identity());
+  const Information scaled = scale.asDiagonal() * info * scale.asDiagonal();
+  const Information inverse =
+      (scaled + 1e-14 * Information::Identity()).ldlt().solve(Information::Identity());
   const std::array<int, 4> row = {kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta};
   const std::array<double, 4> magnitude = {tableOne()[0].magnitude, tableOne()[1].magnitude, 1.0,
                                            1.0};
@@ -104,7 +104,7 @@ double windowExcitation(const WindowSamples& samples) {
   const double inflation = std::max(1.0, 2.0 * kAssumedCorrelation / interval);
   double product = 1.0;
   for (double relative :
-       relativeErrors(information(samples), kAssumedError * kAssumedError * inflation))
+       relativeErrors(informationOf(samples), kAssumedError * kAssumedError * inflation))
     product *= std::max(kEnough / (kEnough + relative), kNotExcited);
   return std::pow(product, 0.25);
 }

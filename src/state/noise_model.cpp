@@ -99,10 +99,9 @@ double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual,
 NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSample>& samples,
                     double min_white) {
   if (static_cast<std::size_t>(residual.size()) != samples.size() || samples.size() < kMinSamples)
-    throw std::invalid_argument("fitNoise: " + std::to_string(residual.size()) + " residuals for " +
-                                std::to_string(samples.size()) +
-                                " samples, expected as many and at least " +
-                                std::to_string(kMinSamples));
+    throw std::invalid_argument(
+        format("fitNoise: %td residuals for %zu samples, expected as many and at least %zu",
+               residual.size(), samples.size(), kMinSamples));
   const double rms = std::max(
       std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size())), 2.0 * min_white);
   // The four numbers change the deviance, which may be negative; minimize() needs a cost above

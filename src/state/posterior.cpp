@@ -37,8 +37,7 @@ void setParameter(Fit& fit, Eigen::Index row, double value) {
   BaseParameters& base = fit.parameters;
   double* const of_base[] = {&base.r_discharge, &base.r_charge, &base.c2, &base.beta, &base.u_dc};
   if (row < kBaseRows) *of_base[row] = value;
-  if (static_cast<std::size_t>(row) < fit.estimates.size())
-    fit.estimates[static_cast<std::size_t>(row)].value = value;
+  if (row < static_cast<Eigen::Index>(fit.estimates.size())) fit.estimates[row].value = value;
 }
 
 }  // namespace
@@ -89,9 +88,7 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
   const Eigen::Index parameters = composition.parameterCount();
   for (Eigen::Index j = 0; j < parameters; ++j)
     if (change[j] != 0.0)
-      setParameter(
-          model.fit, j,
-          moved(composition.parameters()[static_cast<std::size_t>(j)], before[j], change[j]));
+      setParameter(model.fit, j, moved(composition.parameters()[j], before[j], change[j]));
   model.state.states += change.segment(parameters, model.state.states.size());
   Eigen::MatrixXd& covariance = model.fit.covariance;
   covariance = innovation.factor * innovation.factor.transpose();
@@ -155,7 +152,7 @@ FittedModel populationPrior(double capacity, const std::vector<KnownParameter>& 
                             kVoltageSpread / kUsualVoltage};
   fit.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
   for (Eigen::Index j = 0; j < kBaseRows; ++j) {
-    const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
+    const ParameterInfo& info = composition.parameters()[j];
     fit.estimates.push_back({info.name, info.unit, values[j], std::nullopt});
     double spread = spreads[j] * values[j];
     if (const KnownParameter* known = find(fleet, info.name)) {

@@ -192,8 +192,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
   Eigen::MatrixXd moved = factor;
   Eigen::VectorXd unshared = Eigen::VectorXd::Zero(factor.rows());
   for (Eigen::Index j = 0; j < composition.stateCount(); ++j) {
-    const bool follows = j == 0 || composition.states()[static_cast<std::size_t>(j)].begins_as_u_c2;
-    if (!follows) continue;
+    if (j > 0 && !composition.states()[j].begins_as_u_c2) continue;
     // du/du_c2 is one, so what the voltage leaves open apart from u_c2 is what u_c2 takes over.
     model.state.states[j] += missing;
     if (factor.cols() > 0)
