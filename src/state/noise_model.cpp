@@ -70,13 +70,8 @@ Whitening::Whitening(const NoiseModel& noise, const std::vector<InputSample>& sa
     }
     const auto step = filter.step(samples[n].step.duration, samples[n].count, n == 0);
     gains_.push_back({step.persistence, step.drift, step.colored, 1.0 / std::sqrt(step.variance)});
-    log_determinant_ += logVariance(n);
+    log_determinant_ -= 2.0 * std::log(gains_.back().scale);
   }
-}
-
-double Whitening::logVariance(std::size_t n) const {
-  const double scale = gains_[n].scale;
-  return scale > 0.0 ? -2.0 * std::log(scale) : 0.0;
 }
 
 Eigen::VectorXd Whitening::whitened(const Eigen::VectorXd& column) const {
