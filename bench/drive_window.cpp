@@ -36,7 +36,7 @@ bool holdsCrank(const Series& series) {
 
 DriveWindow simulatedWindow() {
   const Series drive = simulatedDrive();
-  const WindowChoice choice = chooseWindow(drive, {});
+  const WindowChoice choice = chooseWindow(drive, {0, drive.size()});
   if (!choice.range) throw std::runtime_error("benchmark window: " + choice.message);
   DriveWindow window;
   window.series = slice(drive, *choice.range);
@@ -44,7 +44,7 @@ DriveWindow simulatedWindow() {
   if (window.series.size() < kFourMinutes || !holdsCrank(window.series))
     throw std::runtime_error("benchmark window: " + choice.message + ", but no crank or too short");
   const std::vector<char> none;
-  window.samples = WindowSamples(window.series, window.range(), {}, window.max_gap, none).copied();
+  window.samples = WindowSamples{window.series, window.range(), {}, window.max_gap, none}.copied();
   return window;
 }
 

@@ -47,9 +47,11 @@ void requireSameOptimum(const Optimum& ours, const Optimum& theirs, const std::s
 /// It calls what identify() calls, in the same order; requireSameAsIdentify() holds both together.
 Optimum searchOnly(const DriveWindow& window) {
   const IdentifyOptions options;
-  const WindowSamples samples(window.series, window.range(),
-                              {options.crank_weight, options.crank_weight_current}, window.max_gap,
-                              options.masked);
+  const WindowSamples samples{window.series,
+                              window.range(),
+                              {options.crank_weight, options.crank_weight_current},
+                              window.max_gap,
+                              options.masked};
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
   const CompositionFit fit = searchWindow(samples, equations, options);
   return {baseParameters(fit.point.parameters), fit.point.state[0], fit.at.cost, fit.iterations};

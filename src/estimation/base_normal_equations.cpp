@@ -36,6 +36,27 @@ void addLinear(const MeasuredBlock& block, Eigen::Matrix3d& sums) {
   sums(2, 2) += weight.sum();
 }
 
+/// What neighbouring samples add up to.
+struct SampleSums {
+  double discharge = 0.0, charge = 0.0, voltage = 0.0, weight = 0.0;
+  double duration = 0.0, carried = 0.0;  // [s], [As]
+};
+
+template <typename Samples>
+SampleSums sumOf(const Samples& samples, std::size_t first, std::size_t last) {
+  SampleSums sums;
+  for (std::size_t n = first; n < last; ++n) {
+    const BaseNormalEquations::Sample sample = samples[n];
+    sums.discharge += sample.discharge;
+    sums.charge += sample.charge;
+    sums.voltage += sample.voltage;
+    sums.weight += sample.weight;
+    sums.duration += sample.held.duration;
+    sums.carried += sample.held.current * sample.held.duration;
+  }
+  return sums;
+}
+
 }  // namespace
 
 BaseSums BaseNormalEquations::sums(const OverpotentialSweep::Point& point,
@@ -77,41 +98,6 @@ std::vector<BaseNormalEquations::Sample> WindowSamples::copied() const {
   for (std::size_t n = 0; n < samples.size(); ++n) samples[n] = (*this)[n];
   return samples;
 }
-
-namespace {
-
-/// What neighbouring samples add up to.
-struct SampleSums {
-  double discharge = 0.0, charge = 0.0, voltage = 0.0, weight = 0.0;
-  double duration = 0.0, carried = 0.0;  // [s], [As]
-};
-
-template <typename Samples>
-SampleSums sumOf(const Samples& samples, std::size_t first, std::size_t last) {
-  SampleSums sums;
-  for (std::size_t n = first; n < last; ++n) {
-    const BaseNormalEquations::Sample sample = samples[n];
-    sums.discharge += sample.discharge;
-    sums.charge += sample.charge;
-    sums.voltage += sample.voltage;
-    sums.weight += sample.weight;
-    sums.duration += sample.held.duration;
-    sums.carried += sample.held.current * sample.held.duration;
-  }
-  return sums;
-}
-
-}  // namespace
-
-WindowSamples::WindowSamples(const Series& series, IndexRange range, CrankWeight weight,
-                             double max_gap, const std::vector<char>& masked)
-    : time_(series.time.data() + range.first),
-      current_(series.current.data() + range.first),
-      voltage_(series.voltage.data() + range.first),
-      masked_(masked.empty() ? nullptr : masked.data() + range.first),
-      size_(range.size()),
-      weight_(weight),
-      max_gap_(max_gap) {}
 
 template <typename Samples>
 std::vector<BaseNormalEquations::Sample> coarsened(const Samples& samples, std::size_t factor) {

@@ -87,32 +87,28 @@ struct CrankWeight {
  * @brief The samples of a range with weight^2 where current < weight_current, 1 elsewhere (paper,
  * eq. 3), each made from the recording where it is needed: passes over a window need no copy of it.
  */
-class WindowSamples {
- public:
-  /// @param series must outlive the samples.  @param max_gap [s], gapThreshold(series).
-  /// @param masked one a sample of the series, those that weigh nothing; must outlive the samples.
-  /// Empty for none.
-  WindowSamples(const Series& series, IndexRange range, CrankWeight weight, double max_gap,
-                const std::vector<char>& masked);
+struct WindowSamples {
+  const Series& series;
+  IndexRange range;
+  CrankWeight weight;
+  double max_gap;  ///< [s], gapThreshold(series)
+  /// one a sample of the series, those that weigh nothing; empty for none
+  const std::vector<char>& masked;
 
-  std::size_t size() const { return size_; }
+  std::size_t size() const { return range.size(); }
+  /// [s], first sample to last
+  double duration() const { return series.time[range.last - 1] - series.time[range.first]; }
 
   std::vector<BaseNormalEquations::Sample> copied() const;  ///< all of them, side by side
 
   BaseNormalEquations::Sample operator[](std::size_t n) const {
-    const std::size_t before = n - (n > 0);
-    const double i = current_[n];
-    const double weight = i < weight_.current ? weight_.factor * weight_.factor : 1.0;
-    return {heldCurrent(time_[before], current_[before], time_[n], i, max_gap_), std::min(i, 0.0),
-            std::max(i, 0.0), voltage_[n], masked_ && masked_[n] ? 0.0 : weight};
+    const std::size_t at = range.first + n, before = at - (n > 0);
+    const double i = series.current[at];
+    const bool is_masked = !masked.empty() && masked[at];
+    const double weighed = i < weight.current ? weight.factor * weight.factor : 1.0;
+    return {heldCurrent(series.time[before], series.current[before], series.time[at], i, max_gap),
+            std::min(i, 0.0), std::max(i, 0.0), series.voltage[at], is_masked ? 0.0 : weighed};
   }
-
- private:
-  const double *time_, *current_, *voltage_;  // from the range's first sample on
-  const char* masked_;                        // likewise; none: nullptr
-  std::size_t size_;
-  CrankWeight weight_;
-  double max_gap_;
 };
 
 /// @return every `factor` neighbouring samples averaged into one, as a cheap first approach to the

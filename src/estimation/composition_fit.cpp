@@ -21,11 +21,11 @@ NormalEquations shifted(NormalEquations at, const Eigen::VectorXd& step) {
 /// 1973; Kaufman 1975).
 class Elimination {
  public:
-  /// @param eliminate false: no coordinate counts as linear.  @param start all coordinates.
-  Elimination(const LeastSquaresProblem& problem, bool eliminate, const Eigen::VectorXd& start)
+  /// @param start all coordinates.
+  Elimination(const LeastSquaresProblem& problem, const Eigen::VectorXd& start)
       : problem_(problem), full_(start) {
     for (Eigen::Index k = 0; k < problem.size(); ++k)
-      (eliminate && problem[k].linear ? linear_ : others_).push_back(k);
+      (problem[k].linear ? linear_ : others_).push_back(k);
   }
 
   /// @return the coordinates that are searched for.
@@ -193,7 +193,7 @@ double promisedGain(const LeastSquaresProblem& problem, const Eigen::VectorXd& x
 
 CompositionFit searchFrom(const LeastSquaresProblem& problem, const Eigen::VectorXd& x,
                           const CompositionSearch& search) {
-  Elimination elimination(problem, search.eliminate, x);
+  Elimination elimination(problem, x);
   MinimizeOptions options;
   options.max_iterations = search.max_iterations;
   options.lower = elimination.reduced(problem.lower());

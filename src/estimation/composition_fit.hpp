@@ -131,7 +131,6 @@ struct CompositionSearch {
   /// a last step that promises less than this share of the cost is taken unseen: 0.15 standard
   /// errors in 24,000 samples
   double trusted_gain = 1e-6;
-  bool eliminate = true;  ///< solve for the linear coordinates in every pass
   /// Called before every pass, from the pass's thread; what it throws ends the search.
   std::function<void()> pulse = nullptr;
 };

@@ -33,9 +33,8 @@ CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint poin
 }
 
 bool hasInstant(const BatteryModel& model) {
-  for (const ParameterInfo& info : model.parameters())
-    if (info.instant) return true;
-  return false;
+  const auto& infos = model.parameters();
+  return std::any_of(infos.begin(), infos.end(), [](const auto& info) { return info.instant; });
 }
 
 /// Where every instant of the recording is `time` [s] after its beginning.
@@ -110,7 +109,6 @@ Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
   Fitted fitted{{}, costOf(options)};
   fitted.cost.channels.emplace();
   CompositionSearch search;
-  search.eliminate = false;
   search.tolerance = kEnough;
   search.max_iterations = std::max(options.max_iterations, kFirstIterations);
   const CompositionPoint start = model.effects().empty() ? base : typicalStart(model, inputs);
@@ -131,7 +129,6 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
 Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted,
                              std::size_t samples, ModelPass pass, const Eigen::VectorXd& weights,
                              double rho) {
-  const Eigen::VectorXd precision = problem.priorPrecision();
   if (fitted.cost.noise) {
     const double freedom =
         std::max(1.0, static_cast<double>(samples) - static_cast<double>(problem.size()));
@@ -143,16 +140,17 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
       }
     return informationInverse(information) * std::max(1.0, fitted.fit.at.cost / freedom);
   }
+  Eigen::VectorXd precision = problem.priorPrecision();
   for (Eigen::Index k = 0; k < problem.size(); ++k)
-    if (isAtBound(problem, fitted.fit.x, k)) pass.jacobian.col(k).setZero();
+    if (isAtBound(problem, fitted.fit.x, k)) {
+      pass.jacobian.col(k).setZero();
+      precision[k] = 0.0;
+    }
   Sandwich parts = sandwichParts(pass.jacobian, pass.residual, weights,
                                  bartlettWidth(rho, pass.residual.size()));
   const double weight = problem.priorWeight();
-  for (Eigen::Index k = 0; k < problem.size(); ++k) {
-    if (isAtBound(problem, fitted.fit.x, k)) continue;
-    parts.A(k, k) += weight * precision[k];
-    parts.B(k, k) += weight * weight * precision[k];
-  }
+  parts.A.diagonal() += weight * precision;
+  parts.B.diagonal() += weight * weight * precision;
   return combined(parts);
 }
 
@@ -205,21 +203,13 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   const Eigen::VectorXd weighted = weights.cwiseSqrt().cwiseProduct(pass.residual);
   const double rho = lagOneCorrelation(fitted.cost.channels ? weighted : pass.residual);
 
-  FittedModel found = unfitted(series, range, model, fitted.fit.status, "");
-  found.fit.parameters = baseParameters(fitted.fit.point.parameters);
-  found.fit.iterations = fitted.fit.iterations;
-  std::vector<ParameterEstimate>& estimates = found.fit.estimates;
-  for (std::size_t j = 0; j < estimates.size(); ++j) {
-    estimates[j].value = fitted.fit.point.parameters[j];
-    estimates[j].determined = estimates[j].held;
-  }
+  FittedModel found = modelOf(series, range, model, fitted.fit);
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (problem.rowOf(k) < model.parameterCount())
-      estimates[problem.rowOf(k)].at_bound = isAtBound(problem, fitted.fit.x, k);
+      found.fit.estimates[problem.rowOf(k)].at_bound = isAtBound(problem, fitted.fit.x, k);
   const Eigen::MatrixXd covariance =
       covarianceOf(problem, fitted, on.searched().samples.size(), pass, weights, rho);
   found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
-  takeStandardErrors(found.fit);
   found.fit.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
   if (fitted.cost.channels)
     found.fit.scores.q_dyn_percent =
@@ -229,7 +219,6 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   Simulation at_end(model, fitted.fit.point.at(full.first_time));
   for (const InputSample& sample : full.samples) at_end.follow(sample);
   takeState(found, at_end, series.current[range.last - 1]);
-  found.fit.first_state = fitted.fit.point.state;
   return found;
 }
 

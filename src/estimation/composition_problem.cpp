@@ -169,10 +169,7 @@ ModelPass passOver(const BatteryModel& model, const InputSequence& inputs,
   for (Eigen::Index n = 0; n < count; ++n) {
     const InputSample& sample = inputs.samples[n];
     pass.residual[n] = simulation.follow(sample);
-    if (sample.voltage_controlled)
-      pass.jacobian.row(n) = -simulation.currentErrorDerivatives().transpose();
-    else
-      pass.jacobian.row(n) = simulation.voltageDerivatives().transpose();
+    pass.jacobian.row(n) = -errorDerivatives(simulation, sample).matrix();
   }
   pass.at_end.bottomRows(model.stateCount()) = simulation.stateDerivatives();
   return pass;

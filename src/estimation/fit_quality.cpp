@@ -13,6 +13,8 @@
 namespace battery_sof {
 namespace {
 
+constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
+
 using Values = Eigen::Map<const Eigen::ArrayXd>;
 
 Values allOf(const std::vector<double>& values) {
@@ -21,26 +23,27 @@ Values allOf(const std::vector<double>& values) {
 
 Eigen::ArrayXd errorOf(const std::vector<double>& measured, const std::vector<double>& predicted) {
   if (measured.size() != predicted.size() || measured.empty())
-    throw std::invalid_argument("measured has " + std::to_string(measured.size()) +
-                                " samples, predicted " + std::to_string(predicted.size()) +
-                                ": expected the same number, at least one");
+    throw std::invalid_argument(
+        format("measured has %zu samples, predicted %zu: expected the same number, at least one",
+               measured.size(), predicted.size()));
   return allOf(measured) - allOf(predicted);
 }
 
-}  // namespace
-
-std::optional<double> qDyn(const std::vector<double>& measured,
-                           const std::vector<double>& predicted) {
-  return qDyn(allOf(measured), errorOf(measured, predicted).square().sum());
-}
-
-std::optional<double> qDyn(const Eigen::Map<const Eigen::ArrayXd>& measured, double squares) {
+/// qDyn() of what is measured [V]. @param squares sum of the squared errors [V^2].
+std::optional<double> explained(const Values& measured, double squares) {
   const double mean = measured.mean();
   const double variation = (measured - mean).square().sum();
   // Rounding of the mean alone leaves about (1e-15 u)^2 a sample.
   if (variation <= 1e-26 * static_cast<double>(measured.size()) * (1.0 + mean * mean))
     return std::nullopt;
   return 100.0 * (1.0 - std::sqrt(squares / variation));
+}
+
+}  // namespace
+
+std::optional<double> qDyn(const std::vector<double>& measured,
+                           const std::vector<double>& predicted) {
+  return explained(allOf(measured), errorOf(measured, predicted).square().sum());
 }
 
 double rootMeanSquareError(const std::vector<double>& measured,
@@ -72,12 +75,26 @@ FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel&
   return model;
 }
 
+FittedModel modelOf(const Series& series, IndexRange range, const BatteryModel& composition,
+                    const CompositionFit& fit, const std::optional<ExcitedRange>& excited) {
+  FittedModel model = unfitted(series, range, composition, fit.status, "", excited);
+  model.fit.parameters = baseParameters(fit.point.parameters);
+  model.fit.first_state = fit.point.state;
+  model.fit.iterations = fit.iterations;
+  std::vector<ParameterEstimate>& estimates = model.fit.estimates;
+  for (std::size_t j = 0; j < estimates.size(); ++j) {
+    estimates[j].value = fit.point.parameters[j];
+    estimates[j].determined = estimates[j].held;
+  }
+  return model;
+}
+
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
                    double rho, double crank_current) {
   FitScores scores;
   scores.q_dyn_percent =
-      qDyn({series.voltage.data() + range.first, static_cast<Eigen::Index>(range.size())},
-           residual.squaredNorm())
+      explained({series.voltage.data() + range.first, static_cast<Eigen::Index>(range.size())},
+                residual.squaredNorm())
           .value_or(0.0);
   scores.rmse = std::sqrt(residual.squaredNorm() / static_cast<double>(range.size()));
   scores.residual_correlation_time = medianInterval(series) * (1.0 + rho) / (1.0 - rho);
@@ -94,6 +111,7 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
 }
 
 void conclude(Fit& fit) {
+  takeStandardErrors(fit);
   if (std::none_of(fit.estimates.begin(), fit.estimates.begin() + kRowUDc,
                    [](const ParameterEstimate& estimate) { return estimate.determined; }))
     fit.status = FitStatus::kNotExcited;
@@ -109,12 +127,6 @@ void conclude(Fit& fit) {
       weak.push_back(estimate.name + (estimate.at_bound ? " (at a bound)" : ""));
   fit.message = weak.empty() ? text : text + "; the window does not determine " + join(weak);
 }
-
-namespace {
-
-constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
-
-}  // namespace
 
 double lagOneCorrelation(const Eigen::VectorXd& residual) {
   const Eigen::Index n = residual.size();

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "recording/events.hpp"
+#include "estimation/composition_fit.hpp"
 #include "state/fitted_model.hpp"
 
 namespace battery_sof {
@@ -24,10 +24,6 @@ namespace battery_sof {
 std::optional<double> qDyn(const std::vector<double>& measured,
                            const std::vector<double>& predicted);
 
-/// @return qDyn() of what is measured [V], not empty. @param squares sum of the squared errors
-/// [V^2].
-std::optional<double> qDyn(const Eigen::Map<const Eigen::ArrayXd>& measured, double squares);
-
 /// @return root mean square of the difference [V]. @throws as qDyn().
 double rootMeanSquareError(const std::vector<double>& measured,
                            const std::vector<double>& predicted);
@@ -38,6 +34,12 @@ FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel&
                      FitStatus status, const std::string& message,
                      const std::optional<ExcitedRange>& excited = std::nullopt);
 
+/// The model of a window's optimum, its state at rest; covariance, scores and what conclude() says
+/// are still to come. @param excited as of unfitted().
+FittedModel modelOf(const Series& series, IndexRange range, const BatteryModel& composition,
+                    const CompositionFit& fit,
+                    const std::optional<ExcitedRange>& excited = std::nullopt);
+
 /**
  * @brief Scores of a fit over its window.
  * @param residual u_b - u_m, one a sample of the range [V].  @param rho its lag-one
@@ -47,8 +49,8 @@ FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel&
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
                    double rho, double crank_current);
 
-/// Says how a fit ended and what it did not determine, once its estimates are there: kNotExcited
-/// where none of the base circuit's dynamics is determined.
+/// Takes the standard errors and says how a fit ended and what it did not determine, once estimates
+/// and covariance are there: kNotExcited where none of the base circuit's dynamics is determined.
 void conclude(Fit& fit);
 
 /// @return lag-one autocorrelation of a residual, at most 0.9999 in magnitude; 0 for fewer than

@@ -25,17 +25,9 @@ constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise fall
 struct Window {
   const Series& series;
   IndexRange range;
-  double interval;  // [s], of the whole series
+  double max_gap;  // [s], of the whole series
   ExcitedRange excited;
-
-  double maxGap() const { return gapThreshold(interval); }
-  double duration() const { return series.time[range.last - 1] - series.time[range.first]; }
 };
-
-Window windowOf(const Series& series, IndexRange range) {
-  const double interval = medianInterval(series);
-  return {series, range, interval, excitedRange(series, range, gapThreshold(interval))};
-}
 
 void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
   requireThat(options.crank_weight >= 1.0, "crank_weight", options.crank_weight, "at least 1");
@@ -98,27 +90,20 @@ void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) 
 /// Fills in everything that follows from where the search ended.
 FittedModel describeFit(const Window& window, const CompositionFit& fit,
                         const BaseNormalEquations& equations, double crank_current) {
-  const auto& [series, range, interval, excited] = window;
+  const auto& [series, range, max_gap, excited] = window;
   const BaseParameters p = baseParameters(fit.point.parameters);
   BaseJacobian left =
       equations.jacobian({p.c2, p.beta, fit.point.state[0]}, {p.r_discharge, p.r_charge, p.u_dc});
   const double rho = lagOneCorrelation(left.residual);
 
-  const BatteryModel base;
-  FittedModel model = unfitted(series, range, base, fit.status, "", excited);
-  model.fit.parameters = p;
-  model.fit.iterations = fit.iterations;
+  FittedModel model = modelOf(series, range, BatteryModel(), fit, excited);
   std::vector<ParameterEstimate>& estimates = model.fit.estimates;
-  for (std::size_t j = 0; j < estimates.size(); ++j) {
-    estimates[j].value = fit.point.parameters[j];
-    estimates[j].at_bound = j != kRowUDc && atBound(base.parameters()[j], estimates[j].value);
-  }
+  for (std::size_t j = 0; j < kRowUDc; ++j)
+    estimates[j].at_bound = atBound(tableOne()[j], estimates[j].value);
   model.fit.covariance = covarianceOf(estimates, left, rho);
-  takeStandardErrors(model.fit);
   model.fit.scores = scoresOf(series, range, left.residual, rho, crank_current);
   conclude(model.fit);
   model.state.states[0] = left.last.value;
-  model.fit.first_state = fit.point.state;
   carryCovariance(model.fit.covariance, left.last);
   return model;
 }
@@ -126,14 +111,13 @@ FittedModel describeFit(const Window& window, const CompositionFit& fit,
 bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
   if (!options.source) return false;
   const auto begin = options.source->voltage_controlled.begin();
-  return std::any_of(begin + static_cast<std::ptrdiff_t>(range.first),
-                     begin + static_cast<std::ptrdiff_t>(range.last),
+  return std::any_of(begin + range.first, begin + range.last,
                      [](char controlled) { return controlled; });
 }
 
 /// A window that no model can be fitted to, and why.
 std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& options) {
-  const auto& [series, range, interval, excited] = window;
+  const auto& [series, range, max_gap, excited] = window;
   const double span = excited.max_current - excited.min_current;
   const bool is_short = range.size() < kMinFitSamples;
   if (!is_short && !(span < kMinCurrentSpan)) return std::nullopt;
@@ -148,17 +132,17 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
                   is_short ? FitStatus::kWindowTooShort : FitStatus::kNotExcited, message, excited);
 }
 
-double windowQualityOf(const Fit& fit, const WindowSamples& samples, double duration) {
+double windowQualityOf(const Fit& fit, const WindowSamples& samples) {
   if (const auto& share = fit.scores.left_out_share_percent)
     return std::clamp(*share / 100.0, 0.0, 1.0);
   return windowQuality(fit.scores.rmse / seriesBlocksAt(fit.parameters.u_dc),
-                       windowExcitation(samples, duration));
+                       windowExcitation(samples));
 }
 
 FittedModel fitted(const Window& window, const IdentifyOptions& options) {
-  const auto& [series, range, interval, excited] = window;
-  const WindowSamples samples(series, range, {options.crank_weight, options.crank_weight_current},
-                              window.maxGap(), options.masked);
+  const auto& [series, range, max_gap, excited] = window;
+  const WindowSamples samples{
+      series, range, {options.crank_weight, options.crank_weight_current}, max_gap, options.masked};
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
   CompositionFit fit;  // effects at a source are searched from their magnitudes
   if (options.start == FitStart::kPaper)
@@ -170,7 +154,7 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
   FittedModel model = is_base ? describeFit(window, fit, equations, options.crank_weight_current)
                               : identifyComposition(series, range, options, fit.point);
   if (!model.fit.source) model.fit.baseline = fitBaselineDrivenByCurrent(series, range);
-  model.fit.window_quality = windowQualityOf(model.fit, samples, window.duration());
+  model.fit.window_quality = windowQualityOf(model.fit, samples);
   return model;
 }
 
@@ -183,7 +167,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
     charging.effects = {kChargingPhysics};
     return identify(series, range, charging);
   }
-  const Window window = windowOf(series, range);
+  const double max_gap = gapThreshold(series);
+  const Window window{series, range, max_gap, excitedRange(series, range, max_gap)};
   const std::optional<FittedModel> refusal = refused(window, options);
   FittedModel model = refusal ? *refusal : fitted(window, options);
   model.fit.start = options.start == FitStart::kPaper ? "paper" : "robust";
@@ -215,21 +200,11 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
   estimator.saveTo(model);
 }
 
-namespace {
-
-WindowChoice windowOf(const Series& series, const FitRequest& request) {
-  const IndexRange searched = samplesBetween(series, request.from, request.to);
-  if (request.from && request.to && !request.chooses_window) return {searched, 0.0, ""};
-  WindowSearch search;
-  search.from = series.time[searched.first];
-  search.to = series.time[searched.last - 1];
-  return chooseWindow(series, search);
-}
-
-}  // namespace
-
 FitPlan planFit(const Series& series, const FitRequest& request) {
-  FitPlan plan{windowOf(series, request), request.options};
+  const IndexRange searched = samplesBetween(series, request.from, request.to);
+  FitPlan plan{{searched, 0.0, ""}, request.options};
+  if (!request.from || !request.to || request.chooses_window)
+    plan.window = chooseWindow(series, searched);
   if (!plan.window.range) return plan;
   const InstrumentLimits limits = instrumentLimits(series);
   plan.options.masked = limits.withoutClipped();

@@ -18,8 +18,8 @@ struct FitCoordinate {
   bool logarithmic = false, strength = false, instant = false;
   bool linear = false;  ///< the voltage is linear in it while the others stay
   double zero = 0.0, unit = 1.0, lower = -1e300, upper = 1e300;  ///< in the parameter's unit
-  double centre = 0.0,
-         std = 1.0;  ///< of what is known beforehand, in coordinates; infinite: nothing
+  /// of what is known beforehand, in coordinates; std infinite: nothing
+  double centre = 0.0, std = 1.0;
 
   double of(double value) const { return logarithmic ? std::log(value) : (value - zero) / unit; }
   double value(double x) const {

@@ -26,7 +26,9 @@ constexpr double kNearlyBest = 0.95;
 constexpr int kHopsPerWindow = 8;
 
 /// Information that a window's current carries on (linear parameters, ln c2, ln beta, first state).
-Eigen::Matrix<double, 6, 6> information(const WindowSamples& samples) {
+using Information = Eigen::Matrix<double, 6, 6>;
+
+Information informationOf(const WindowSamples& samples) {
   // Averages of ten keep the information to a few per cent at a tenth of the cost; slow recordings
   // are taken as they are.
   const std::size_t factor = samples.size() >= 4000 ? 10 : 1;
@@ -39,14 +41,12 @@ Eigen::Matrix<double, 6, 6> information(const WindowSamples& samples) {
 }
 
 /// Relative standard errors of r_discharge, r_charge, c2, beta; infinite where nothing is known.
-std::array<double, 4> relativeErrors(const Eigen::Matrix<double, 6, 6>& info, double variance) {
+std::array<double, 4> relativeErrors(const Information& info, double variance) {
   const Eigen::Matrix<double, 6, 1> scale =
       info.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
-  const Eigen::Matrix<double, 6, 6> scaled = scale.asDiagonal() * info * scale.asDiagonal();
-  const Eigen::Matrix<double, 6, 6> inverse =
-      (scaled + 1e-14 * Eigen::Matrix<double, 6, 6>::Identity())
-          .ldlt()
-          .solve(Eigen::Matrix<double, 6, 6>::Identity());
+  const Information scaled = scale.asDiagonal() * info * scale.asDiagonal();
+  const Information inverse =
+      (scaled + 1e-14 * Information::Identity()).ldlt().solve(Information::Identity());
   const std::array<int, 4> row = {kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta};
   const std::array<double, 4> magnitude = {tableOne()[0].magnitude, tableOne()[1].magnitude, 1.0,
                                            1.0};
@@ -94,37 +94,31 @@ double defaultWindowLength(const Series& series) {
 }
 
 double windowExcitation(const Series& series, IndexRange range) {
-  if (range.size() < kMinFitSamples) return 0.0;
   const std::vector<char> none;
-  return windowExcitation(WindowSamples(series, range, {}, gapThreshold(series), none),
-                          series.time[range.last - 1] - series.time[range.first]);
+  return windowExcitation(WindowSamples{series, range, {}, gapThreshold(series), none});
 }
 
-double windowExcitation(const WindowSamples& samples, double duration) {
+double windowExcitation(const WindowSamples& samples) {
   if (samples.size() < kMinFitSamples) return 0.0;
-  const double interval = duration / static_cast<double>(samples.size());
+  const double interval = samples.duration() / static_cast<double>(samples.size());
   const double inflation = std::max(1.0, 2.0 * kAssumedCorrelation / interval);
   double product = 1.0;
   for (double relative :
-       relativeErrors(information(samples), kAssumedError * kAssumedError * inflation))
+       relativeErrors(informationOf(samples), kAssumedError * kAssumedError * inflation))
     product *= std::max(kEnough / (kEnough + relative), kNotExcited);
   return std::pow(product, 0.25);
 }
 
-WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
+WindowChoice chooseWindow(const Series& series, IndexRange searched, std::optional<double> length) {
   WindowChoice choice;
-  const IndexRange searched = series.empty()
-                                  ? IndexRange{}
-                                  : indexRange(series, search.from.value_or(series.time.front()),
-                                               search.to.value_or(series.time.back()));
   if (searched.size() < kMinFitSamples) {
     choice.message =
         format("no window: %zu samples in the searched stretch, at least %zu are needed",
                searched.size(), kMinFitSamples);
     return choice;
   }
-  const double length = search.length.value_or(defaultWindowLength(series));
-  const std::vector<IndexRange> windows = candidates(series, searched, length);
+  const std::vector<IndexRange> windows =
+      candidates(series, searched, length.value_or(defaultWindowLength(series)));
   std::vector<double> window_quality;
   for (const IndexRange window : windows)
     window_quality.push_back(windowExcitation(series, window));

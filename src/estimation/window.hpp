@@ -8,17 +8,10 @@
 
 namespace battery_sof {
 
-class WindowSamples;
+struct WindowSamples;
 
 /// Fewest samples that are fitted: five an unknown. Below that a fit follows its noise.
 inline constexpr std::size_t kMinFitSamples = 30;
-
-/// Bounds of a search for a window. Unset members take the stated defaults.
-struct WindowSearch {
-  std::optional<double> from;    ///< [s]; else the recording's start
-  std::optional<double> to;      ///< [s]; else the recording's end
-  std::optional<double> length;  ///< [s]; else defaultWindowLength()
-};
 
 /// A window chosen, or the reason why there is none.
 struct WindowChoice {
@@ -46,15 +39,16 @@ double defaultWindowLength(const Series& series);
  */
 double windowExcitation(const Series& series, IndexRange range);
 
-/// The same of a window's samples, whatever their weights. @param duration [s], first sample to
-/// last.
-double windowExcitation(const WindowSamples& samples, double duration);
+/// The same of a window's samples, whatever their weights.
+double windowExcitation(const WindowSamples& samples);
 
 /**
  * @brief Chooses the best excited window of the wanted length without a gap inside; of windows
  * within 5 % of the best excitation, the latest, because the battery's state moves on.
+ * @param searched samples that it lies in.  @param length [s]; none: defaultWindowLength().
  */
-WindowChoice chooseWindow(const Series& series, const WindowSearch& search);
+WindowChoice chooseWindow(const Series& series, IndexRange searched,
+                          std::optional<double> length = std::nullopt);
 
 /**
  * @brief How good predictions of a fitted window will be, from the window alone and before any

@@ -5,7 +5,6 @@
 #include "estimation/window.hpp"
 #include "recording/fit_mask.hpp"
 #include "recording/voltage_repair.hpp"
-#include "state/state_estimator.hpp"
 #include "state/state_tracker.hpp"
 
 namespace battery_sof {
@@ -40,7 +39,8 @@ ModelMonitor followedBehind(const FittedModel& model, const Series& series, Mode
 
 /// What all fits of one job share.
 struct JobWindow {
-  IndexRange range, recent;
+  WindowChoice choice;
+  IndexRange recent;
   double max_gap;        // [s]
   ModelMonitor monitor;  // without a model
   InstrumentLimits limits;
@@ -54,10 +54,9 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   options.voltage_lsb_std = window.limits.voltage_lsb_std;
   if (options.start != FitStart::kPaper) options.source = window.source;
   options.chooses_effects = true;
-  trial.model = identify(series, window.range, options);
+  trial.model = fitPlanned(series, {window.choice, options});
   trial.message = trial.model->fit.message;
   if (!isUsable(trial.model->fit)) return trial;
-  fitErrors(*trial.model, series, window.range);
   trial.followed = followedBehind(*trial.model, series, window.monitor, window.max_gap);
   trial.model = trial.followed->now();
   trial.recent_rmse = openLoopRmse(*trial.model, series, window.recent, window.max_gap);
@@ -128,9 +127,7 @@ IdentificationResult attempt(const IdentificationJob& job) {
   IdentificationResult result;
   result.max_gap = gapThreshold(job.series);
   result.source = ChargerShare(job.series, detectControlMode(job.series));
-  WindowSearch search;
-  search.length = job.window_length;
-  const WindowChoice choice = chooseWindow(job.series, search);
+  const WindowChoice choice = chooseWindow(job.series, {0, job.series.size()}, job.window_length);
   result.message = choice.message;
   if (!choice.range) return result;
   if (choice.excitation < job.min_window_quality) {
@@ -139,7 +136,7 @@ IdentificationResult attempt(const IdentificationJob& job) {
     return result;
   }
   const JobWindow window{
-      *choice.range,
+      choice,
       recentWindow(job.series, job.window_length.value_or(defaultWindowLength(job.series))),
       result.max_gap,
       ModelMonitor(job.events, job.steps),

@@ -54,9 +54,7 @@ void evaluateDeviance(const Eigen::Vector4d& logs, const Eigen::VectorXd& residu
     gradient += 0.5 * dS * (1.0 - v.value() * v.value() / S) + dv * (v.value() / S);
     curvature += 0.25 * dS * dS.transpose() + dv * dv.transpose() / S;
   }
-  equations.cost = cost;
-  equations.gradient = gradient;
-  equations.hessian = curvature;
+  equations = {cost, gradient, curvature};
 }
 
 }  // namespace
@@ -72,13 +70,8 @@ Whitening::Whitening(const NoiseModel& noise, const std::vector<InputSample>& sa
     }
     const auto step = filter.step(samples[n].step.duration, samples[n].count, n == 0);
     gains_.push_back({step.persistence, step.drift, step.colored, 1.0 / std::sqrt(step.variance)});
-    log_determinant_ += logVariance(n);
+    log_determinant_ -= 2.0 * std::log(gains_.back().scale);
   }
-}
-
-double Whitening::logVariance(std::size_t n) const {
-  const double scale = gains_[n].scale;
-  return scale > 0.0 ? -2.0 * std::log(scale) : 0.0;
 }
 
 Eigen::VectorXd Whitening::whitened(const Eigen::VectorXd& column) const {
@@ -101,10 +94,9 @@ double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual,
 NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSample>& samples,
                     double min_white) {
   if (static_cast<std::size_t>(residual.size()) != samples.size() || samples.size() < kMinSamples)
-    throw std::invalid_argument("fitNoise: " + std::to_string(residual.size()) + " residuals for " +
-                                std::to_string(samples.size()) +
-                                " samples, expected as many and at least " +
-                                std::to_string(kMinSamples));
+    throw std::invalid_argument(
+        format("fitNoise: %td residuals for %zu samples, expected as many and at least %zu",
+               residual.size(), samples.size(), kMinSamples));
   const double rms = std::max(
       std::sqrt(residual.squaredNorm() / static_cast<double>(residual.size())), 2.0 * min_white);
   // The four numbers change the deviance, which may be negative; minimize() needs a cost above

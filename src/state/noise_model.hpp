@@ -106,10 +106,8 @@ class Whitening {
   /// is not finite, has white_std or ar_time at or below 0, or a negative part.
   Whitening(const NoiseModel& noise, const std::vector<InputSample>& samples);
 
-  std::size_t size() const { return gains_.size(); }
-  /// ln S_n, S_n in V^2; 0 for a sample with count 0.
-  double logVariance(std::size_t n) const;
-  /// sum_n ln S_n: with the squares of v_n this is -2 ln likelihood up to a constant.
+  /// sum_n ln S_n, S_n in V^2, of the samples taken in: with the squares of v_n this is
+  /// -2 ln likelihood up to a constant.
   double logDeterminant() const { return log_determinant_; }
 
   /// Filter memory of a set of columns.

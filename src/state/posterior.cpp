@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "recording/events.hpp"
-
 namespace battery_sof {
 namespace {
 
-constexpr double kRestError = 0.1;   // [V], by which a rested battery's voltage may differ
 constexpr double kMostSigmas = 4.0;  // of an error that is taken in
 
 // What a parking changes in the long run, and how soon (docs/model.md#from-trip-to-trip).
@@ -40,8 +37,7 @@ void setParameter(Fit& fit, Eigen::Index row, double value) {
   BaseParameters& base = fit.parameters;
   double* const of_base[] = {&base.r_discharge, &base.r_charge, &base.c2, &base.beta, &base.u_dc};
   if (row < kBaseRows) *of_base[row] = value;
-  if (static_cast<std::size_t>(row) < fit.estimates.size())
-    fit.estimates[static_cast<std::size_t>(row)].value = value;
+  if (row < static_cast<Eigen::Index>(fit.estimates.size())) fit.estimates[row].value = value;
 }
 
 }  // namespace
@@ -60,13 +56,11 @@ void takeStandardErrors(Fit& fit) {
 }
 
 std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populations,
-                                    std::vector<std::string> effects) {
-  std::sort(effects.begin(), effects.end());
-  for (const KnownPopulation& population : populations) {
-    std::vector<std::string> of_population = population.effects;
-    std::sort(of_population.begin(), of_population.end());
-    if (of_population == effects) return population.parameters;
-  }
+                                    const std::vector<std::string>& effects) {
+  for (const KnownPopulation& population : populations)
+    if (std::is_permutation(effects.begin(), effects.end(), population.effects.begin(),
+                            population.effects.end()))
+      return population.parameters;
   return {};
 }
 
@@ -94,9 +88,7 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
   const Eigen::Index parameters = composition.parameterCount();
   for (Eigen::Index j = 0; j < parameters; ++j)
     if (change[j] != 0.0)
-      setParameter(
-          model.fit, j,
-          moved(composition.parameters()[static_cast<std::size_t>(j)], before[j], change[j]));
+      setParameter(model.fit, j, moved(composition.parameters()[j], before[j], change[j]));
   model.state.states += change.segment(parameters, model.state.states.size());
   Eigen::MatrixXd& covariance = model.fit.covariance;
   covariance = innovation.factor * innovation.factor.transpose();
@@ -106,11 +98,6 @@ double takeIn(FittedModel& model, const Innovation& innovation) {
   // What the moved rows take up: of the whole gain h'h / S of the error.
   const double taken = innovation.rows.empty() ? h.squaredNorm() / variance : 0.0;
   return innovation.error - taken * error;
-}
-
-double surpriseOf(const Innovation& innovation) {
-  return innovation.error /
-         std::hypot(innovation.modelled.norm(), std::max(innovation.std_error, kRestError));
 }
 
 FittedModel parked(FittedModel model, double duration, std::optional<double> temperature) {
@@ -165,7 +152,7 @@ FittedModel populationPrior(double capacity, const std::vector<KnownParameter>& 
                             kVoltageSpread / kUsualVoltage};
   fit.covariance = Eigen::MatrixXd::Zero(kCovarianceRows, kCovarianceRows);
   for (Eigen::Index j = 0; j < kBaseRows; ++j) {
-    const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
+    const ParameterInfo& info = composition.parameters()[j];
     fit.estimates.push_back({info.name, info.unit, values[j], std::nullopt});
     double spread = spreads[j] * values[j];
     if (const KnownParameter* known = find(fleet, info.name)) {
@@ -186,11 +173,6 @@ FittedModel populationPrior(double capacity, const std::vector<KnownParameter>& 
   model.state.current = current;
   takeStandardErrors(fit);
   return model;
-}
-
-double voltageError(const Fit& fit, double current) {
-  return std::max(fit.scores.rmse,
-                  current < EventLimits{}.crank_current ? fit.scores.crank_error_std : 0.0);
 }
 
 }  // namespace battery_sof

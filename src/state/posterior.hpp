@@ -28,7 +28,7 @@ struct KnownPopulation {
 /// @return what is known of a composition's parameters: of the population of exactly these effects,
 /// in any order; empty without one.
 std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populations,
-                                    std::vector<std::string> effects);
+                                    const std::vector<std::string>& effects);
 
 /// @return what is known of a parameter; nullptr: nothing.
 const KnownParameter* find(const std::vector<KnownParameter>& known, const std::string& name);
@@ -65,9 +65,6 @@ struct Innovation {
  * @return the error that remains, linearly [V], [A].
  */
 double takeIn(FittedModel& model, const Innovation& innovation);
-
-/// @return a voltage's error in standard deviations of what was expected, at least 0.1 V [1].
-double surpriseOf(const Innovation& innovation);
 
 /**
  * @brief How far the beginning of a trip is from what a model expects: its rested voltage and its
@@ -129,9 +126,5 @@ void carryCranks(Fit& fit, const Fit& before);
  */
 FittedModel populationPrior(double capacity, const std::vector<KnownParameter>& fleet, double time,
                             double current, double voltage);
-
-/// Error of a sample that a model of another trip or of the population leaves: the root of the
-/// window's squares, a crank's own where the current is one [V].
-double voltageError(const Fit& fit, double current);
 
 }  // namespace battery_sof

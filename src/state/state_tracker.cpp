@@ -19,8 +19,13 @@ constexpr double kOwnCurrent = -50.0;   // [A], more than a car's consumers draw
 constexpr double kMostRested = 12.9;    // [V] of a block: above it a charger holds the voltage
 constexpr double kLeastVoltageError = 0.02, kLeastCurrentError = 0.5;  // [V], [A]
 constexpr double kUsualCurrentError = 3.0;                             // [A], where no window says
+constexpr double kRestError = 0.1;  // [V], by which a rested battery's voltage may differ
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
+
+bool isCrank(const InputSample& sample) {
+  return sample.step.current < EventLimits{}.crank_current;
+}
 
 }  // namespace
 
@@ -86,7 +91,7 @@ Innovation StateTracker::innovationOf(const InputSample& sample,
   innovation.factor.resize(begun.rows(), begun.cols());
   const Eigen::MatrixXd states = simulation.stateDerivatives();
   innovation.factor << begun.topRows(begun.rows() - states.rows()), states;
-  const bool is_crank = sample.step.current < EventLimits{}.crank_current;
+  const bool is_crank = isCrank(sample);
   if (sample.voltage_controlled) {
     innovation.error = sample.step.current - followed.current;
     innovation.modelled = -simulation.currentErrorDerivatives();
@@ -95,7 +100,8 @@ Innovation StateTracker::innovationOf(const InputSample& sample,
   } else {
     innovation.error = sample.voltage - followed.voltage;
     innovation.modelled = simulation.voltageDerivatives();
-    innovation.std_error = std::max(voltageError(fit, sample.step.current), kLeastVoltageError);
+    innovation.std_error = std::max(
+        {fit.scores.rmse, is_crank ? fit.scores.crank_error_std : 0.0, kLeastVoltageError});
   }
   // Where nothing was fitted, a charger may control what looks like a battery's answer: only a large
   // discharge is the battery's own.
@@ -118,21 +124,21 @@ std::optional<double> StateTracker::learnFromSettled(const InputSample& sample,
   seen.max_current = std::max(seen.max_current, sample.step.current);
   seen.min_voltage = std::min(seen.min_voltage, sample.voltage);
   seen.max_voltage = std::max(seen.max_voltage, sample.voltage);
-  const double time = settled_.state().time;
+  const double time = settled_.state().time, current = sample.step.current;
   if (time - learnt_until_ < kLearnInterval) return std::nullopt;
-  const double current = sample.step.current;
   const bool is_held = current <= 0.0 && current > kOwnCurrent && sample.voltage > kMostRested;
   if (fit.window.samples == 0 && is_held) return std::nullopt;
   const Innovation innovation = innovationOf(sample, followed);
-  const double surprise = surpriseOf(innovation);
+  const double surprise = innovation.error / std::hypot(innovation.modelled.norm(),
+                                                        std::max(innovation.std_error, kRestError));
   if (!std::isfinite(surprise)) return std::nullopt;
-  if (!last_ || sample.step.current < EventLimits{}.crank_current) {
+  if (!last_ || isCrank(sample)) {
     if (!sample.voltage_controlled && (!last_ || time - cranked_ > kCrankMemory))
       surprise_.add(surprise);
     if (last_) cranked_ = time;
   }
   FittedModel now = modelAt(settled_);
-  const double left = battery_sof::takeIn(now, innovation);
+  const double left = takeIn(now, innovation);
   learnt_until_ = time;
   model_ = std::move(now);
   const ResidualFilter errors = settled_.errors();
@@ -185,8 +191,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
   Eigen::MatrixXd moved = factor;
   Eigen::VectorXd unshared = Eigen::VectorXd::Zero(factor.rows());
   for (Eigen::Index j = 0; j < composition.stateCount(); ++j) {
-    const bool follows = j == 0 || composition.states()[static_cast<std::size_t>(j)].begins_as_u_c2;
-    if (!follows) continue;
+    if (j > 0 && !composition.states()[j].begins_as_u_c2) continue;
     // du/du_c2 is one, so what the voltage leaves open apart from u_c2 is what u_c2 takes over.
     model.state.states[j] += missing;
     if (factor.cols() > 0)

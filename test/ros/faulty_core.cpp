@@ -51,11 +51,12 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
   return in_core(model, query, capacity);
 }
 
-WindowChoice chooseWindow(const Series& series, const WindowSearch& search) {
-  static auto* const in_core = inCore<WindowChoice(const Series&, const WindowSearch&)>(
-      "_ZN11battery_sof12chooseWindowERKNS_6SeriesERKNS_12WindowSearchE");
+WindowChoice chooseWindow(const Series& series, IndexRange searched, std::optional<double> length) {
+  static auto* const in_core =
+      inCore<WindowChoice(const Series&, IndexRange, std::optional<double>)>(
+          "_ZN11battery_sof12chooseWindowERKNS_6SeriesENS_10IndexRangeESt8optionalIdE");
   if (series.current.back() == kThrowsInFit) throw std::runtime_error("thrown in a fit");
-  return in_core(series, search);
+  return in_core(series, searched, length);
 }
 
 }  // namespace battery_sof

@@ -12,7 +12,7 @@ using BaseColumns = Eigen::Matrix<double, Eigen::Dynamic, kBaseColumns>;
 /// A window's samples with the paper's weights, those of a Series without masked samples.
 inline std::vector<BaseNormalEquations::Sample> fitSamples(const Series& series, IndexRange range) {
   const std::vector<char> none;
-  return WindowSamples(series, range, {}, gapThreshold(series), none).copied();
+  return WindowSamples{series, range, {}, gapThreshold(series), none}.copied();
 }
 
 /// The columns of BaseColumn, one row a sample, step by step. @param offset [V], of the target.

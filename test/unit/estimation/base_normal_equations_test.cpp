@@ -19,7 +19,7 @@ TEST(BaseJacobian, IsThatOfTheColumnsStepByStepWhateverTheBlocksHold) {
     const Series series = test::baseDrive(9, duration);
     std::vector<char> masked(series.size(), 0);
     masked[7] = 1;
-    const WindowSamples window(series, {0, series.size()}, {}, gapThreshold(series), masked);
+    const WindowSamples window{series, {0, series.size()}, {}, gapThreshold(series), masked};
     const auto samples = window.copied();
     const BaseJacobian whole = BaseNormalEquations(window, 1.0).jacobian(kPoint, kLinear);
     const test::BaseColumns columns = test::columnsOf(samples, kPoint, 0.0);
@@ -40,7 +40,7 @@ TEST(BaseJacobian, IsThatOfTheColumnsStepByStepWhateverTheBlocksHold) {
 TEST(WindowSamples, AddUpAsTheirCopiesDo) {
   const Series series = test::baseDrive(2, 10.03);
   const std::vector<char> none;
-  const WindowSamples window(series, {3, series.size()}, {}, 5.0, none);
+  const WindowSamples window{series, {3, series.size()}, {}, 5.0, none};
   const auto copies = window.copied();
   const auto fitted = test::fitSamples(series, {3, series.size()});
   ASSERT_EQ(copies.size(), fitted.size());

@@ -212,7 +212,7 @@ TEST(SearchWindow, ItsTrustedLastStepLandsOnTheOptimum) {
     // 20 mV of noise: the averages' optimum lies as far from that of all samples as it can.
     const Series series = test::baseDrive(seed, 240.0, 0.02);
     const std::vector<char> none;
-    const WindowSamples samples(series, whole(series), {}, gapThreshold(series), none);
+    const WindowSamples samples{series, whole(series), {}, gapThreshold(series), none};
     const BaseNormalEquations equations(samples, 1.0);
     const CompositionFit quick = searchWindow(samples, equations, {});
     // What a Gauss-Newton step would still move: base_search.hpp promises less than 1e-4.
@@ -236,7 +236,8 @@ TEST(SearchWindow, ItsTrustedLastStepLandsOnTheOptimum) {
 TEST(SearchWindow, AStartFarOffLeadsToTheOptimumOfTheUsualOne) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Series series = test::baseDrive(seed, 240.0, 0.02);
-    const WindowSamples samples(series, whole(series), {}, gapThreshold(series), {});
+    const std::vector<char> none;
+    const WindowSamples samples{series, whole(series), {}, gapThreshold(series), none};
     const BaseNormalEquations equations(samples, 1.0);
     const double usual = searchWindow(samples, equations, {}).at.cost;
     for (const double c2 : {tableOne()[2].lower, tableOne()[2].upper})

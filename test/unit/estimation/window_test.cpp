@@ -42,7 +42,7 @@ TEST(ChooseWindow, PrefersTheStretchThatExcitesTheBattery) {
   const auto drive = test::dataSetOneCurrent(240.0, 0.01, 3);
   std::copy(drive.begin(), drive.end(), current.begin() + 30000);  // 300 to 540 s
   const Series series = test::answered(test::drivenBattery(), current, 0.01, 0.002, 3);
-  const WindowChoice choice = chooseWindow(series, {});
+  const WindowChoice choice = chooseWindow(series, {0, series.size()});
   ASSERT_TRUE(choice.range);
   EXPECT_GE(series.time[choice.range->first], 240.0);
   EXPECT_LE(series.time[choice.range->last - 1], 640.0);
@@ -52,7 +52,7 @@ TEST(ChooseWindow, PrefersTheStretchThatExcitesTheBattery) {
 
 TEST(ChooseWindow, TakesTheLatestOfWindowsThatAreEquallyGood) {
   const Series series = test::baseDrive(5, 900.0);
-  const WindowChoice choice = chooseWindow(series, {});
+  const WindowChoice choice = chooseWindow(series, {0, series.size()});
   ASSERT_TRUE(choice.range);
   EXPECT_GT(series.time[choice.range->last - 1], 700.0);
 }
@@ -60,17 +60,14 @@ TEST(ChooseWindow, TakesTheLatestOfWindowsThatAreEquallyGood) {
 TEST(ChooseWindow, KeepsClearOfGaps) {
   Series series = test::baseDrive(5, 600.0);
   for (std::size_t n = 40000; n < series.size(); ++n) series.time[n] += 100.0;
-  const WindowChoice choice = chooseWindow(series, {});
+  const WindowChoice choice = chooseWindow(series, {0, series.size()});
   ASSERT_TRUE(choice.range);
   EXPECT_TRUE(choice.range->last <= 40000 || choice.range->first >= 40000);
 }
 
 TEST(ChooseWindow, StaysInsideTheSearchedStretch) {
   const Series series = test::baseDrive(5, 900.0);
-  WindowSearch search;
-  search.from = 100.0;
-  search.to = 400.0;
-  const WindowChoice choice = chooseWindow(series, search);
+  const WindowChoice choice = chooseWindow(series, indexRange(series, 100.0, 400.0));
   ASSERT_TRUE(choice.range);
   EXPECT_GE(series.time[choice.range->first], 100.0);
   EXPECT_LE(series.time[choice.range->last - 1], 400.0);
@@ -78,14 +75,14 @@ TEST(ChooseWindow, StaysInsideTheSearchedStretch) {
 
 TEST(ChooseWindow, TakesAShortRecordingWhole) {
   const Series series = test::baseDrive(5, 60.0);
-  const WindowChoice choice = chooseWindow(series, {});
+  const WindowChoice choice = chooseWindow(series, {0, series.size()});
   ASSERT_TRUE(choice.range);
   EXPECT_EQ(choice.range->size(), series.size());
 }
 
 TEST(ChooseWindow, SaysWhatIsMissingWhenThereIsNoWindow) {
   EXPECT_FALSE(chooseWindow(Series{}, {}).range);
-  const WindowChoice choice = chooseWindow(test::baseDrive(5, 0.095), {});
+  const WindowChoice choice = chooseWindow(test::baseDrive(5, 0.095), {0, 10});
   EXPECT_FALSE(choice.range);
   EXPECT_NE(choice.message.find("10 samples"), std::string::npos);
 }
@@ -149,9 +146,8 @@ TEST(WindowExcitation, AsksForNoWeights) {
   const Series series = test::baseDrive(6, 100.0);
   const std::vector<char> masked(series.size(), 1);
   const IndexRange range{17, series.size()};
-  const WindowSamples samples(series, range, {10.0, -20.0}, 5.0, masked);
-  EXPECT_DOUBLE_EQ(windowExcitation(samples, series.time.back() - series.time[17]),
-                   windowExcitation(series, range));
+  const WindowSamples samples{series, range, {10.0, -20.0}, 5.0, masked};
+  EXPECT_DOUBLE_EQ(windowExcitation(samples), windowExcitation(series, range));
 }
 
 }  // namespace

@@ -108,9 +108,7 @@ TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   }
   ASSERT_TRUE(identified);
 
-  WindowSearch search;
-  search.to = *identified;
-  const WindowChoice choice = chooseWindow(series, search);
+  const WindowChoice choice = chooseWindow(series, {0, firstAfter(series, *identified)});
   ASSERT_TRUE(choice.range);
   FittedModel model = identify(series, *choice.range, options.identify);
   fitErrors(model, series, *choice.range);

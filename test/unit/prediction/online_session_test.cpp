@@ -95,9 +95,8 @@ TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
   Recording recording;
   Intake intake;
   for (const RawSample& sample : feeder.offered) append(recording, intake, sample);
-  WindowSearch search;
-  search.to = feeder.times[0];
-  const WindowChoice choice = chooseWindow(recording.series, search);
+  const WindowChoice choice =
+      chooseWindow(recording.series, {0, firstAfter(recording.series, feeder.times[0])});
   ASSERT_TRUE(choice.range);
   FittedModel model = identify(recording.series, *choice.range);
   fitErrors(model, recording.series, *choice.range);
