@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "prediction/event_watch.hpp"
-#include "prediction/sample_stream.hpp"
 #include "state/state_tracker.hpp"
 
 namespace battery_sof {
@@ -147,7 +146,6 @@ class ModelSelector {
     Errors squares, cranks, charges;
   };
 
-  static double blockOf(double time);
   Block total() const;
   bool isExtendedBetter() const;
 

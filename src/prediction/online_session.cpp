@@ -148,9 +148,8 @@ void OnlineSession::advance(const Sample& sample) {
 void OnlineSession::follow(const Sample& sample, double max_gap) {
   if (!contenders_.base.holdsModel()) return;
   const SessionEvents ended = followBoth(sample, max_gap);
-  events_.cranks.insert(events_.cranks.end(), ended.cranks.begin(), ended.cranks.end());
-  events_.charges.insert(events_.charges.end(), ended.charges.begin(), ended.charges.end());
-  events_.stops.insert(events_.stops.end(), ended.stops.begin(), ended.stops.end());
+  for (const auto kind : {&SessionEvents::cranks, &SessionEvents::charges, &SessionEvents::stops})
+    (events_.*kind).insert((events_.*kind).end(), (ended.*kind).begin(), (ended.*kind).end());
 }
 
 SessionEvents OnlineSession::followBoth(const Sample& sample, double max_gap) {
@@ -249,7 +248,9 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   JobOut job = std::exchange(job_, std::nullopt).value_or(JobOut{contenders_, driving_});
   if (result.epoch == epoch_) takeSource(result.source);
   IdentificationOutcome outcome;
-  const std::string refusal = refusalOf(result);
+  const std::string refusal = result.epoch == epoch_
+                                  ? refusalOf(result, !contenders_.base.learns())
+                                  : "the clock jumped back while the identification ran";
   outcome.accepted = refusal.empty();
   outcome.message = outcome.accepted ? result.message : refusal;
   const bool extends = acceptsExtended(result, outcome.accepted);
@@ -279,11 +280,6 @@ void OnlineSession::takeSource(const ChargerShare& source) {
   const Series& series = stream_.series();
   for (std::size_t n = firstAfter(series, *source.until()); n < series.size(); ++n)
     source_.add(series[n]);
-}
-
-std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
-  if (result.epoch != epoch_) return "the clock jumped back while the identification ran";
-  return refusalOf(result, !contenders_.base.learns());
 }
 
 std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_compare) const {

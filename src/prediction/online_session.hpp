@@ -292,14 +292,12 @@ class OnlineSession {
   bool isDue();
   std::string missingForFirst() const;
   IdentificationJob makeJob();
-  std::string refusalOf(const IdentificationResult& result) const;
   std::string refusalOf(const IdentificationTrial& trial, bool may_compare) const;
   bool acceptsExtended(const IdentificationResult& result, bool base_accepted);
   void install(const IdentificationResult& result, bool base, bool extended);
   static void install(ModelMonitor& monitor, const IdentificationTrial& trial);
   void takeSource(const ChargerShare& source);
   const ModelMonitor& inUse() const;
-  std::optional<double> ageOf(const ModelMonitor& model) const;
   std::string extensionSentence() const;
   std::string selectorSentence() const;
   std::optional<ExpectedSample> expectedSample() const;

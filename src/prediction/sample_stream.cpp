@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace battery_sof {
 
@@ -56,13 +57,11 @@ std::optional<RawSample> SampleStream::jumpConfirmedBy(const RawSample& sample) 
 }
 
 void SampleStream::goOnFrom(const SampleStream& before) {
-  const StreamCounts counts = counts_;
-  Intake intake = intake_;
-  *this = before;
-  counts_ = counts;
+  const SampleStream now = std::exchange(*this, before);
+  counts_ = now.counts_;
   ++counts_.clock_restarts;
-  intake.resumeAt(newest_);
-  intake_ = intake;
+  intake_ = now.intake_;
+  intake_.resumeAt(newest_);
   held_.reset();
 }
 
@@ -118,15 +117,11 @@ void SampleStream::probe(const Sample& sample, Step& step) {
   probe_.append(sample);
   const double span = probe_.time.back() - probe_.time.front();
   if (probe_.size() < kProbeSamples || span < kProbeDuration) return;
-  measureRate();
-  for (std::size_t n = 0; n < probe_.size(); ++n) emit(probe_[n], step);
-  probe_ = {};
-}
-
-void SampleStream::measureRate() {
   input_rate_ = 1.0 / medianInterval(probe_);
   max_gap_ = gapThreshold(probe_);
   if (*input_rate_ > kDecimateAbove) decimator_.emplace(*input_rate_);
+  for (std::size_t n = 0; n < probe_.size(); ++n) emit(probe_[n], step);
+  probe_ = {};
 }
 
 void SampleStream::emit(const Sample& sample, Step& step) {

@@ -75,7 +75,6 @@ class SampleStream {
   void restart(Step& step);
   void enter(const RawSample& sample, Step& step);
   void probe(const Sample& sample, Step& step);
-  void measureRate();
   void emit(const Sample& sample, Step& step);
   void forgetOld();
 
