@@ -7,6 +7,21 @@
 #include "prediction/pipeline.hpp"
 
 namespace battery_sof {
+namespace {
+
+constexpr std::size_t kChargesKept = 20;     // whose voltage is kept
+constexpr double kBlock = 10.0;              // [s], of ModelSelector
+constexpr double kClearlyBetter = 0.95;      // of the RMSE
+constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
+constexpr int kMinEvents = 3;
+// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
+// magnitude of 10 mOhm.
+constexpr double kNegligibleVoltage = 0.0125;  // [V]
+constexpr double kNegligibleCurrent = 1.25;    // [A]
+
+double blockOf(double time) { return std::floor(time / kBlock); }
+
+}  // namespace
 
 void ModelMonitor::install(const FittedModel& model, double max_gap) {
   model_ = model;
@@ -125,21 +140,6 @@ BacktestScore ModelMonitor::backtest() const {
   score.duration = compared_.back().time - compared_.front().time;
   return score;
 }
-
-namespace {
-
-constexpr double kBlock = 10.0;              // [s]
-constexpr double kClearlyBetter = 0.95;      // of the RMSE
-constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
-constexpr int kMinEvents = 3;
-// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
-// magnitude of 10 mOhm.
-constexpr double kNegligibleVoltage = 0.0125;  // [V]
-constexpr double kNegligibleCurrent = 1.25;    // [A]
-
-double blockOf(double time) { return std::floor(time / kBlock); }
-
-}  // namespace
 
 void ModelSelector::Errors::add(double base_error, double extended_error) {
   ++count;

@@ -32,8 +32,6 @@ class ModelMonitor {
  public:
   static constexpr double kBacktestSpan = 900.0;  ///< [s] of the past that a back-test looks at
 
-  static constexpr std::size_t kChargesKept = 20;  ///< whose voltage is kept
-
   explicit ModelMonitor(const EventLimits& limits, const AnswerSteps& steps = {})
       : steps_(steps), watch_(limits) {}
 

@@ -42,11 +42,6 @@ SessionEvents ofSeries(SessionEvents of_one, double series_blocks) {
   return of_one;
 }
 
-std::vector<std::string> sorted(std::vector<std::string> effects) {
-  std::sort(effects.begin(), effects.end());
-  return effects;
-}
-
 bool hasBothSigns(const Series& series, IndexRange range) {
   const auto [lowest, highest] = std::minmax_element(series.current.begin() + range.first,
                                                      series.current.begin() + range.last);
@@ -340,7 +335,10 @@ void OnlineSession::extendWith(const std::vector<std::string>& effects, double f
     throw std::invalid_argument("extendWith: effects need the robust start");
   static_cast<void>(BatteryModel(effects, discrepancy));  // throws for what cannot be composed
   const std::optional<Extension>& last = next_extension_ ? next_extension_ : extension_;
-  if (last && sorted(last->effects) == sorted(effects) && last->discrepancy == discrepancy) return;
+  if (last && last->discrepancy == discrepancy &&
+      std::is_permutation(last->effects.begin(), last->effects.end(), effects.begin(),
+                          effects.end()))
+    return;
   next_extension_ = Extension{effects, std::move(discrepancy), from_driving, {}};
 }
 

@@ -65,8 +65,6 @@ class SampleStream {
   /// Longest interval that is joined [s]: gapThreshold() of the measured rate; 5 s before it is
   /// known.
   double maxGap() const { return max_gap_; }
-  /// [Hz] of what arrives; none before it was measured.
-  std::optional<double> inputRate() const { return input_rate_; }
 
  private:
   bool isSuspicious(double time) const;

@@ -351,8 +351,7 @@ void scale(BothWaysScores& scores, double series_blocks) {
   scale(static_cast<CrankScores&>(scores), series_blocks);
 }
 
-}  // namespace
-
+/// What was computed of one block with the voltages of a series string of them.
 RangePrediction ofSeries(RangePrediction of_one, double series_blocks) {
   FollowedPrediction& course = of_one.course;
   for (std::vector<double>* voltages :
@@ -365,8 +364,6 @@ RangePrediction ofSeries(RangePrediction of_one, double series_blocks) {
   if (report.baseline_from_current) scale(*report.baseline_from_current, series_blocks);
   return of_one;
 }
-
-namespace {
 
 /// Whether the voltage is the input where a source controls it; gives the fit a source when it was
 /// fitted without.
