@@ -127,10 +127,9 @@ void OnlineSession::restartClock(double old_newest, const Sample& first) {
 }
 
 void OnlineSession::advance(const Sample& sample) {
-  if (newest_ && sample.time - newest_->time > SampleStream::kClockAhead) offerRefusedAgain();
-  if (newest_ && sample.time - newest_->time <= stream_.maxGap()) {
-    driving_ += sample.time - newest_->time;
-  }
+  const double passed = newest_ ? sample.time - newest_->time : 0.0;
+  if (passed > SampleStream::kClockAhead) offerRefusedAgain();
+  if (passed <= stream_.maxGap()) driving_ += passed;
   newest_ = sample;
   source_.add(sample);
   source_.forgetBefore(stream_.series().time.front());
@@ -289,10 +288,9 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
   if (model.state.time < stream_.series().time.front()) {
     return "the identification took longer than the buffer reaches back";
   }
-  const bool compete = trial.incumbent_rmse && may_compare;
-  const double allowed =
-      compete ? std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse) : 0.0;
-  if (!compete || trial.recent_rmse <= allowed) return {};
+  if (!trial.incumbent_rmse || !may_compare) return {};
+  const double allowed = std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse);
+  if (trial.recent_rmse <= allowed) return {};
   return format("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V",
                 options_.series_blocks * trial.recent_rmse,
                 options_.series_blocks * *trial.incumbent_rmse);

@@ -34,10 +34,9 @@ void OnlineSession::restore(const FittedModel& model) {
 
 void OnlineSession::judgeRestored(const Sample& first) {
   if (!restored_) return;
-  const std::string refusal = refusalOfRestored(first.time);
+  last_outcome_ = refusalOfRestored(first.time);
   const FittedModel model = *std::exchange(restored_, std::nullopt);
-  last_outcome_ = refusal;
-  if (!refusal.empty()) {
+  if (!last_outcome_.empty()) {
     refused_ = model;
     return;
   }

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
+
+#include "util/text.hpp"
 
 namespace battery_sof {
 
@@ -23,9 +23,7 @@ std::ptrdiff_t countBefore(const std::vector<double>& times, double time) {
 }  // namespace
 
 SampleStream::SampleStream(double kept) : kept_(kept) {
-  if (!(kept > 0.0) || !std::isfinite(kept)) {
-    throw std::invalid_argument("kept is " + std::to_string(kept) + " s, expected above 0");
-  }
+  requireThat(kept > 0.0, "kept [s]", kept, "above 0");
 }
 
 StreamCounts SampleStream::counts() const {
@@ -36,24 +34,25 @@ StreamCounts SampleStream::counts() const {
 
 SampleStream::Step SampleStream::push(const RawSample& sample) {
   Step step;
-  if (!isSuspicious(sample.time)) {
-    dropHeld();
-    enter(sample, step);
-  } else if (confirmsHeld(sample.time)) {
-    const RawSample first = *held_;
+  if (const std::optional<RawSample> first = jumpConfirmedBy(sample)) {
     held_.reset();
-    if (first.time < *newest_) restart(step);
-    enter(first, step);
+    if (first->time < *newest_) restart(step);
+    enter(*first, step);
     enter(sample, step);
-  } else {
-    dropHeld();
-    held_ = sample;
+    return step;
   }
+  dropHeld();
+  if (isSuspicious(sample.time))
+    held_ = sample;
+  else
+    enter(sample, step);
   return step;
 }
 
 std::optional<RawSample> SampleStream::jumpConfirmedBy(const RawSample& sample) const {
-  return isSuspicious(sample.time) && confirmsHeld(sample.time) ? held_ : std::nullopt;
+  const bool confirms = isSuspicious(sample.time) && held_ && sample.time > held_->time &&
+                        sample.time <= held_->time + kClockAhead;
+  return confirms ? held_ : std::nullopt;
 }
 
 void SampleStream::goOnFrom(const SampleStream& before) {
@@ -69,10 +68,6 @@ bool SampleStream::isSuspicious(double time) const {
   // the intake refuses the rest, and says why
   const bool is_time = std::abs(time) <= IntakeLimits::kMaxAbsTime;
   return newest_ && is_time && (time < *newest_ - kClockBack || time > *newest_ + kClockAhead);
-}
-
-bool SampleStream::confirmsHeld(double time) const {
-  return held_ && time > held_->time && time <= held_->time + kClockAhead;
 }
 
 void SampleStream::dropHeld() {

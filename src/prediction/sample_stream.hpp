@@ -68,7 +68,6 @@ class SampleStream {
 
  private:
   bool isSuspicious(double time) const;
-  bool confirmsHeld(double time) const;
   void dropHeld();
   void restart(Step& step);
   void enter(const RawSample& sample, Step& step);
