@@ -1,7 +1,6 @@
 #include "simulator/simulation.hpp"
 
 #include <algorithm>
-#include <stdexcept>
 
 #include "simulator/fields.hpp"
 

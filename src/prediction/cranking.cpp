@@ -72,7 +72,7 @@ QueryRange rangeOf(const CrankingQuery& query) {
 
 /// Lowest voltage of a crank, of the model's series string, that begins where a simulation stands,
 /// `ahead` [s] after the model's state. @param fall openCircuitFall() until then.
-/// @param beyond_identified raised to Simulation::beyondIdentified() of any moment [V], where given.
+/// @param beyond_identified raised to Simulation::beyondIdentified() [V]; nullptr: not needed.
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
                        double ahead, const ErrorForecast& fall,
                        double* beyond_identified = nullptr) {
