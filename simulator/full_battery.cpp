@@ -1,7 +1,6 @@
 #include "simulator/full_battery.hpp"
 
 #include <algorithm>
-#include <stdexcept>
 
 #include "simulator/fields.hpp"
 

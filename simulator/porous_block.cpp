@@ -1,7 +1,6 @@
 #include "simulator/porous_block.hpp"
 
 #include <cmath>
-#include <stdexcept>
 
 #include "simulator/fields.hpp"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <fstream>
 #include <set>
-#include <sstream>
 #include <type_traits>
 
 #include "simulator/fields.hpp"

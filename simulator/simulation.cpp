@@ -1,7 +1,6 @@
 #include "simulator/simulation.hpp"
 
 #include <algorithm>
-#include <stdexcept>
 
 #include "simulator/fields.hpp"
 
@@ -30,7 +29,7 @@ std::vector<RecordedSample> recordedDrive(const Battery& battery, const Scenario
 Simulation simulateCircuit(const Scenario& scenario, const SimulationOptions& options,
                            double duration) {
   const long recorded = std::lround(duration / kStep);
-  const FullBattery battery(scenario.battery, scenario.effects, scenario.start, options.substeps,
+  const FullBattery battery(scenario.battery, scenario.effects, scenario.start, 1,
                             scenario.additions);
   EnergyLedger ledger(battery, battery.rested());
   const double rate = scenario.acquisition.sample_rate_hz;
@@ -43,11 +42,6 @@ Simulation simulateCircuit(const Scenario& scenario, const SimulationOptions& op
       temperature.push_back(state.temperature);
     if (n > 0 && n <= recorded) ledger.enter(state);
     if (n <= recorded) result.soc_at_end = battery.soc(state);
-    if (options.keep_truth && n <= recorded) {
-      result.truth.current.push_back(state.current);
-      result.truth.voltage.push_back(battery.voltage(state));
-      result.truth.soc.push_back(battery.soc(state));
-    }
     if (options.progress && n <= recorded && time - reported >= kProgressInterval)
       options.progress(reported = time);
     return ledger.balance().charge_in / kSecondsPerHour;
@@ -110,8 +104,6 @@ std::vector<std::string> faultsOf(const LaterPart& later, double duration) {
 
 void requireValid(const Scenario& scenario, const SimulationOptions& options) {
   std::vector<std::string> faults = faultsOf(scenario);
-  if (options.substeps < 1)
-    faults.push_back("substeps is " + std::to_string(options.substeps) + ", expected 1 or more");
   if (options.cut_after) requirePositive(faults, "cut_after", *options.cut_after);
   requireNone(faults, "scenario");
 }

@@ -35,17 +35,8 @@ struct Scenario {
 /// Has a drive play phases from an instant on [s], among those that are there.
 void insertAt(Scenario& scenario, double at, const std::vector<Phase>& phases);
 
-/// What the sensors do not see, one entry every FullBattery::kStep; entry 0 stands at the start.
-struct Truth {
-  std::vector<double> current;  ///< [A]
-  std::vector<double> voltage;  ///< at the terminals [V]
-  std::vector<double> soc;      ///< [1]
-};
-
 struct SimulationOptions {
-  int substeps = 1;                 ///< integration steps within FullBattery::kStep, >= 1
   std::optional<double> cut_after;  ///< another length than planned [s]; a shorter drive is cut
-  bool keep_truth = false;          ///< 24 bytes a step: 86 MB an hour
   std::function<void(double)> progress;  ///< given the simulated time [s] once a simulated minute
 };
 
@@ -53,14 +44,13 @@ struct SimulationOptions {
 struct Simulation {
   std::vector<RecordedSample> samples;
   std::vector<double> temperature;  ///< of the block, one a sample [degC]
-  Truth truth;                      ///< empty unless kept
   double duration = 0.0;            ///< [s]
   double soc_at_start = 0.0, soc_at_end = 0.0;
   Balance balance;  ///< of the recorded time
 };
 
 /// Drives the battery of Fig. 4 and its additions through a scenario and records it. A porous block
-/// keeps no truth, and of the balance only charges.
+/// keeps of the balance only charges.
 /// @throws std::invalid_argument naming every fault of the scenario; NoSolution of the equations.
 Simulation simulate(const Scenario& scenario, const SimulationOptions& options = {});
 

@@ -308,9 +308,7 @@ void addToPorous(Addition& s, const std::string& id) {
     throw std::invalid_argument("a porous block has no effect \"" + id + "\"");
   if (s.present() || id == "gassing") s.alsoTrue("charge_acceptance");
   p.lead_ion = s.present() || id == "gassing";
-  if (id == "charge_acceptance")
-    return s.draw({{"lead_ion_limit_a", As::kLogLimit, kLeadIonLimit},
-                   {"lead_ion_time_s", As::kLog, kLeadIonTime}});
+  if (id == "charge_acceptance") return s.draw(kPlainAdditions.at(id));
   if (s.present()) s.alsoTrue("gassing");
   p.gassing = s.present();
   s.draw({{"lead_ion_limit_a", As::kPlain, {12.0, 25.0}},

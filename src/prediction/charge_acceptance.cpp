@@ -122,6 +122,26 @@ QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
   return range;
 }
 
+/// Mean of what a model with a source expects to flow, sample by sample.
+Interval followedCurrent(const FittedModel& model, const Series& series,
+                         const std::vector<double>& driving) {
+  StateEstimator estimator(model);
+  double sum = 0.0, spread = 0.0;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    InputSample sample;
+    sample.step = estimator.stepTo(series.time[n], series.current[n], gapThreshold(series));
+    sample.voltage = driving[n];
+    sample.voltage_controlled = true;
+    const FollowedSample at = estimator.predict(sample);
+    sum += at.current * sample.step.duration;
+    spread += std::sqrt(at.variance) * sample.step.duration;
+  }
+  const double duration = estimator.state().time - model.state.time;
+  const double own = model.fit.scores.current_rmse.value_or(0.0);
+  return ninetyPercent(sum / duration, std::hypot(spread / duration, own),
+                       model.intervals.charge_calibration.factor);
+}
+
 }  // namespace
 
 ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request) {
@@ -152,30 +172,6 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
         return range;
       });
 }
-
-namespace {
-
-/// Mean of what a model with a source expects to flow, sample by sample.
-Interval followedCurrent(const FittedModel& model, const Series& series,
-                         const std::vector<double>& driving) {
-  StateEstimator estimator(model);
-  double sum = 0.0, spread = 0.0;
-  for (std::size_t n = 0; n < series.size(); ++n) {
-    InputSample sample;
-    sample.step = estimator.stepTo(series.time[n], series.current[n], gapThreshold(series));
-    sample.voltage = driving[n];
-    sample.voltage_controlled = true;
-    const FollowedSample at = estimator.predict(sample);
-    sum += at.current * sample.step.duration;
-    spread += std::sqrt(at.variance) * sample.step.duration;
-  }
-  const double duration = estimator.state().time - model.state.time;
-  const double own = model.fit.scores.current_rmse.value_or(0.0);
-  return ninetyPercent(sum / duration, std::hypot(spread / duration, own),
-                       model.intervals.charge_calibration.factor);
-}
-
-}  // namespace
 
 EventComparison currentAtVoltage(const FittedModel& model, const Series& series,
                                  const std::vector<double>& driving) {

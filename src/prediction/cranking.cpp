@@ -70,6 +70,36 @@ QueryRange rangeOf(const CrankingQuery& query) {
   return range;
 }
 
+/// Lowest voltage of a crank, of the model's series string, that begins where a simulation stands,
+/// `ahead` [s] after the model's state. @param fall openCircuitFall() until then.
+/// @param beyond_identified raised to Simulation::beyondIdentified() [V]; nullptr: not needed.
+Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
+                       double ahead, const ErrorForecast& fall,
+                       double* beyond_identified = nullptr) {
+  const ResidualFilter errors(model);
+  const double own = crankError(model.fit, lowestCurrent(query));
+  std::optional<Interval> lowest;
+  const auto look = [&](const Simulation& now, double since) {
+    const Interval u = voltageAnswer(now, errors.forecastThrough(ahead + since), own,
+                                     model.intervals.crank_calibration);
+    if (!lowest || u.value <= lowest->value) lowest = u;
+    if (beyond_identified)
+      *beyond_identified = std::max(*beyond_identified, now.beyondIdentified());
+  };
+  if (!query.crank.empty()) {
+    run(simulation, query.crank, look);
+    return crankAnswer(model, lowestCurrent(query), *lowest, fall);
+  }
+  double since = 0.0;
+  for (const double share : kLooks) {
+    if (model.fit.effects.empty() && share > 0.0 && share < 1.0) continue;
+    simulation.hold(query.i_cranking, share * query.t_cranking - since);
+    since = share * query.t_cranking;
+    look(simulation, since);
+  }
+  return crankAnswer(model, lowestCurrent(query), *lowest, fall);
+}
+
 }  // namespace
 
 CrankingQuery asked(CrankingQuery request) {
@@ -111,32 +141,6 @@ double crankError(const Fit& fit, double current) {
   if (fit.scores.cranks > 0) return fit.scores.crank_error_std;
   const double seen = std::max({-fit.excited.min_current, fit.excited.max_current, 1.0});
   return fit.scores.rmse * std::max(1.0, std::abs(current) / seen);
-}
-
-Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
-                       double ahead, const ErrorForecast& fall, double* beyond_identified) {
-  const ResidualFilter errors(model);
-  const double own = crankError(model.fit, lowestCurrent(query));
-  std::optional<Interval> lowest;
-  const auto look = [&](const Simulation& now, double since) {
-    const Interval u = voltageAnswer(now, errors.forecastThrough(ahead + since), own,
-                                     model.intervals.crank_calibration);
-    if (!lowest || u.value <= lowest->value) lowest = u;
-    if (beyond_identified)
-      *beyond_identified = std::max(*beyond_identified, now.beyondIdentified());
-  };
-  if (!query.crank.empty()) {
-    run(simulation, query.crank, look);
-    return crankAnswer(model, lowestCurrent(query), *lowest, fall);
-  }
-  double since = 0.0;
-  for (const double share : kLooks) {
-    if (model.fit.effects.empty() && share > 0.0 && share < 1.0) continue;
-    simulation.hold(query.i_cranking, share * query.t_cranking - since);
-    since = share * query.t_cranking;
-    look(simulation, since);
-  }
-  return crankAnswer(model, lowestCurrent(query), *lowest, fall);
 }
 
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
 #include "regression/ridge.hpp"
@@ -164,15 +163,15 @@ Interval correctCrankPrediction(const FittedModel& model, double current,
                                 const Interval& modelled) {
   const std::vector<PastEvent>& cranks = model.intervals.event_history.cranks;
   if (cranks.empty()) return modelled;
-  std::vector<double> by_model, by_line;
-  for (const PastEvent& crank : cranks) by_model.push_back(crank.modelled);
-  const CrankCorrection of_model(cranks, by_model);
   const auto& line = model.fit.baseline.voltage_from_current;
   const bool takes_line = line && cranks.size() >= kMinForLine;
+  std::vector<double> by_model, by_line;
+  for (const PastEvent& crank : cranks) {
+    by_model.push_back(crank.modelled);
+    by_line.push_back(takes_line ? line->at(crank.current) : 0.0);
+  }
+  const CrankCorrection of_model(cranks, by_model), of_line(cranks, by_line);
   double value = modelled.value + of_model.at(current);
-  if (takes_line)
-    for (const PastEvent& crank : cranks) by_line.push_back(line->at(crank.current));
-  const CrankCorrection of_line(takes_line ? cranks : std::vector<PastEvent>(), by_line);
   if (takes_line) value = 0.5 * (value + line->at(current) + of_line.at(current));
   std::vector<double> errors;
   for (std::size_t k = 0; k < cranks.size() && cranks.size() >= kMinForInterval; ++k) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -18,6 +19,7 @@ inline Interval ofSeries(const Interval& of_one, double series_blocks) {
 struct EventComparison : PastEvent {
   Interval expected;  ///< of measured; a crank's bounds each have their own minimum
   std::optional<Interval> baseline = std::nullopt;  ///< of measured, by the window's predictor
+  double absError() const { return std::abs(measured - expected.value); }
 };
 
 /// @return what the baseline predictors expect of a crank or a charge.

@@ -1,6 +1,5 @@
 #include "prediction/event_watch.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -12,6 +11,9 @@ namespace {
 
 constexpr double kMinControlled = 0.9;  // share of samples, as beginningOfCharge()
 constexpr double kAges[] = {PastEvent::kStopAge, 3.0 * PastEvent::kStopAge};  // [s]
+
+/// Samples after a charge's last one until its voltage is known.
+std::size_t waitsFor(const Fit& fit) { return fit.source ? fit.voltage_lag + 1 : 0; }
 
 }  // namespace
 
@@ -56,9 +58,6 @@ std::optional<EventComparison> CrankWatch::compare() const {
   comparison.modelled = predictCranking(unexperienced, query).u_min->value;
   return comparison;
 }
-
-/// Samples after a charge's last one until its voltage is known.
-std::size_t ChargeWatch::waitsFor(const Fit& fit) { return fit.source ? fit.voltage_lag + 1 : 0; }
 
 std::optional<EventComparison> ChargeWatch::add(const WatchedSample& at) {
   const StateTracker& before = at.before;

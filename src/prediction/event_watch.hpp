@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "battery_sof/series.hpp"
 #include "prediction/event_corrections.hpp"
-#include "prediction/sample_stream.hpp"
 #include "recording/events.hpp"
 #include "state/fitted_model.hpp"
 #include "state/state_tracker.hpp"
@@ -67,7 +67,6 @@ class ChargeWatch {
     std::size_t controlled = 0;
   };
 
-  static std::size_t waitsFor(const Fit& fit);
   static EventComparison compare(const Charge& charge);
   std::optional<EventComparison> finishComplete(const WatchedSample& at);
   void judgeLast(const StateTracker& before);

@@ -65,6 +65,33 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   return trial;
 }
 
+/// runIdentification() but for faults and the epoch.
+IdentificationResult attempt(const IdentificationJob& job) {
+  IdentificationResult result;
+  result.max_gap = gapThreshold(job.series);
+  result.source = ChargerShare(job.series, detectControlMode(job.series));
+  const WindowChoice choice = chooseWindow(job.series, {0, job.series.size()}, job.window_length);
+  result.message = choice.message;
+  if (!choice.range) return result;
+  if (choice.excitation < job.min_window_quality) {
+    result.message = "the best window's window quality of " + std::to_string(choice.excitation) +
+                     " is below the required " + std::to_string(job.min_window_quality);
+    return result;
+  }
+  const JobWindow window{
+      choice,
+      recentWindow(job.series, job.window_length.value_or(defaultWindowLength(job.series))),
+      result.max_gap,
+      ModelMonitor(job.events, job.steps),
+      instrumentLimits(job.series),
+      chargerControl(job.series)};
+  static_cast<IdentificationTrial&>(result) =
+      tryFit(job.series, window, job.identify, job.incumbent);
+  if (job.extended_options)
+    result.extended = tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
+  return result;
+}
+
 }  // namespace
 
 ChargerShare::ChargerShare(const ControlModeRule& rule)
@@ -119,37 +146,6 @@ IndexRange recentWindow(const Series& series, double length) {
   while (series.time[recent.first] < from) ++recent.first;
   return recent;
 }
-
-namespace {
-
-/// All of it but what it is of.
-IdentificationResult attempt(const IdentificationJob& job) {
-  IdentificationResult result;
-  result.max_gap = gapThreshold(job.series);
-  result.source = ChargerShare(job.series, detectControlMode(job.series));
-  const WindowChoice choice = chooseWindow(job.series, {0, job.series.size()}, job.window_length);
-  result.message = choice.message;
-  if (!choice.range) return result;
-  if (choice.excitation < job.min_window_quality) {
-    result.message = "the best window's window quality of " + std::to_string(choice.excitation) +
-                     " is below the required " + std::to_string(job.min_window_quality);
-    return result;
-  }
-  const JobWindow window{
-      choice,
-      recentWindow(job.series, job.window_length.value_or(defaultWindowLength(job.series))),
-      result.max_gap,
-      ModelMonitor(job.events, job.steps),
-      instrumentLimits(job.series),
-      chargerControl(job.series)};
-  static_cast<IdentificationTrial&>(result) =
-      tryFit(job.series, window, job.identify, job.incumbent);
-  if (job.extended_options)
-    result.extended = tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
-  return result;
-}
-
-}  // namespace
 
 IdentificationResult runIdentification(const IdentificationJob& job) {
   IdentificationResult result;

@@ -7,7 +7,6 @@
 #include "battery_sof/series.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/model_monitor.hpp"
-#include "prediction/sample_stream.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/events.hpp"
 #include "state/fitted_model.hpp"

@@ -7,6 +7,21 @@
 #include "prediction/pipeline.hpp"
 
 namespace battery_sof {
+namespace {
+
+constexpr std::size_t kChargesKept = 20;     // whose voltage is kept
+constexpr double kBlock = 10.0;              // [s], of ModelSelector
+constexpr double kClearlyBetter = 0.95;      // of the RMSE
+constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
+constexpr int kMinEvents = 3;
+// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
+// magnitude of 10 mOhm.
+constexpr double kNegligibleVoltage = 0.0125;  // [V]
+constexpr double kNegligibleCurrent = 1.25;    // [A]
+
+double blockOf(double time) { return std::floor(time / kBlock); }
+
+}  // namespace
 
 void ModelMonitor::install(const FittedModel& model, double max_gap) {
   model_ = model;
@@ -126,23 +141,6 @@ BacktestScore ModelMonitor::backtest() const {
   return score;
 }
 
-namespace {
-
-constexpr double kBlock = 10.0;              // [s]
-constexpr double kClearlyBetter = 0.95;      // of the RMSE
-constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
-constexpr int kMinEvents = 3;
-// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
-// magnitude of 10 mOhm.
-constexpr double kNegligibleVoltage = 0.0125;  // [V]
-constexpr double kNegligibleCurrent = 1.25;    // [A]
-
-double errorOf(const EventComparison& event) {
-  return std::abs(event.measured - event.expected.value);
-}
-
-}  // namespace
-
 void ModelSelector::Errors::add(double base_error, double extended_error) {
   ++count;
   base += base_error;
@@ -160,8 +158,6 @@ bool ModelSelector::Errors::isExtendedWorse(double negligible) const {
   return extended > kToleratedWorsening * base && extended - base > negligible * count;
 }
 
-double ModelSelector::blockOf(double time) { return std::floor(time / kBlock); }
-
 void ModelSelector::add(const Sample& sample, const ModelMonitor& base,
                         const SessionEvents& base_events, const ModelMonitor& extended,
                         const SessionEvents& extended_events) {
@@ -177,9 +173,9 @@ void ModelSelector::add(const Sample& sample, const ModelMonitor& base,
   if (base.tracker().last() && extended.tracker().last())
     block.squares.add(std::pow(base.tracker().error(), 2), std::pow(extended.tracker().error(), 2));
   if (!base_events.cranks.empty() && !extended_events.cranks.empty())
-    block.cranks.add(errorOf(base_events.cranks[0]), errorOf(extended_events.cranks[0]));
+    block.cranks.add(base_events.cranks[0].absError(), extended_events.cranks[0].absError());
   if (!base_events.charges.empty() && !extended_events.charges.empty())
-    block.charges.add(errorOf(base_events.charges[0]), errorOf(extended_events.charges[0]));
+    block.charges.add(base_events.charges[0].absError(), extended_events.charges[0].absError());
 }
 
 ModelSelector::Block ModelSelector::total() const {

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "prediction/event_watch.hpp"
-#include "prediction/sample_stream.hpp"
 #include "state/state_tracker.hpp"
 
 namespace battery_sof {
@@ -32,8 +31,6 @@ struct AnswerSteps {
 class ModelMonitor {
  public:
   static constexpr double kBacktestSpan = 900.0;  ///< [s] of the past that a back-test looks at
-
-  static constexpr std::size_t kChargesKept = 20;  ///< whose voltage is kept
 
   explicit ModelMonitor(const EventLimits& limits, const AnswerSteps& steps = {})
       : steps_(steps), watch_(limits) {}
@@ -147,7 +144,6 @@ class ModelSelector {
     Errors squares, cranks, charges;
   };
 
-  static double blockOf(double time);
   Block total() const;
   bool isExtendedBetter() const;
 

@@ -42,11 +42,6 @@ SessionEvents ofSeries(SessionEvents of_one, double series_blocks) {
   return of_one;
 }
 
-std::vector<std::string> sorted(std::vector<std::string> effects) {
-  std::sort(effects.begin(), effects.end());
-  return effects;
-}
-
 bool hasBothSigns(const Series& series, IndexRange range) {
   const auto [lowest, highest] = std::minmax_element(series.current.begin() + range.first,
                                                      series.current.begin() + range.last);
@@ -132,10 +127,9 @@ void OnlineSession::restartClock(double old_newest, const Sample& first) {
 }
 
 void OnlineSession::advance(const Sample& sample) {
-  if (newest_ && sample.time - newest_->time > SampleStream::kClockAhead) offerRefusedAgain();
-  if (newest_ && sample.time - newest_->time <= stream_.maxGap()) {
-    driving_ += sample.time - newest_->time;
-  }
+  const double passed = newest_ ? sample.time - newest_->time : 0.0;
+  if (passed > SampleStream::kClockAhead) offerRefusedAgain();
+  if (passed <= stream_.maxGap()) driving_ += passed;
   newest_ = sample;
   source_.add(sample);
   source_.forgetBefore(stream_.series().time.front());
@@ -148,9 +142,8 @@ void OnlineSession::advance(const Sample& sample) {
 void OnlineSession::follow(const Sample& sample, double max_gap) {
   if (!contenders_.base.holdsModel()) return;
   const SessionEvents ended = followBoth(sample, max_gap);
-  events_.cranks.insert(events_.cranks.end(), ended.cranks.begin(), ended.cranks.end());
-  events_.charges.insert(events_.charges.end(), ended.charges.begin(), ended.charges.end());
-  events_.stops.insert(events_.stops.end(), ended.stops.begin(), ended.stops.end());
+  for (const auto kind : {&SessionEvents::cranks, &SessionEvents::charges, &SessionEvents::stops})
+    (events_.*kind).insert((events_.*kind).end(), (ended.*kind).begin(), (ended.*kind).end());
 }
 
 SessionEvents OnlineSession::followBoth(const Sample& sample, double max_gap) {
@@ -249,7 +242,9 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   JobOut job = std::exchange(job_, std::nullopt).value_or(JobOut{contenders_, driving_});
   if (result.epoch == epoch_) takeSource(result.source);
   IdentificationOutcome outcome;
-  const std::string refusal = refusalOf(result);
+  const std::string refusal = result.epoch == epoch_
+                                  ? refusalOf(result, !contenders_.base.learns())
+                                  : "the clock jumped back while the identification ran";
   outcome.accepted = refusal.empty();
   outcome.message = outcome.accepted ? result.message : refusal;
   const bool extends = acceptsExtended(result, outcome.accepted);
@@ -281,11 +276,6 @@ void OnlineSession::takeSource(const ChargerShare& source) {
     source_.add(series[n]);
 }
 
-std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
-  if (result.epoch != epoch_) return "the clock jumped back while the identification ran";
-  return refusalOf(result, !contenders_.base.learns());
-}
-
 std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_compare) const {
   if (!trial.model) return trial.message;
   const FittedModel& model = *trial.model;
@@ -298,10 +288,9 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
   if (model.state.time < stream_.series().time.front()) {
     return "the identification took longer than the buffer reaches back";
   }
-  const bool compete = trial.incumbent_rmse && may_compare;
-  const double allowed =
-      compete ? std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse) : 0.0;
-  if (!compete || trial.recent_rmse <= allowed) return {};
+  if (!trial.incumbent_rmse || !may_compare) return {};
+  const double allowed = std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse);
+  if (trial.recent_rmse <= allowed) return {};
   return format("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V",
                 options_.series_blocks * trial.recent_rmse,
                 options_.series_blocks * *trial.incumbent_rmse);
@@ -344,7 +333,10 @@ void OnlineSession::extendWith(const std::vector<std::string>& effects, double f
     throw std::invalid_argument("extendWith: effects need the robust start");
   static_cast<void>(BatteryModel(effects, discrepancy));  // throws for what cannot be composed
   const std::optional<Extension>& last = next_extension_ ? next_extension_ : extension_;
-  if (last && sorted(last->effects) == sorted(effects) && last->discrepancy == discrepancy) return;
+  if (last && last->discrepancy == discrepancy &&
+      std::is_permutation(last->effects.begin(), last->effects.end(), effects.begin(),
+                          effects.end()))
+    return;
   next_extension_ = Extension{effects, std::move(discrepancy), from_driving, {}};
 }
 

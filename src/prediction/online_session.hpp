@@ -82,12 +82,10 @@ struct IdentificationOutcome {
  */
 class ModelSnapshot {
  public:
-  /// @param why_no_model the reason when `model` is not to be asked.
+  /// @param why_no_model the reason when there is no model; `model` is then an empty one.
   ModelSnapshot(FittedModel model, std::optional<std::string> why_no_model, double capacity)
       : model_(std::move(model)), why_no_model_(std::move(why_no_model)), capacity_(capacity) {
-    if (!why_no_model_) return;
-    model_ = {};
-    model_.fit.status = FitStatus::kNotExcited;
+    if (why_no_model_) model_.fit.status = FitStatus::kNotExcited;
   }
 
   CrankingAnswer predictCranking(const CrankingQuery& query) const {
@@ -206,8 +204,7 @@ class OnlineSession {
                   std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
   /// @return true while questions are answered by the extended model.
   bool doesExtendedAnswer() const { return &inUse() != &contenders_.base; }
-  /// [s], sum of sampling intervals without the gaps.
-  double driving() const { return driving_; }
+  double driving() const { return driving_; }  ///< [s]
   /// The past that is kept, of one block.
   const Series& series() const { return stream_.series(); }
 
@@ -216,16 +213,13 @@ class OnlineSession {
   ModelSnapshot live() const;
   /// Why nothing is answered; none when queries are.
   std::optional<std::string> whyNoModel() const;
-  double capacity() const { return options_.capacity; }  ///< [Ah]
-  /// @return [V] at which the battery was charged lately, see ModelMonitor::chargeVoltage(); none
-  /// where none was seen.
+  /// [V], ModelMonitor::chargeVoltage() of the model that answers, a saved one's too.
   std::optional<double> chargeVoltage() const;
   /// How wide intervals are, as past events ask for.
   IntervalCalibrations calibrations() const { return inUse().calibrations(); }
 
   SessionStatus status() const;
   StreamCounts counts() const { return stream_.counts(); }
-  std::optional<double> inputRate() const { return stream_.inputRate(); }
 
   /// @return time of the newest sample on the session's clock [s]; none before the first.
   std::optional<double> newestTime() const;
@@ -235,7 +229,6 @@ class OnlineSession {
   std::optional<FittedModel> model() const;
 
  private:
-  /// push() of one block.
   SessionEvents take(const RawSample& sample);
   /// A model as it leaves the session; inside all is of one block.
   FittedModel ofRow(FittedModel model) const;
@@ -271,7 +264,6 @@ class OnlineSession {
   SessionEvents followBoth(const Sample& sample, double max_gap);
   void followAgain(double after, double max_gap);
   void judgeRestored(const Sample& first);
-  /// Goes on from what is known of any battery.
   void beginFromPopulation(const Sample& sample);
   /// Where a first rest or crank denies the model of the trip before: another battery.
   void watchForSwap(const Sample& sample);
@@ -292,14 +284,12 @@ class OnlineSession {
   bool isDue();
   std::string missingForFirst() const;
   IdentificationJob makeJob();
-  std::string refusalOf(const IdentificationResult& result) const;
   std::string refusalOf(const IdentificationTrial& trial, bool may_compare) const;
   bool acceptsExtended(const IdentificationResult& result, bool base_accepted);
   void install(const IdentificationResult& result, bool base, bool extended);
   static void install(ModelMonitor& monitor, const IdentificationTrial& trial);
   void takeSource(const ChargerShare& source);
   const ModelMonitor& inUse() const;
-  std::optional<double> ageOf(const ModelMonitor& model) const;
   std::string extensionSentence() const;
   std::string selectorSentence() const;
   std::optional<ExpectedSample> expectedSample() const;

@@ -34,10 +34,9 @@ void OnlineSession::restore(const FittedModel& model) {
 
 void OnlineSession::judgeRestored(const Sample& first) {
   if (!restored_) return;
-  const std::string refusal = refusalOfRestored(first.time);
+  last_outcome_ = refusalOfRestored(first.time);
   const FittedModel model = *std::exchange(restored_, std::nullopt);
-  last_outcome_ = refusal;
-  if (!refusal.empty()) {
+  if (!last_outcome_.empty()) {
     refused_ = model;
     return;
   }
@@ -123,19 +122,13 @@ FittedModel OnlineSession::restoredNow() const {
 // ----------------------------------------------------------------------------------------------------
 // queries
 
-std::optional<double> OnlineSession::ageOf(const ModelMonitor& model) const {
-  if (!model.holdsModel() || !newest_) return std::nullopt;
-  return newest_->time - model.fittedUntil();
-}
-
 std::optional<std::string> OnlineSession::whyNoModel() const {
-  const std::string outcome = restored_ ? whyRestoredWaits() : last_outcome_;
-  if (restored_ && outcome.empty()) return std::nullopt;
-  if (restored_) return outcome;
-  if (!inUse().holdsModel()) {
-    return outcome.empty() ? "nothing identified yet" : "nothing identified yet: " + outcome;
+  if (restored_) {
+    std::string why = whyRestoredWaits();
+    return why.empty() ? std::nullopt : std::optional(std::move(why));
   }
-  return std::nullopt;
+  if (inUse().holdsModel()) return std::nullopt;
+  return "nothing identified yet" + (last_outcome_.empty() ? "" : ": " + last_outcome_);
 }
 
 ModelSnapshot OnlineSession::live() const {
@@ -188,8 +181,8 @@ SessionStatus OnlineSession::status() const {
   }
   status.basis = restored_ ? AnswerBasis::kPreviousTrip : basis_;
   status.newest_time = newestTime();
-  status.model_age = ageOf(inUse());
   if (inUse().holdsModel()) {
+    if (newest_) status.model_age = newest_->time - inUse().fittedUntil();
     status.window_quality = inUse().accepted().fit.window_quality;
     status.effects = inUse().accepted().fit.effects;
     status.voltage_controlled = inUse().tracker().isVoltageControlled();

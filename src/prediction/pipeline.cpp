@@ -41,11 +41,6 @@ const ParameterEstimate* estimateOf(const Fit& fit, const char* name) {
   return found == fit.estimates.end() ? nullptr : &*found;
 }
 
-bool isDetermined(const Fit& fit, const char* name) {
-  const ParameterEstimate* estimate = estimateOf(fit, name);
-  return !estimate || estimate->determined;
-}
-
 /// Whether the window determined how the open-circuit voltage follows the charge, and as a
 /// battery's does.
 bool knowsOpenCircuitSlope(const Fit& fit, double capacity) {
@@ -60,6 +55,19 @@ double blocksOf(const Fit& fit) { return fit.series_blocks * seriesBlocksAt(fit.
 
 /// The voltage above which no battery of as many blocks is [V].
 double maxVoltage(const Fit& fit) { return kMaxOfBlock * blocksOf(fit); }
+
+/// Why so much charge is too much; empty when it is not.
+std::string excessiveCharge(const Fit& fit, const QueryRange& range, double capacity) {
+  const double moved = range.charge_moved;
+  if (moved > capacity)
+    return format("it moves %.0f Ah, more than the battery's %g Ah", moved, capacity);
+  const double supported = supportedCharge(fit, capacity, range.charges);
+  if (moved <= supported) return "";
+  return format(
+      "it moves %.2f Ah, the model supports at most %.2f Ah (%d %% of %g Ah, or what the window "
+      "moved where it determined how the open-circuit voltage follows the charge)",
+      moved, supported, range.charges ? 1 : 2, capacity);
+}
 
 void addCharging(std::string& reasons, const Fit& fit, const QueryRange& range) {
   const ExcitedRange& seen = fit.excited;
@@ -135,23 +143,6 @@ ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity) {
   return {-kUsualSlope * share, std::pow(kSlopeSpread * share, 2)};
 }
 
-namespace {
-
-/// Why so much charge is too much; empty when it is not.
-std::string excessiveCharge(const Fit& fit, const QueryRange& range, double capacity) {
-  const double moved = range.charge_moved;
-  if (moved > capacity)
-    return format("it moves %.0f Ah, more than the battery's %g Ah", moved, capacity);
-  const double supported = supportedCharge(fit, capacity, range.charges);
-  if (moved <= supported) return "";
-  return format(
-      "it moves %.2f Ah, the model supports at most %.2f Ah (%d %% of %g Ah, or what the window "
-      "moved where it determined how the open-circuit voltage follows the charge)",
-      moved, supported, range.charges ? 1 : 2, capacity);
-}
-
-}  // namespace
-
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
   const Fit& fit = model.fit;
   const ExcitedRange& seen = fit.excited;
@@ -190,7 +181,8 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   // With fresh_sulphate one resistance serves both signs.
   const bool of_charging = range.charges && !contains(fit.effects, "fresh_sulphate");
   const char* needed = of_charging ? "r_charge" : "r_discharge";
-  if (!isDetermined(fit, needed))
+  const ParameterEstimate* resistance = estimateOf(fit, needed);
+  if (resistance && !resistance->determined)
     addReason(reasons, format("the window did not determine %s", needed));
   return reasons;
 }

@@ -1,15 +1,14 @@
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <optional>
 
-#include "battery_sof/intake.hpp"
 #include "model/input_sequence.hpp"
 #include "prediction/questions.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
+
+constexpr std::size_t kMaxProfileSamples = 3600000;  // an hour at 1 kHz
 
 void append(PredictedVoltage& predicted, const Interval& u) {
   predicted.voltage.push_back(u.value);

@@ -37,14 +37,6 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);
 
-/// Lowest voltage of a crank, of the model's series string, that begins where a simulation stands,
-/// `ahead` [s] after the model's state. @param fall openCircuitFall() until then.
-/// @param beyond_identified raised to Simulation::beyondIdentified() of any moment of the crank
-/// [V]; nullptr: not needed.
-Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
-                       double ahead, const ErrorForecast& fall = {},
-                       double* beyond_identified = nullptr);
-
 /// What a crank misses by itself, beyond normal driving [V].
 double crankError(const Fit& fit, double current);
 
@@ -98,9 +90,6 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
  */
 EventComparison currentAtVoltage(const FittedModel& model, const Series& series,
                                  const std::vector<double>& driving = {});
-
-/// Longest profile accepted [samples]: an hour at 1 kHz.
-inline constexpr std::size_t kMaxProfileSamples = 3600000;
 
 /**
  * @brief What the battery would answer to a current profile from the model's saved state on.

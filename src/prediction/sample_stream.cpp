@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
+#include <utility>
+
+#include "util/text.hpp"
 
 namespace battery_sof {
 
@@ -22,9 +23,7 @@ std::ptrdiff_t countBefore(const std::vector<double>& times, double time) {
 }  // namespace
 
 SampleStream::SampleStream(double kept) : kept_(kept) {
-  if (!(kept > 0.0) || !std::isfinite(kept)) {
-    throw std::invalid_argument("kept is " + std::to_string(kept) + " s, expected above 0");
-  }
+  requireThat(kept > 0.0, "kept [s]", kept, "above 0");
 }
 
 StreamCounts SampleStream::counts() const {
@@ -35,34 +34,33 @@ StreamCounts SampleStream::counts() const {
 
 SampleStream::Step SampleStream::push(const RawSample& sample) {
   Step step;
-  if (!isSuspicious(sample.time)) {
-    dropHeld();
-    enter(sample, step);
-  } else if (confirmsHeld(sample.time)) {
-    const RawSample first = *held_;
+  if (const std::optional<RawSample> first = jumpConfirmedBy(sample)) {
     held_.reset();
-    if (first.time < *newest_) restart(step);
-    enter(first, step);
+    if (first->time < *newest_) restart(step);
+    enter(*first, step);
     enter(sample, step);
-  } else {
-    dropHeld();
-    held_ = sample;
+    return step;
   }
+  dropHeld();
+  if (isSuspicious(sample.time))
+    held_ = sample;
+  else
+    enter(sample, step);
   return step;
 }
 
 std::optional<RawSample> SampleStream::jumpConfirmedBy(const RawSample& sample) const {
-  return isSuspicious(sample.time) && confirmsHeld(sample.time) ? held_ : std::nullopt;
+  const bool confirms = isSuspicious(sample.time) && held_ && sample.time > held_->time &&
+                        sample.time <= held_->time + kClockAhead;
+  return confirms ? held_ : std::nullopt;
 }
 
 void SampleStream::goOnFrom(const SampleStream& before) {
-  const StreamCounts counts = counts_;
-  Intake intake = intake_;
-  *this = before;
-  counts_ = counts;
+  const SampleStream now = std::exchange(*this, before);
+  counts_ = now.counts_;
   ++counts_.clock_restarts;
-  intake.resumeAt(newest_);
-  intake_ = intake;
+  intake_ = now.intake_;
+  intake_.resumeAt(newest_);
   held_.reset();
 }
 
@@ -70,10 +68,6 @@ bool SampleStream::isSuspicious(double time) const {
   // the intake refuses the rest, and says why
   const bool is_time = std::abs(time) <= IntakeLimits::kMaxAbsTime;
   return newest_ && is_time && (time < *newest_ - kClockBack || time > *newest_ + kClockAhead);
-}
-
-bool SampleStream::confirmsHeld(double time) const {
-  return held_ && time > held_->time && time <= held_->time + kClockAhead;
 }
 
 void SampleStream::dropHeld() {
@@ -118,15 +112,11 @@ void SampleStream::probe(const Sample& sample, Step& step) {
   probe_.append(sample);
   const double span = probe_.time.back() - probe_.time.front();
   if (probe_.size() < kProbeSamples || span < kProbeDuration) return;
-  measureRate();
-  for (std::size_t n = 0; n < probe_.size(); ++n) emit(probe_[n], step);
-  probe_ = {};
-}
-
-void SampleStream::measureRate() {
   input_rate_ = 1.0 / medianInterval(probe_);
   max_gap_ = gapThreshold(probe_);
   if (*input_rate_ > kDecimateAbove) decimator_.emplace(*input_rate_);
+  for (std::size_t n = 0; n < probe_.size(); ++n) emit(probe_[n], step);
+  probe_ = {};
 }
 
 void SampleStream::emit(const Sample& sample, Step& step) {

@@ -65,17 +65,13 @@ class SampleStream {
   /// Longest interval that is joined [s]: gapThreshold() of the measured rate; 5 s before it is
   /// known.
   double maxGap() const { return max_gap_; }
-  /// [Hz] of what arrives; none before it was measured.
-  std::optional<double> inputRate() const { return input_rate_; }
 
  private:
   bool isSuspicious(double time) const;
-  bool confirmsHeld(double time) const;
   void dropHeld();
   void restart(Step& step);
   void enter(const RawSample& sample, Step& step);
   void probe(const Sample& sample, Step& step);
-  void measureRate();
   void emit(const Sample& sample, Step& step);
   void forgetOld();
 

@@ -98,20 +98,19 @@ FollowedPrediction predictSeries(const FittedModel& model, const Series& series,
   for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
     const FollowedSample at = estimator.predict(inputs.samples[n - first]);
     if (n < range.first) continue;
-    const double half =
-        kNinetyPercent *
-        std::sqrt(at.variance + (at.voltage_controlled ? own_current : own_voltage));
-    const double half_a = at.voltage_controlled ? half : 0.0,
-                 half_v = at.voltage_controlled ? 0.0 : half;
+    const bool is_current = at.voltage_controlled;
+    const double deviation = std::sqrt(at.variance + (is_current ? own_current : own_voltage));
+    const Interval voltage = ninetyPercent(at.voltage, is_current ? 0.0 : deviation),
+                   current = ninetyPercent(at.current, is_current ? deviation : 0.0);
     predicted.voltage_controlled.push_back(at.voltage_controlled);
-    predicted.voltage.push_back(at.voltage);
-    predicted.voltage_lower.push_back(at.voltage - half_v);
-    predicted.voltage_upper.push_back(at.voltage + half_v);
+    predicted.voltage.push_back(voltage.value);
+    predicted.voltage_lower.push_back(voltage.lower);
+    predicted.voltage_upper.push_back(voltage.upper);
     predicted.equations_voltage.push_back(at.voltage -
-                                          (at.voltage_controlled ? 0.0 : at.regression_correction));
-    predicted.current.push_back(at.current);
-    predicted.current_lower.push_back(at.current - half_a);
-    predicted.current_upper.push_back(at.current + half_a);
+                                          (is_current ? 0.0 : at.regression_correction));
+    predicted.current.push_back(current.value);
+    predicted.current_lower.push_back(current.lower);
+    predicted.current_upper.push_back(current.upper);
   }
   for (auto* voltage : {&predicted.voltage, &predicted.voltage_lower, &predicted.voltage_upper,
                         &predicted.equations_voltage})
@@ -138,8 +137,7 @@ EventComparison scoreCrank(const Series& part, const PredictedVoltage& predicted
 std::optional<double> meanAbsError(const std::vector<EventComparison>& cranks) {
   if (cranks.empty()) return std::nullopt;
   double sum = 0.0;
-  for (const EventComparison& crank : cranks)
-    sum += std::abs(crank.measured - crank.expected.value);
+  for (const EventComparison& crank : cranks) sum += crank.absError();
   return sum / static_cast<double>(cranks.size());
 }
 
@@ -215,22 +213,16 @@ double percent(double relative_squares, std::size_t samples) {
   return 100.0 * (1.0 - std::sqrt(relative_squares / static_cast<double>(samples)));
 }
 
-/// Mean over samples; the measured current where the current is controlled.
-double meanCurrent(const Series& series, IndexRange range, IndexRange samples,
-                   const std::vector<char>& voltage_controlled,
-                   const std::vector<double>& predicted) {
-  double sum = 0.0;
-  for (std::size_t k = samples.first; k < samples.last; ++k)
-    sum += voltage_controlled[k] ? predicted[k - range.first] : series.current[k];
-  return sum / static_cast<double>(samples.size());
-}
-
 EventComparison scoreCharge(const Series& series, IndexRange range, IndexRange samples,
                             const std::vector<char>& voltage_controlled,
                             const MixedPrediction& predicted) {
-  const auto mean = [&](const std::vector<double>& values) {
-    return meanCurrent(series, range, samples, voltage_controlled,
-                       values.empty() ? predicted.current : values);
+  // The measured current where the current is controlled.
+  const auto mean = [&](const std::vector<double>& given) {
+    const std::vector<double>& values = given.empty() ? predicted.current : given;
+    double sum = 0.0;
+    for (std::size_t k = samples.first; k < samples.last; ++k)
+      sum += voltage_controlled[k] ? values[k - range.first] : series.current[k];
+    return sum / static_cast<double>(samples.size());
   };
   EventComparison score;
   score.kind = PastEvent::Kind::kCharge;
@@ -359,8 +351,7 @@ void scale(BothWaysScores& scores, double series_blocks) {
   scale(static_cast<CrankScores&>(scores), series_blocks);
 }
 
-}  // namespace
-
+/// What was computed of one block with the voltages of a series string of them.
 RangePrediction ofSeries(RangePrediction of_one, double series_blocks) {
   FollowedPrediction& course = of_one.course;
   for (std::vector<double>* voltages :
@@ -374,8 +365,6 @@ RangePrediction ofSeries(RangePrediction of_one, double series_blocks) {
   return of_one;
 }
 
-namespace {
-
 /// Whether the voltage is the input where a source controls it; gives the fit a source when it was
 /// fitted without.
 bool drivesBothWays(Fit& fit, const Series& series, PredictionMode mode) {
@@ -387,18 +376,6 @@ bool drivesBothWays(Fit& fit, const Series& series, PredictionMode mode) {
   return true;
 }
 
-PredictionReport scored(const Fit& fit, const Series& series, IndexRange range,
-                        const FollowedPrediction& from_current,
-                        const FollowedPrediction& predicted) {
-  PredictionReport report;
-  report.from_current = scorePrediction(series, range, from_current.voltages());
-  report.baseline = scoreBaseline(fit.baseline, series, range, predicted.voltage_controlled);
-  const PredictedVoltage line =
-      predictBaseline(fit.baseline, series, range, std::vector<char>(series.size(), 0)).voltages();
-  if (!line.voltage.empty()) report.baseline_from_current = scorePrediction(series, range, line);
-  return report;
-}
-
 }  // namespace
 
 RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range,
@@ -408,15 +385,20 @@ RangePrediction predictRange(FittedModel model, const Series& series, IndexRange
     return ofSeries(predictRange(std::move(model), perBlock(series, series_blocks), range, mode),
                     series_blocks);
   const bool both_ways = drivesBothWays(model.fit, series, mode);
-  const FollowedPrediction from_current = predictSeries(drivenByCurrent(model), series, range);
+  FollowedPrediction from_current = predictSeries(drivenByCurrent(model), series, range);
   RangePrediction result;
-  result.course = both_ways ? predictSeries(model, series, range) : from_current;
   PredictionReport& report = result.report;
-  report = scored(model.fit, series, range, from_current, result.course);
+  report.from_current = scorePrediction(series, range, from_current.voltages());
+  result.course = both_ways ? predictSeries(model, series, range) : std::move(from_current);
   if (both_ways) {
     report.both_ways = scoreBothWays(model, series, range, result.course);
     static_cast<CrankScores&>(report.from_current) = *report.both_ways;
   }
+  const BaselinePredictor& baseline = model.fit.baseline;
+  report.baseline = scoreBaseline(baseline, series, range, result.course.voltage_controlled);
+  const PredictedVoltage line =
+      predictBaseline(baseline, series, range, std::vector<char>(series.size(), 0)).voltages();
+  if (!line.voltage.empty()) report.baseline_from_current = scorePrediction(series, range, line);
   return result;
 }
 

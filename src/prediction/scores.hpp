@@ -139,7 +139,4 @@ struct RangePrediction {
 RangePrediction predictRange(FittedModel model, const Series& series, IndexRange range,
                              PredictionMode mode = PredictionMode::kAsFitted);
 
-/// @return what was computed of one block with the voltages of a series string of them.
-RangePrediction ofSeries(RangePrediction of_one, double series_blocks);
-
 }  // namespace battery_sof

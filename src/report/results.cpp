@@ -28,7 +28,7 @@ std::optional<double> medianChargeError(const std::vector<EventComparison>& char
                                         double duration) {
   std::vector<double> errors;
   for (const EventComparison& charge : chargesOver(duration, charges))
-    errors.push_back(std::abs(charge.measured - charge.expected.value));
+    errors.push_back(charge.absError());
   return errors.empty() ? std::nullopt : std::optional(quantile(errors, 0.5));
 }
 

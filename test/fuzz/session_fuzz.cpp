@@ -94,11 +94,10 @@ class FuzzedDrive {
     fuzz::require(
         test::brokenLaw(session_.live().predictCranking({-20.0, 10.0, -200.0, 0.5, 7.2}), fit));
     const StopTimeQuery stop{-20.0, -200.0, 0.5, 7.2};
-    fuzz::require(
-        test::brokenLaw(session_.live().predictStopTime(stop), stop, session_.capacity()));
+    fuzz::require(test::brokenLaw(session_.live().predictStopTime(stop), stop, options().capacity));
     const ChargeAcceptanceQuery charge{14.4, 10.0};
     fuzz::require(test::brokenLaw(session_.live().predictChargeAcceptance(charge), charge,
-                                  session_.capacity()));
+                                  options().capacity));
     fuzz::require(!session_.status().reason.empty(), "a status has a reason");
   }
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "simulator/generator/catalogue_draft.hpp"
+#include "support/circuit_truth.hpp"
 #include "support/drawn_scenarios.hpp"
 
 namespace battery_sof_simulator {
@@ -101,10 +102,7 @@ std::vector<double> deviation(const ScenarioKind& kind, double scale,
 TEST(CatalogueScale, ASmallScaleActsInProportion) {
   for (const ScenarioKind& kind : kindsOf({"effect", "instrument_fault", "unlisted_law"})) {
     if (kNotLinear.count(kind.id) > 0) continue;
-    SimulationOptions options;
-    options.keep_truth = true;
-    options.cut_after = kCut;
-    const auto currents = simulate(lively(kind, 0.0).scenario, options).truth.current;
+    const auto currents = truthOf(lively(kind, 0.0).scenario, 1, kCut).current;
     const auto once = deviation(kind, 0.01, currents), twice = deviation(kind, 0.02, currents);
     double size = 0.0, off = 0.0;
     for (std::size_t n = 0; n < once.size(); ++n) {
@@ -226,14 +224,12 @@ struct Halves {
 };
 
 Halves halvesOf(const std::string& id, std::uint64_t seed, double duration) {
-  SimulationOptions options;
-  options.keep_truth = true;
   const CatalogueDraft draft = drawCatalogue(orderOf({"absent", id}, seed, duration));
   EXPECT_EQ(draft.regime_from, 0.5 * duration);
   const CatalogueDraft gone = drawCatalogue(orderOf({"absent", id}, seed, duration, {0.0}));
   Halves halves;
-  halves.with = simulate(draft.scenario, options).truth;
-  halves.without = simulate(underCurrents(gone.scenario, halves.with.current), options).truth;
+  halves.with = truthOf(draft.scenario);
+  halves.without = truthOf(underCurrents(gone.scenario, halves.with.current));
   halves.middle = static_cast<std::size_t>(*draft.regime_from / FullBattery::kStep);
   return halves;
 }
@@ -273,9 +269,7 @@ TEST(LaterPart, CutsWhatPlaysAndTakesOverAtItsInstant) {
   scenario.profile = ListedPhases{{{100.0, -10.0, -10.0}}};
   scenario.inserts = {{1.0, {{100.0, -20.0, -20.0}}}, {3.0, {{0.5, -30.0, -30.0}}}};
   scenario.later = LaterPart{2.0, 14.0, ListedPhases{{{1.0, -5.0, -5.0}}}};
-  SimulationOptions options;
-  options.keep_truth = true;
-  const auto current = simulate(scenario, options).truth.current;
+  const auto current = truthOf(scenario).current;
   EXPECT_DOUBLE_EQ(current[2000], -10.0);
   EXPECT_DOUBLE_EQ(current[2010], -5.0);
   EXPECT_DOUBLE_EQ(current[3100], -30.0);

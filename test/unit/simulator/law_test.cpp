@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "simulator/generator/series.hpp"
+#include "support/circuit_truth.hpp"
 #include "support/drawn_scenarios.hpp"
 
 namespace battery_sof_simulator {
@@ -91,9 +92,7 @@ TEST(Laws, EveryMechanismHasThreeOrMore) {
 
 TEST(Laws, WithoutStrengthEachIsTheBaseCircuitBitForBit) {
   const Scenario scenario = plainScenario();
-  SimulationOptions options;
-  options.keep_truth = true;
-  const Truth truth = simulate(scenario, options).truth;
+  const Truth truth = truthOf(scenario);
   for (const auto& form : physics()) {
     const Law law = drawn(form);
     const Course none = drivenCourse(scenario, &law, 0.0);

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 #include <utility>
 
 #include "simulator/scenario_file.hpp"
+#include "support/circuit_truth.hpp"
 
 namespace battery_sof_simulator {
 namespace {
@@ -18,15 +18,6 @@ Scenario shipped(const std::string& name, std::uint64_t seed = 1) {
       loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) + "/config/scenarios/" + name + ".yaml");
   scenario.seed = seed;
   return scenario;
-}
-
-Simulation withTruth(const Scenario& scenario, int substeps = 1,
-                     std::optional<double> cut_after = std::nullopt) {
-  SimulationOptions options;
-  options.keep_truth = true;
-  options.substeps = substeps;
-  options.cut_after = cut_after;
-  return simulate(scenario, options);
 }
 
 /// Stretches below `current`, and their begins [s].
@@ -60,9 +51,8 @@ double longestAbove(const std::vector<double>& currents, double current) {
   return static_cast<double>(longest) * FullBattery::kStep;
 }
 
-void expectBalanced(const Simulation& drive) {
-  const Balance& b = drive.balance;
-  const double taken = 3600.0 * 50.0 * (drive.soc_at_end - drive.soc_at_start);
+void expectBalanced(const Balance& b, double soc_at_start, double soc_at_end) {
+  const double taken = 3600.0 * 50.0 * (soc_at_end - soc_at_start);
   EXPECT_NEAR(b.charge_in, taken + b.gas_charge, 1e-4);
   EXPECT_NEAR(b.chargeError(), 0.0, 1e-6);
   EXPECT_LT(std::abs(b.energyError()), 1e-7 * b.throughput);
@@ -71,24 +61,24 @@ void expectBalanced(const Simulation& drive) {
 TEST(DataSet1, HasFourteenPulsesAndStaysWithinOnePercentAndTheVoltageLimit) {
   for (std::uint64_t seed : {1, 2}) {
     const Scenario scenario = shipped("data_set_1", seed);
-    const Simulation drive = withTruth(scenario);
-    expectBalanced(drive);
-    EXPECT_EQ(drive.samples.size(), 360000u);
-    EXPECT_EQ(fallsBelow(drive.truth.current, -140.0).size(), 14u);
-    EXPECT_GT(*std::min_element(drive.truth.current.begin(), drive.truth.current.end()), -300.1);
-    EXPECT_LT(excursion(drive.truth), 0.01);
-    EXPECT_LE(*std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end()),
+    const Truth truth = truthOf(scenario);
+    expectBalanced(truth.balance, truth.soc.front(), truth.soc.back());
+    EXPECT_EQ(truth.current.size(), 3600001u);
+    EXPECT_EQ(fallsBelow(truth.current, -140.0).size(), 14u);
+    EXPECT_GT(*std::min_element(truth.current.begin(), truth.current.end()), -300.1);
+    EXPECT_LT(excursion(truth), 0.01);
+    EXPECT_LE(*std::max_element(truth.voltage.begin(), truth.voltage.end()),
               scenario.voltage_limit + 1e-5);
-    EXPECT_LT(longestAbove(drive.truth.current, 0.0), 9.2);
+    EXPECT_LT(longestAbove(truth.current, 0.0), 9.2);
   }
 }
 
 TEST(DataSet2, HasLongChargesInItsSecondHalfAndEndsIn130AmpereDischarge) {
   for (std::uint64_t seed : {1, 2}) {
     const Scenario scenario = shipped("data_set_2", seed);
-    const Simulation drive = withTruth(scenario);
-    const auto& current = drive.truth.current;
-    expectBalanced(drive);
+    const Truth truth = truthOf(scenario);
+    const auto& current = truth.current;
+    expectBalanced(truth.balance, truth.soc.front(), truth.soc.back());
     const std::vector<double> first(current.begin(), current.begin() + 1800000);
     const std::vector<double> second(current.begin() + 1810000, current.begin() + 3530000);
     EXPECT_LT(longestAbove(first, 0.0), 9.2);
@@ -96,22 +86,26 @@ TEST(DataSet2, HasLongChargesInItsSecondHalfAndEndsIn130AmpereDischarge) {
     EXPECT_NEAR(current[3595000], -130.0, 0.1);
     EXPECT_NEAR(current[3560000], -45.0, 1e-9);
     EXPECT_LT(longestAbove({current.begin() + 3540500, current.begin() + 3594000}, -44.0), 1e-9);
-    EXPECT_LT(excursion(drive.truth), 0.0101);
-    EXPECT_LE(*std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end()),
+    EXPECT_LT(excursion(truth), 0.0101);
+    EXPECT_LE(*std::max_element(truth.voltage.begin(), truth.voltage.end()),
               scenario.voltage_limit + 1e-5);
   }
 }
 
 TEST(DataSet3, HasFiveCranksInSixMinutesAndAboutOneAmpereHourUnder14Point2Volt) {
   for (std::uint64_t seed : {1, 2}) {
-    const Simulation drive = withTruth(shipped("data_set_3", seed));
-    expectBalanced(drive);
-    const auto cranks = fallsBelow(drive.truth.current, -100.0);
+    const Scenario scenario = shipped("data_set_3", seed);
+    const Simulation drive = simulate(scenario);
+    const Truth truth = truthOf(scenario);
+    expectBalanced(drive.balance, drive.soc_at_start, drive.soc_at_end);
+    EXPECT_EQ(drive.samples.size(), 120000u);
+    EXPECT_EQ(drive.balance.charge_in, truth.balance.charge_in);
+    EXPECT_EQ(drive.soc_at_end, truth.soc.back());
+    const auto cranks = fallsBelow(truth.current, -100.0);
     EXPECT_EQ(std::count_if(cranks.begin(), cranks.end(), [](double t) { return t < 360.0; }), 5);
     EXPECT_GT(cranks.size(), 8u);
     EXPECT_NEAR(drive.balance.charge_in / 3600.0, 1.0, 0.5);
-    const double highest =
-        *std::max_element(drive.truth.voltage.begin(), drive.truth.voltage.end());
+    const double highest = *std::max_element(truth.voltage.begin(), truth.voltage.end());
     EXPECT_LE(highest, 14.2 + 1e-5);
     EXPECT_GT(highest, 14.1);
   }
@@ -147,8 +141,7 @@ TEST(Simulation, HalvingTheStepChangesTheVoltageByLessThanHalfAMillivolt) {
       {"data_set_1", 600.0}, {"data_set_2", 2100.0}, {"data_set_3", 1200.0}, {"city_drive", 300.0}};
   for (const auto& [name, length] : drives) {
     const Scenario scenario = shipped(name);
-    const Truth coarse = withTruth(scenario, 1, length).truth,
-                fine = withTruth(scenario, 2, length).truth;
+    const Truth coarse = truthOf(scenario, 1, length), fine = truthOf(scenario, 2, length);
     ASSERT_EQ(coarse.voltage.size(), fine.voltage.size());
     EXPECT_LT(largestDifference(coarse.voltage, fine.voltage), 5e-4) << name;
   }
@@ -162,12 +155,12 @@ TEST(Simulation, ListedPhasesHoldAVoltageAndThenRest) {
       "voltage_limit_v: 14.4}, "
       "{duration_s: 1, current_a: 0}]}}",
       "test");
-  const Simulation drive = withTruth(scenario);
-  EXPECT_NEAR(drive.truth.current[10000], -30.0, 0.01);
-  EXPECT_NEAR(drive.truth.voltage[319000], 14.4, 1e-5);
-  EXPECT_LT(drive.truth.current[319000], 79.0);
-  EXPECT_EQ(drive.truth.current[400000], 0.0);
-  EXPECT_GT(drive.balance.gas_charge, 0.0);
+  const Truth truth = truthOf(scenario);
+  EXPECT_NEAR(truth.current[10000], -30.0, 0.01);
+  EXPECT_NEAR(truth.voltage[319000], 14.4, 1e-5);
+  EXPECT_LT(truth.current[319000], 79.0);
+  EXPECT_EQ(truth.current[400000], 0.0);
+  EXPECT_GT(truth.balance.gas_charge, 0.0);
 }
 
 TEST(Simulation, SelfHeatingWarmsTheBatteryByTenthsOfAKelvinInTwentyMinutes) {
@@ -193,7 +186,7 @@ TEST(Simulation, AnInsertPlaysItsPhasesAndTheProfileGoesOn) {
   Scenario scenario = shipped("data_set_1");
   scenario.duration = 120.0;
   scenario.inserts = {{30.0, {{40.0, 0.0, 0.0}}}};
-  const auto currents = withTruth(scenario).truth.current;
+  const auto currents = truthOf(scenario).current;
   const auto longest = [&](double from, double to) {
     std::size_t run = 0, most = 0;
     for (auto n = static_cast<std::size_t>(from * 1e3); n < static_cast<std::size_t>(to * 1e3); ++n)
