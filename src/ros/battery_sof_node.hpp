@@ -22,9 +22,6 @@
 
 namespace battery_sof {
 
-/// Calls a function once, on the thread of a queue.
-void callFrom(ros::CallbackQueue& queue, std::function<void()> work);
-
 /**
  * @brief actionlib's server, which no stamp can end.
  *
@@ -149,7 +146,6 @@ class BatterySofNode {
   }
   void noteFault(const char* what, const char* why);
   ModelSnapshot live();
-  static WorkWatch patience();
   void publishDueStatus();
   DiagnosticsSnapshot snapshot();
 
