@@ -41,11 +41,6 @@ Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool cho
                                    series_blocks, threads, held.hash});
 }
 
-/// JSON as text; what is not UTF-8 in it (names of files) is replaced, as the command does.
-std::string textOf(const nlohmann::json& json) {
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
 py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
   py::dict arrays;
   arrays["time_s"] = numpyOf(part.time);
@@ -76,7 +71,7 @@ std::pair<py::dict, std::string> predictHeld(const Model& model, const HeldRecor
     prediction = predictRange(model.fitted(), held.fitted, range, modeOf(mode));
     part = slice(held.fitted, range);
   }
-  return {arraysOf(part, prediction.course), textOf(resultJson(prediction.report))};
+  return {arraysOf(part, prediction.course), jsonText(resultJson(prediction.report))};
 }
 
 double checkedCapacity(double capacity_ah) {
@@ -89,7 +84,7 @@ double checkedCapacity(double capacity_ah) {
 template <typename Answer>
 std::string jsonOf(const Answer& answer) {
   if (answer.code == AnswerCode::kInvalidQuery) throw std::invalid_argument(answer.message);
-  return textOf(resultJson(answer));
+  return jsonText(resultJson(answer));
 }
 
 std::string askCrank(const Model& model, double i_load, double t_stop, double i_cranking,

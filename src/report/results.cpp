@@ -208,6 +208,10 @@ nlohmann::json resultJson(const StopTimeAnswer& answer) { return jsonOf(answer);
 nlohmann::json resultJson(const ChargeAcceptanceAnswer& answer) { return jsonOf(answer); }
 nlohmann::json resultJson(const MapResult& result) { return jsonOf(result); }
 
+std::string jsonText(const nlohmann::json& json, int indent) {
+  return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 std::string resultText(const CrankingQuery& query, const CrankingAnswer& answer) {
   std::string text = query.load.empty()
                          ? format("stop      %.1f s at %.1f A\n", query.t_stop, query.i_load)

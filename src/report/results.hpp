@@ -32,6 +32,10 @@ nlohmann::json resultJson(const Diagnosis& diagnosis);
 nlohmann::json resultJson(const CombinedDiagnosis& combined,
                           const std::vector<Diagnosis>& recordings);
 
+/// @return JSON as text; what is not UTF-8 in it (names of files) is replaced. @param indent of a
+/// level; -1: all on one line.
+std::string jsonText(const nlohmann::json& json, int indent = -1);
+
 // The same for a reader.
 /// Table of parameters with errors, scores, and the sentence that says how it ended.
 std::string resultText(const FittedModel& model);
@@ -54,11 +58,9 @@ std::string useOfDiscrepancy(const Diagnosis& diagnosis);
  * it, who controls current and voltage, what was found and what that means, and what could not be
  * judged.
  *
- * @param name what the reader calls the recording.
  * @param report checkRecording's answer for recording.
  */
-std::string checkReportText(const std::string& name, const Recording& recording,
-                            const CheckReport& report);
+std::string checkReportText(const Recording& recording, const CheckReport& report);
 
 /**
  * @brief The same as JSON of schema battery_sof/check/1; an absent number is JSON null.
@@ -75,8 +77,7 @@ std::string checkReportText(const std::string& name, const Recording& recording,
  * - findings: a list of id, severity, what, meaning, value, unit, samples, at_s;
  * - not_judged: a list of sentences.
  */
-nlohmann::json checkReportJson(const std::string& name, const Recording& recording,
-                               const CheckReport& report);
+nlohmann::json checkReportJson(const Recording& recording, const CheckReport& report);
 
 /// @return every effect as one reads a catalogue: structure, physics, instruments, each by number.
 std::vector<EffectInfo> effectsByTier();
