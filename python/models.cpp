@@ -8,6 +8,7 @@
 #include "estimation/identification.hpp"
 #include "prediction/questions.hpp"
 #include "prediction/scores.hpp"
+#include "report/descriptions.hpp"
 #include "report/results.hpp"
 #include "util/files.hpp"
 #include "util/text.hpp"
@@ -82,9 +83,9 @@ double checkedCapacity(double capacity_ah) {
 
 /// An answer as JSON. @throws std::invalid_argument for a query that is none.
 template <typename Answer>
-std::string jsonOf(const Answer& answer) {
+std::string answerText(const Answer& answer) {
   if (answer.code == AnswerCode::kInvalidQuery) throw std::invalid_argument(answer.message);
-  return jsonText(resultJson(answer));
+  return jsonText(jsonOf(answer));
 }
 
 std::string askCrank(const Model& model, double i_load, double t_stop, double i_cranking,
@@ -92,21 +93,21 @@ std::string askCrank(const Model& model, double i_load, double t_stop, double i_
   const py::gil_scoped_release released;
   const CrankingQuery query =
       asked(CrankingQuery{i_load, t_stop, i_cranking, t_cranking, u_required});
-  return jsonOf(predictCranking(model, query, checkedCapacity(capacity_ah)));
+  return answerText(predictCranking(model, query, checkedCapacity(capacity_ah)));
 }
 
 std::string askStopTime(const Model& model, double i_load, double i_cranking, double t_cranking,
                         double u_required, double capacity_ah) {
   const py::gil_scoped_release released;
   const StopTimeQuery query = asked(StopTimeQuery{i_load, i_cranking, t_cranking, u_required});
-  return jsonOf(predictStopTime(model, query, checkedCapacity(capacity_ah)));
+  return answerText(predictStopTime(model, query, checkedCapacity(capacity_ah)));
 }
 
 std::string askCharge(const Model& model, double u_boost, double t_sof2, double i_limit,
                       double capacity_ah) {
   const py::gil_scoped_release released;
   const ChargeAcceptanceQuery query = asked(ChargeAcceptanceQuery{u_boost, t_sof2, i_limit});
-  return jsonOf(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)));
+  return answerText(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)));
 }
 
 DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to,

@@ -19,15 +19,12 @@ struct CombinedDiagnosis;
 struct Diagnosis;
 struct MapResult;
 
-// The JSON of the commands (docs/cli.md). Of a question it has the fields of the service's response;
-// absent numbers are JSON null, and so are infinite ones, which JSON does not have: the outcome of a
-// stop time says "always" then. A map that was not asked is left out.
+// The JSON of the commands (docs/cli.md). That of a question is jsonOf() of its answer
+// (descriptions.hpp), with the fields of the service's response; absent numbers are JSON null, and
+// so are infinite ones, which JSON does not have: the outcome of a stop time says "always" then. A
+// map that was not asked is left out.
 nlohmann::json resultJson(const FittedModel& model);
 nlohmann::json resultJson(const PredictionReport& report);
-nlohmann::json resultJson(const CrankingAnswer& answer);
-nlohmann::json resultJson(const StopTimeAnswer& answer);
-nlohmann::json resultJson(const ChargeAcceptanceAnswer& answer);
-nlohmann::json resultJson(const MapResult& result);
 nlohmann::json resultJson(const Diagnosis& diagnosis);
 nlohmann::json resultJson(const CombinedDiagnosis& combined,
                           const std::vector<Diagnosis>& recordings);

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "diagnosis/diagnosis.hpp"
-#include "model/effect.hpp"
 
 /// Words and numbers that several reports share.
 namespace battery_sof {
