@@ -22,10 +22,6 @@ using Numbers = pybind11::array_t<double, pybind11::array::c_style | pybind11::a
 /// @return a copy as a numpy array of one dimension.
 Numbers numpyOf(const std::vector<double>& values);
 
-/// @throws std::invalid_argument naming the argument when it has another number of dimensions than
-/// one.
-std::vector<double> vectorOf(const Numbers& numbers, const char* name);
-
 /// Defines Recording, and Model, Diagnosis and the functions on them.
 void defineRecording(pybind11::module_& module);
 void defineModels(pybind11::module_& module);

@@ -8,6 +8,7 @@
 #include "estimation/identification.hpp"
 #include "prediction/questions.hpp"
 #include "prediction/scores.hpp"
+#include "report/descriptions.hpp"
 #include "report/results.hpp"
 #include "util/files.hpp"
 #include "util/text.hpp"
@@ -41,11 +42,6 @@ Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool cho
                                    series_blocks, threads, held.hash});
 }
 
-/// JSON as text; what is not UTF-8 in it (names of files) is replaced, as the command does.
-std::string textOf(const nlohmann::json& json) {
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
 py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
   py::dict arrays;
   arrays["time_s"] = numpyOf(part.time);
@@ -76,7 +72,7 @@ std::pair<py::dict, std::string> predictHeld(const Model& model, const HeldRecor
     prediction = predictRange(model.fitted(), held.fitted, range, modeOf(mode));
     part = slice(held.fitted, range);
   }
-  return {arraysOf(part, prediction.course), textOf(resultJson(prediction.report))};
+  return {arraysOf(part, prediction.course), jsonText(resultJson(prediction.report))};
 }
 
 double checkedCapacity(double capacity_ah) {
@@ -87,9 +83,9 @@ double checkedCapacity(double capacity_ah) {
 
 /// An answer as JSON. @throws std::invalid_argument for a query that is none.
 template <typename Answer>
-std::string jsonOf(const Answer& answer) {
+std::string answerText(const Answer& answer) {
   if (answer.code == AnswerCode::kInvalidQuery) throw std::invalid_argument(answer.message);
-  return textOf(resultJson(answer));
+  return jsonText(jsonOf(answer));
 }
 
 std::string askCrank(const Model& model, double i_load, double t_stop, double i_cranking,
@@ -97,21 +93,21 @@ std::string askCrank(const Model& model, double i_load, double t_stop, double i_
   const py::gil_scoped_release released;
   const CrankingQuery query =
       asked(CrankingQuery{i_load, t_stop, i_cranking, t_cranking, u_required});
-  return jsonOf(predictCranking(model, query, checkedCapacity(capacity_ah)));
+  return answerText(predictCranking(model, query, checkedCapacity(capacity_ah)));
 }
 
 std::string askStopTime(const Model& model, double i_load, double i_cranking, double t_cranking,
                         double u_required, double capacity_ah) {
   const py::gil_scoped_release released;
   const StopTimeQuery query = asked(StopTimeQuery{i_load, i_cranking, t_cranking, u_required});
-  return jsonOf(predictStopTime(model, query, checkedCapacity(capacity_ah)));
+  return answerText(predictStopTime(model, query, checkedCapacity(capacity_ah)));
 }
 
 std::string askCharge(const Model& model, double u_boost, double t_sof2, double i_limit,
                       double capacity_ah) {
   const py::gil_scoped_release released;
   const ChargeAcceptanceQuery query = asked(ChargeAcceptanceQuery{u_boost, t_sof2, i_limit});
-  return jsonOf(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)));
+  return answerText(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)));
 }
 
 DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to,

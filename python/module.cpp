@@ -40,13 +40,6 @@ Numbers numpyOf(const std::vector<double>& values) {
   return Numbers(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
-std::vector<double> vectorOf(const Numbers& numbers, const char* name) {
-  if (numbers.ndim() != 1)
-    throw std::invalid_argument(std::string(name) + " has " + std::to_string(numbers.ndim()) +
-                                " dimensions, expected one");
-  return {numbers.data(), numbers.data() + numbers.size()};
-}
-
 }  // namespace battery_sof::python
 
 PYBIND11_MODULE(_core, module) {

@@ -12,6 +12,15 @@ namespace py = pybind11;
 
 namespace {
 
+/// @throws std::invalid_argument naming the argument when it has another number of dimensions than
+/// one.
+std::vector<double> vectorOf(const Numbers& numbers, const char* name) {
+  if (numbers.ndim() != 1)
+    throw std::invalid_argument(std::string(name) + " has " + std::to_string(numbers.ndim()) +
+                                " dimensions, expected one");
+  return {numbers.data(), numbers.data() + numbers.size()};
+}
+
 void requireLength(const std::vector<double>& values, std::size_t length, const char* name) {
   if (values.size() != length)
     throw std::invalid_argument(std::string(name) + " has " + std::to_string(values.size()) +

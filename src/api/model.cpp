@@ -34,12 +34,6 @@ void nameOrigin(FittedModel& model, const Recording& recording, const Request& r
   model.fit.series_blocks = request.series_blocks;
 }
 
-/// JSON as text; what is not UTF-8 in it (names of files) is replaced.
-template <typename Result>
-std::string jsonText(const Result& result) {
-  return resultJson(result).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
 }  // namespace
 
 Model::Model(FittedModel model) : fitted_(std::make_shared<const FittedModel>(std::move(model))) {}
@@ -64,7 +58,7 @@ Model Model::rested() const {
   return Model(battery_sof::rested(*fitted_));
 }
 
-std::string Model::json() const { return jsonText(*fitted_); }
+std::string Model::json() const { return jsonText(resultJson(*fitted_)); }
 
 std::string Model::text() const { return resultText(*fitted_); }
 
@@ -113,7 +107,7 @@ std::string DiagnosisReport::verdict() const { return toString(diagnosis_->verdi
 
 std::string DiagnosisReport::summary() const { return diagnosis_->summary; }
 
-std::string DiagnosisReport::json() const { return jsonText(*diagnosis_); }
+std::string DiagnosisReport::json() const { return jsonText(resultJson(*diagnosis_)); }
 
 std::string DiagnosisReport::text() const { return resultText(*diagnosis_); }
 

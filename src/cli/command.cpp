@@ -13,6 +13,7 @@
 #include "estimation/identification.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/priors_yaml.hpp"
+#include "report/results.hpp"
 #include "util/files.hpp"
 #include "util/text.hpp"
 
@@ -166,8 +167,7 @@ IndexRange rangeOf(const WindowArguments& arguments, const Series& series) {
 
 void emit(const CommandLine& line, const std::string& text, const nlohmann::json& json,
           const std::string& json_target) {
-  const std::string document =
-      json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const std::string document = jsonText(json, 2) + "\n";
   if (json_target == "-") {
     line.out << document;
     return;

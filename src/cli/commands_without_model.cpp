@@ -21,11 +21,11 @@ int runCheck(const CommandLine& line, const CheckArguments& arguments) {
   progress.stage("checking");
   const CheckReport report = checkRecording(recording);
   const double series_blocks = arguments.recording.series_blocks;
-  nlohmann::json json = checkReportJson(recording.name, recording, report);
+  nlohmann::json json = checkReportJson(recording, report);
   json["series_blocks"] = series_blocks;
   const std::string row = series_blocks == 1.0 ? "" : seriesBlocksSentence(series_blocks) + "\n";
   progress.end();
-  emit(line, row + checkReportText(recording.name, recording, report), json, arguments.json);
+  emit(line, row + checkReportText(recording, report), json, arguments.json);
   return kExitDone;
 }
 

@@ -18,7 +18,6 @@ struct IdentifyArguments {
   std::string start = "robust";
   PriorsArguments priors;
   IdentifyOptions options;
-  bool names_effects = false;  // --effects was given, if only as "none"
 };
 
 void warn(const CommandLine& line, Progress& progress, const Recording& recording) {
@@ -29,16 +28,18 @@ void warn(const CommandLine& line, Progress& progress, const Recording& recordin
       line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
-FitRequest requestOf(const IdentifyArguments& arguments, const Series& series) {
-  FitRequest request;
-  request.from = parseTime(arguments.window.from, series, "--from");
-  request.to = parseTime(arguments.window.to, series, "--to");
-  request.chooses_window = arguments.automatic;
-  request.options = arguments.options;
-  request.options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
-  request.options.chooses_effects = !arguments.names_effects;
-  request.options.priors = loadPriors(arguments.priors);
-  return request;
+/// The effect "none" names the base model. @throws UsageError for effects that cannot be composed.
+IdentifyOptions optionsOf(const IdentifyArguments& arguments) {
+  IdentifyOptions options = arguments.options;
+  options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
+  options.chooses_effects = options.effects.empty();
+  if (options.effects == std::vector<std::string>{"none"}) options.effects.clear();
+  try {
+    BatteryModel composed(options.effects);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--effects: ") + error.what());
+  }
+  return options;
 }
 
 FittedModel fit(const Series& series, const FitRequest& request) {
@@ -54,21 +55,10 @@ FittedModel fit(const Series& series, const FitRequest& request) {
   return model;
 }
 
-/// "none" names the base model. @throws UsageError for effects that cannot be composed.
-IdentifyArguments withoutNone(IdentifyArguments arguments) {
-  auto& effects = arguments.options.effects;
-  arguments.names_effects = !effects.empty();
-  if (effects.size() == 1 && effects.front() == "none") effects.clear();
-  try {
-    BatteryModel composed(effects);
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(std::string("--effects: ") + error.what());
-  }
-  return arguments;
-}
-
-int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
-  const IdentifyArguments arguments = withoutNone(given);
+int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
+  FitRequest request;
+  request.options = optionsOf(arguments);
+  request.chooses_window = arguments.automatic;
   Progress progress(line.err);
   std::string hash;
   const Recording recording = loadRecording(arguments.recording, &hash);
@@ -76,7 +66,9 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& given) {
   warn(line, progress, recording);
   const Series series = atDesignRate(recording.series);
   progress.stage("identifying");
-  const FitRequest request = requestOf(arguments, series);
+  request.from = parseTime(arguments.window.from, series, "--from");
+  request.to = parseTime(arguments.window.to, series, "--to");
+  request.options.priors = loadPriors(arguments.priors);
   FittedModel model = fit(series, request);
   model.provenance.recording = recording.name;
   model.provenance.recording_hash = hash;

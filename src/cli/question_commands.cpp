@@ -113,7 +113,7 @@ int ask(const CommandLine& line, const Arguments& arguments) {
   const FittedModel model = modelOf(arguments.general);
   const auto query = queryOf(arguments);
   const auto answer = predict(model, query, arguments.general.capacity_ah);
-  return finish(line, answer, resultText(query, answer), resultJson(answer), arguments.general);
+  return finish(line, answer, resultText(query, answer), jsonOf(answer), arguments.general);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -194,8 +194,8 @@ int runMap(const CommandLine& line, const MapArguments& arguments) {
   Progress progress(line.err);
   const MapResult result = mapsOf(arguments, progress);
   progress.end();
-  return finish(line, verdictOf(result.cranking, result.charge), resultText(result),
-                resultJson(result), arguments.general);
+  return finish(line, verdictOf(result.cranking, result.charge), resultText(result), jsonOf(result),
+                arguments.general);
 }
 
 }  // namespace

@@ -151,13 +151,8 @@ DESCRIBED(ControlModes, MEMBERS("", seen, share, summary), visit("reasons", of.t
 DESCRIBED(Finding, MEMBERS("", id, what, meaning, value, unit, samples), MEMBERS("s", at),
           visit("severity", toString(of.severity)))
 
-DESCRIBED(CheckReport, MEMBERS("", samples, findings, not_judged),
-          MEMBERS("s", from, to, median_interval), MEMBERS("v", voltage_lsb),
-          MEMBERS("a", current_lsb))
-
-std::string checkReportText(const std::string& name, const Recording& recording,
-                            const CheckReport& report) {
-  std::string text = name + "\n" + overviewText(recording, report) +
+std::string checkReportText(const Recording& recording, const CheckReport& report) {
+  std::string text = recording.name + "\n" + overviewText(recording, report) +
                      eventsText(summaryOf(recording)) +
                      sourceText(detectControlMode(recording.series)) +
                      (report.findings.empty() ? "\n  findings: none\n" : "\n  findings\n");
@@ -167,15 +162,17 @@ std::string checkReportText(const std::string& name, const Recording& recording,
   return text;
 }
 
-nlohmann::json checkReportJson(const std::string& name, const Recording& recording,
-                               const CheckReport& report) {
+nlohmann::json checkReportJson(const Recording& recording, const CheckReport& of) {
   const Series& series = recording.series;
   std::optional<std::vector<double>> celsius;
   if (!series.temperature.empty()) celsius = extremesOf(series.temperature, kZeroCelsius);
   JsonFields visit;
-  describe(visit, report);
+  MEMBERS("", samples, findings, not_judged);
+  MEMBERS("s", from, to, median_interval);
+  MEMBERS("v", voltage_lsb);
+  MEMBERS("a", current_lsb);
   visit("schema", "battery_sof/check/1");
-  visit("recording", name);
+  visit("recording", recording.name);
   visit("offered", recording.offered);
   visit("largest_step_back", recording.largest_step_back, "s");
   visit("rejected", recording.rejected);

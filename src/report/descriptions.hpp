@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "diagnosis/diagnosis.hpp"
+#include "model/effect.hpp"
 #include "prediction/event_corrections.hpp"
 #include "prediction/questions.hpp"
-#include "wording.hpp"
 
 namespace battery_sof {
 

@@ -15,7 +15,6 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kSegmentsTold = 8;        // of the text's list; JSON has all
 constexpr std::size_t kReportedCandidates = 6;  // of the text's list
-constexpr double kNotableZ = 4.0;               // of an absorption: 1 in 16,000 by chance alone
 
 constexpr char kIndent[] = "             ";
 
@@ -146,14 +145,13 @@ std::string comparisonText(const Diagnosis& d) {
   std::string text = format("\n%-26s %10s %10s   %10s %10s\n", "", "training", "", "hold-out", "");
   text += format("%-26s %10s %10s   %10s %10s\n", "before and after", "base", "extended", "base",
                  "extended");
-  const auto cell = [](const std::optional<double>& value, double scale) {
-    return value ? format("%.1f", scale * *value) : "-";
+  const auto cell = [](const std::optional<double>& value) {
+    return value ? format("%.1f", *value) : "-";
   };
   for (const MetricRow& row : metricRows(d.fit))
-    text += format(
-        "%-26s %10s %10s   %10s %10s\n", ("  " + row.title + " [" + row.unit + "]").c_str(),
-        cell(row.base_train, row.scale).c_str(), cell(row.extended_train, row.scale).c_str(),
-        cell(row.base_holdout, row.scale).c_str(), cell(row.extended_holdout, row.scale).c_str());
+    text += format("%-26s %10s %10s   %10s %10s\n", ("  " + row.title).c_str(),
+                   cell(row.base_train).c_str(), cell(row.extended_train).c_str(),
+                   cell(row.base_holdout).c_str(), cell(row.extended_holdout).c_str());
   if (!crankCounts(d.fit).empty()) text += "  " + crankCounts(d.fit) + "\n";
   if (!baselineSentence(d).empty()) text += wrapped("  ", baselineSentence(d));
   for (const RegimeComparison& r : d.fit.regimes)

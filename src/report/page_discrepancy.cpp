@@ -210,8 +210,8 @@ std::string currentTable(const DiscrepancyFinding& discrepancy) {
   std::vector<std::vector<Cell>> rows;
   for (const DiscrepancyAtCurrent& at : discrepancy.curve)
     rows.push_back({{withMinusSigns(format("%g A", at.current))},
-                    numberCell(withMinusSigns(format("%+.1f", 1e3 * at.early))),
-                    numberCell(withMinusSigns(format("%+.1f", 1e3 * at.late)))});
+                    numberCell(format("%+.1f", 1e3 * at.early)),
+                    numberCell(format("%+.1f", 1e3 * at.late))});
   return rows.empty() ? "" : table({"current", "at once [mV]", "after a minute [mV]"}, rows);
 }
 

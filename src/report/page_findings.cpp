@@ -16,8 +16,6 @@ bool hasExtended(const Diagnosis& d) {
 }
 
 constexpr double kFullColorZ = 15.0;  // |z| from which the map's colour no longer deepens
-// |z| from which a cell is set in bold: 1 in 16,000 by chance alone
-constexpr double kNotableZ = 4.0;
 constexpr std::size_t kSegmentsListed = 60;
 constexpr std::size_t kCandidatesListed = 8;
 constexpr char kNone[] = "\xe2\x80\x93";
@@ -260,17 +258,13 @@ std::string baseParameterTable(const Diagnosis& d) {
 
 std::string metricTable(const Diagnosis& d) {
   const bool is_extended = hasExtended(d);
-  const auto number = [](const std::optional<double>& value, double scale) {
-    return value && std::isfinite(*value) ? format("%.1f", scale * *value) : kNone;
+  const auto cell = [](const std::optional<double>& value) {
+    return numberCell(value && std::isfinite(*value) ? format("%.1f", *value) : kNone);
   };
   std::vector<std::vector<Cell>> rows;
   for (const MetricRow& row : metricRows(d.fit)) {
-    const Cell title{escaped(row.title + " [" + row.unit + "]")};
-    const auto cell = [&](const std::optional<double>& value) {
-      return numberCell(number(value, row.scale));
-    };
-    const Cell after{element("strong", withMinusSigns(number(row.extended_holdout, row.scale))),
-                     kNumber};
+    const Cell title{escaped(row.title)};
+    const Cell after{element("strong", cell(row.extended_holdout).html), kNumber};
     if (is_extended)
       rows.push_back(
           {title, cell(row.base_holdout), after, cell(row.base_train), cell(row.extended_train)});

@@ -43,14 +43,6 @@ struct Line {
   Trace trace;
 };
 
-std::vector<Event> cranksIn(const Series& series) {
-  std::vector<Event> events = detectEvents(series);
-  events.erase(std::remove_if(events.begin(), events.end(),
-                              [](const Event& event) { return event.kind != EventKind::kCrank; }),
-               events.end());
-  return events;
-}
-
 /// Cranks with their edges at full rate, as many of the first ones as there is room for.
 std::vector<IndexRange> wholeRanges(const Series& series, const std::vector<Event>& cranks) {
   std::vector<IndexRange> ranges;
@@ -64,12 +56,19 @@ std::vector<IndexRange> wholeRanges(const Series& series, const std::vector<Even
   return ranges;
 }
 
+/// An axis from its lowest to its highest value.
+struct Scale {
+  double low = 0.0, high = 1.0;
+  double share(double value) const { return (value - low) / (high - low); }
+};
+
 /// What a plot draws: the recording, the models' voltages, and which samples of them.
 struct Drawing {
   Drawing(const Recording& recording, const Diagnosis& d)
       : series(recording.series),
         diagnosis(d),
-        cranks(cranksIn(series)),
+        cranks(detectCranks(series, {0, series.size()}, {}, gapThreshold(series))),
+        time{series.time.front(), series.time.back()},
         t0(clockOrigin(series)),
         current{"current", 2, [this](std::size_t n) { return series.current[n]; }},
         voltages{{"measured", 4, [this](std::size_t n) { return series.voltage[n]; }}} {
@@ -92,6 +91,7 @@ struct Drawing {
   const Series& series;
   const Diagnosis& diagnosis;
   std::vector<Event> cranks;
+  Scale time;                          ///< [s], of the drawings
   double t0;                           ///< [s], what the time axis counts from
   Line current;                        ///< [A]
   std::vector<Line> voltages, errors;  ///< [V]; [mV], measured minus model
@@ -164,11 +164,6 @@ std::string operatingModeKey(const Drawing& drawing) {
 // ---------------------------------------------------------------------------------------------
 // drawings without the library
 
-struct Scale {
-  double low = 0.0, high = 1.0;
-  double share(double value) const { return (value - low) / (high - low); }
-};
-
 Scale scaleOf(const Drawing& drawing, const std::vector<Line>& lines) {
   Scale scale{lines[0].trace(drawing.shown[0]), lines[0].trace(drawing.shown[0])};
   for (const Line& line : lines)
@@ -183,13 +178,11 @@ Scale scaleOf(const Drawing& drawing, const std::vector<Line>& lines) {
 /// Upright hatching where a source controls the voltage, with a solid foot, so that short stretches
 /// are seen.
 std::string operatingModeBands(const Drawing& drawing) {
-  const Series& series = drawing.series;
   const std::vector<ControlledTime>& stretches = drawing.diagnosis.source.times;
-  const Scale time{series.time.front(), series.time.back()};
   std::string lines, feet;
   for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k) {
-    const double left = 1000.0 * time.share(stretches[k].from),
-                 right = 1000.0 * time.share(stretches[k].to);
+    const double left = 1000.0 * drawing.time.share(stretches[k].from),
+                 right = 1000.0 * drawing.time.share(stretches[k].to);
     for (int n = static_cast<int>(std::ceil(left / kHatching)); kHatching * n < right; ++n)
       lines += format("M%.1f 0V240", kHatching * n);
     feet += format("M%.1f 240H%.1fV245H%.1fz", left, right, left);
@@ -202,12 +195,11 @@ std::string operatingModeBands(const Drawing& drawing) {
 
 std::string polyline(const Drawing& drawing, const Line& line, const Scale& value) {
   const Series& series = drawing.series;
-  const Scale time{series.time.front(), series.time.back()};
   const double gap = gapThreshold(series);
   std::string path;
   for (const std::size_t n : drawing.shown) {
     const bool is_start = path.empty() || series.time[n] - series.time[n - 1] > gap;
-    path += format("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * time.share(series.time[n]),
+    path += format("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * drawing.time.share(series.time[n]),
                    240.0 - 230.0 * value.share(line.trace(n)));
   }
   return element("path." + line.name, element("title", line.name), "d=\"" + path + "\"");
@@ -215,7 +207,6 @@ std::string polyline(const Drawing& drawing, const Line& line, const Scale& valu
 
 std::string drawingHtml(const Drawing& drawing, const std::string& title,
                         const std::vector<Line>& lines, const std::string& bands = "") {
-  const Series& series = drawing.series;
   const Scale value = scaleOf(drawing, lines);
   std::string paths = bands, key;
   for (const Line& line : lines) {
@@ -228,7 +219,7 @@ std::string drawingHtml(const Drawing& drawing, const std::string& title,
                   title + "\"");
   const std::string range =
       withMinusSigns(format(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
-                            series.time.front() - drawing.t0, series.time.back() - drawing.t0));
+                            drawing.time.low - drawing.t0, drawing.time.high - drawing.t0));
   return figure("figure.drawing", element("span", element("span.what", title) + range),
                 element("span.legend", key), svg);
 }

@@ -203,10 +203,9 @@ std::string resultText(const PredictionReport& report) {
   return text;
 }
 
-nlohmann::json resultJson(const CrankingAnswer& answer) { return jsonOf(answer); }
-nlohmann::json resultJson(const StopTimeAnswer& answer) { return jsonOf(answer); }
-nlohmann::json resultJson(const ChargeAcceptanceAnswer& answer) { return jsonOf(answer); }
-nlohmann::json resultJson(const MapResult& result) { return jsonOf(result); }
+std::string jsonText(const nlohmann::json& json, int indent) {
+  return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
 std::string resultText(const CrankingQuery& query, const CrankingAnswer& answer) {
   std::string text = query.load.empty()

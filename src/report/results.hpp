@@ -19,18 +19,19 @@ struct CombinedDiagnosis;
 struct Diagnosis;
 struct MapResult;
 
-// The JSON of the commands (docs/cli.md). Of a question it has the fields of the service's response;
-// absent numbers are JSON null, and so are infinite ones, which JSON does not have: the outcome of a
-// stop time says "always" then. A map that was not asked is left out.
+// The JSON of the commands (docs/cli.md). That of a question is jsonOf() of its answer
+// (descriptions.hpp), with the fields of the service's response; absent numbers are JSON null, and
+// so are infinite ones, which JSON does not have: the outcome of a stop time says "always" then. A
+// map that was not asked is left out.
 nlohmann::json resultJson(const FittedModel& model);
 nlohmann::json resultJson(const PredictionReport& report);
-nlohmann::json resultJson(const CrankingAnswer& answer);
-nlohmann::json resultJson(const StopTimeAnswer& answer);
-nlohmann::json resultJson(const ChargeAcceptanceAnswer& answer);
-nlohmann::json resultJson(const MapResult& result);
 nlohmann::json resultJson(const Diagnosis& diagnosis);
 nlohmann::json resultJson(const CombinedDiagnosis& combined,
                           const std::vector<Diagnosis>& recordings);
+
+/// @return JSON as text; what is not UTF-8 in it (names of files) is replaced. @param indent of a
+/// level; -1: all on one line.
+std::string jsonText(const nlohmann::json& json, int indent = -1);
 
 // The same for a reader.
 /// Table of parameters with errors, scores, and the sentence that says how it ended.
@@ -54,11 +55,9 @@ std::string useOfDiscrepancy(const Diagnosis& diagnosis);
  * it, who controls current and voltage, what was found and what that means, and what could not be
  * judged.
  *
- * @param name what the reader calls the recording.
  * @param report checkRecording's answer for recording.
  */
-std::string checkReportText(const std::string& name, const Recording& recording,
-                            const CheckReport& report);
+std::string checkReportText(const Recording& recording, const CheckReport& report);
 
 /**
  * @brief The same as JSON of schema battery_sof/check/1; an absent number is JSON null.
@@ -75,8 +74,7 @@ std::string checkReportText(const std::string& name, const Recording& recording,
  * - findings: a list of id, severity, what, meaning, value, unit, samples, at_s;
  * - not_judged: a list of sentences.
  */
-nlohmann::json checkReportJson(const std::string& name, const Recording& recording,
-                               const CheckReport& report);
+nlohmann::json checkReportJson(const Recording& recording, const CheckReport& report);
 
 /// @return every effect as one reads a catalogue: structure, physics, instruments, each by number.
 std::vector<EffectInfo> effectsByTier();

@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "diagnosis/diagnosis.hpp"
-#include "model/effect.hpp"
 
 /// Words and numbers that several reports share.
 namespace battery_sof {
 
 constexpr std::size_t kTextWidth = 100;  ///< columns of a text report
+constexpr double kNotableZ = 4.0;        ///< of a parameter's bias: 1 in 16,000 by chance alone
 
 /// Text in lines of at most kTextWidth columns, the first behind lead, the others indented as far.
 std::string wrapped(const std::string& lead, const std::string& text);
@@ -44,10 +44,9 @@ std::string likelyMechanismsText(const std::vector<MechanismProbability>& mechan
 /// @return a code name as words: "long_charge" reads "long charge".
 std::string plainName(std::string name);
 
-/// A number of ErrorMetrics with its words, for tables.
+/// A number of ErrorMetrics for tables, in the unit of its title: "RMS error [mV]".
 struct MetricRow {
-  std::string title, unit;
-  double scale;  ///< from the field's unit to `unit`
+  std::string title;
   std::optional<double> base_train, extended_train, base_holdout, extended_holdout;
 };
 

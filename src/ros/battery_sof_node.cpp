@@ -30,24 +30,20 @@ double secondsBetween(const ros::Time& from, const ros::Time& to) {
   return to.toSec() - from.toSec();
 }
 
-/// Calls a function once from a callback queue.
-class Errand : public ros::CallbackInterface {
- public:
-  explicit Errand(std::function<void()> work) : work_(std::move(work)) {}
-  CallResult call() override {
-    work_();
-    return Success;
-  }
-
- private:
-  std::function<void()> work_;
-};
-
-}  // namespace
-
+/// Calls a function once, on the thread of a queue.
 void callFrom(ros::CallbackQueue& queue, std::function<void()> work) {
+  struct Errand : ros::CallbackInterface {
+    explicit Errand(std::function<void()> of) : work(std::move(of)) {}
+    CallResult call() override {
+      work();
+      return Success;
+    }
+    std::function<void()> work;
+  };
   queue.addCallback(boost::make_shared<Errand>(std::move(work)));
 }
+
+}  // namespace
 
 BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
                                NodeOptions options)
@@ -63,7 +59,6 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
                      session_.extendWith(adoption.effects, from_driving, adoption.discrepancy);
                    });
                  }),
-      diagnostics_([this] { return snapshot(); }),
       identify_server_(
           actions_.handleOf(private_node_), "identify",
           [this](const IdentifyServer::GoalHandle& goal) { onIdentifyGoal(goal); },
@@ -330,7 +325,7 @@ void BatterySofNode::onSteadyTimer(const ros::SteadyTimerEvent&) {
     const ros::WallDuration since = ros::SteadyTime::now() - last_status_steady_;
     if (since.toSec() >= kStatusPeriod) demandStatus();
   });
-  guarded("the diagnostics", [this] { diagnostics_.publish(); });
+  guarded("the diagnostics", [this] { diagnostics_.publish(snapshot()); });
 }
 
 DiagnosticsSnapshot BatterySofNode::snapshot() {

@@ -8,7 +8,6 @@
 #include <functional>
 #include <mutex>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "prediction/online_session.hpp"
@@ -21,9 +20,6 @@
 #include "ros/state_file.hpp"
 
 namespace battery_sof {
-
-/// Calls a function once, on the thread of a queue.
-void callFrom(ros::CallbackQueue& queue, std::function<void()> work);
 
 /**
  * @brief actionlib's server, which no stamp can end.
@@ -149,7 +145,6 @@ class BatterySofNode {
   }
   void noteFault(const char* what, const char* why);
   ModelSnapshot live();
-  static WorkWatch patience();
   void publishDueStatus();
   DiagnosticsSnapshot snapshot();
 

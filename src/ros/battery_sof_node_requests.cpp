@@ -15,6 +15,16 @@ namespace {
 // of a map or a profile: who waits for one gives up about then
 constexpr std::chrono::seconds kLongestWork{10};
 
+/// Ends what has become too much, or stands in the way of a shutdown.
+WorkWatch patience() {
+  const auto end = std::chrono::steady_clock::now() + kLongestWork;
+  return [end](double) -> std::string {
+    if (ros::isShuttingDown()) return "the node shut down";
+    if (std::chrono::steady_clock::now() < end) return "";
+    return format("%d s were over; ask for less at a time", static_cast<int>(kLongestWork.count()));
+  };
+}
+
 }  // namespace
 
 // ----------------------------------------------------------------------------------------------------
@@ -23,16 +33,6 @@ constexpr std::chrono::seconds kLongestWork{10};
 ModelSnapshot BatterySofNode::live() {
   const std::lock_guard<std::mutex> lock(mutex_);
   return session_.live();
-}
-
-/// Ends what has become too much, or stands in the way of a shutdown.
-WorkWatch BatterySofNode::patience() {
-  const auto end = std::chrono::steady_clock::now() + kLongestWork;
-  return [end](double) -> std::string {
-    if (ros::isShuttingDown()) return "the node shut down";
-    if (std::chrono::steady_clock::now() < end) return "";
-    return format("%d s were over; ask for less at a time", static_cast<int>(kLongestWork.count()));
-  };
 }
 
 /// Advertises a service whose response is the answer that `ask` gives to a request. A question that

@@ -137,8 +137,7 @@ void reportDiagnosis(Status& status, const Snapshot& now, const Snapshot&) {
 
 }  // namespace
 
-NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
-    : take_snapshot_(std::move(take_snapshot)) {
+NodeDiagnostics::NodeDiagnostics() {
   updater_.setHardwareID("battery");
   const auto add = [this](const char* name, auto* report) {
     updater_.add(name, [this, report](Status& status) { report(status, now_, before_); });
@@ -151,8 +150,8 @@ NodeDiagnostics::NodeDiagnostics(TakeSnapshot take_snapshot)
   add("diagnosis", reportDiagnosis);
 }
 
-void NodeDiagnostics::publish() {
-  now_ = take_snapshot_();
+void NodeDiagnostics::publish(DiagnosticsSnapshot snapshot) {
+  now_ = std::move(snapshot);
   updater_.force_update();
   before_ = now_;
 }

@@ -2,7 +2,6 @@
 
 #include <diagnostic_updater/diagnostic_updater.h>
 
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -34,15 +33,10 @@ struct DiagnosticsSnapshot : NodeRecord {
 /// times and diagnosis on /diagnostics.
 class NodeDiagnostics {
  public:
-  using TakeSnapshot = std::function<DiagnosticsSnapshot()>;
-
-  explicit NodeDiagnostics(TakeSnapshot take_snapshot);
-
-  /// Takes a snapshot and publishes.
-  void publish();
+  NodeDiagnostics();
+  void publish(DiagnosticsSnapshot snapshot);
 
  private:
-  TakeSnapshot take_snapshot_;
   diagnostic_updater::Updater updater_;
   DiagnosticsSnapshot before_, now_;
 };

@@ -1,13 +1,16 @@
 #pragma once
 
+#include <algorithm>
 #include <boost/circular_buffer.hpp>
 #include <cmath>
 #include <cstddef>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "prediction/online_session.hpp"
+#include "recording/channel_statistics.hpp"
 
 namespace battery_sof {
 
@@ -69,10 +72,31 @@ class ResponseClock {
  public:
   static constexpr std::size_t kKept = 12000;  ///< a minute of 200 queries a second
 
-  void addQuery(double milliseconds);
-  void addSample(double milliseconds);
+  void addQuery(double milliseconds) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    queries_.add(milliseconds);
+  }
+  void addSample(double milliseconds) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    samples_.add(milliseconds);
+    sample_longest_ = std::max(sample_longest_, milliseconds);
+  }
   /// The report, from which the next one's sample_longest_ms begins again.
-  ResponseTimes report();
+  ResponseTimes report() {
+    Ring queries, samples;
+    ResponseTimes times;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      queries = queries_;
+      samples = samples_;
+      times.sample_longest_ms = std::exchange(sample_longest_, 0.0);
+    }
+    times.queries = queries.count;
+    times.query_p99_ms = quantile(queries.kept(), 0.99);
+    times.query_longest_ms = quantile(queries.kept(), 1.0);
+    times.sample_p99_ms = quantile(samples.kept(), 0.99);
+    return times;
+  }
 
  private:
   /// The last kKept durations.

@@ -26,7 +26,7 @@ StopTimeAnswer answered(StopTimeOutcome outcome, const Interval& t_stop) {
 }
 
 TEST(StopTimeJson, HoldsTheServicesFields) {
-  const auto json = resultJson(answered(StopTimeOutcome::kFinite, {30.0, 20.0, kEver}));
+  const auto json = jsonOf(answered(StopTimeOutcome::kFinite, {30.0, 20.0, kEver}));
   EXPECT_EQ(json["t_stop"], 30.0);
   EXPECT_EQ(json["lower"], 20.0);
   EXPECT_TRUE(json["upper"].is_null());
@@ -38,7 +38,7 @@ TEST(StopTimeJson, HoldsTheServicesFields) {
 }
 
 TEST(StopTimeJson, InfiniteIsNullWithTheOutcomeAlwaysAndTheDocumentParses) {
-  const auto json = resultJson(answered(StopTimeOutcome::kAlways, {kEver, 50.0, kEver}));
+  const auto json = jsonOf(answered(StopTimeOutcome::kAlways, {kEver, 50.0, kEver}));
   EXPECT_TRUE(json["t_stop"].is_null());
   EXPECT_EQ(json["outcome"], "always");
   EXPECT_EQ(nlohmann::json::parse(json.dump()), json);
@@ -47,7 +47,7 @@ TEST(StopTimeJson, InfiniteIsNullWithTheOutcomeAlwaysAndTheDocumentParses) {
 TEST(StopTimeJson, WithoutAnAnswerEverythingButTheVerdictIsNull) {
   StopTimeAnswer none;
   none.code = AnswerCode::kNoModel;
-  const auto json = resultJson(none);
+  const auto json = jsonOf(none);
   for (const char* field : {"t_stop", "lower", "upper", "outcome", "monotone"})
     EXPECT_TRUE(json[field].is_null()) << field;
   EXPECT_EQ(json["code"], 2);
@@ -56,10 +56,10 @@ TEST(StopTimeJson, WithoutAnAnswerEverythingButTheVerdictIsNull) {
 TEST(ChargeAcceptanceJson, HoldsTheServicesFieldsAndNullForAbsentNumbers) {
   ChargeAcceptanceAnswer answer;
   answer.i_boost = Interval{50.0, 40.0, 60.0};
-  EXPECT_EQ(resultJson(answer)["i_boost"], 50.0);
-  EXPECT_EQ(resultJson(answer)["upper"], 60.0);
-  EXPECT_TRUE(resultJson(ChargeAcceptanceAnswer{})["i_boost"].is_null());
-  EXPECT_EQ(resultJson(ChargeAcceptanceAnswer{})["valid"], false);
+  EXPECT_EQ(jsonOf(answer)["i_boost"], 50.0);
+  EXPECT_EQ(jsonOf(answer)["upper"], 60.0);
+  EXPECT_TRUE(jsonOf(ChargeAcceptanceAnswer{})["i_boost"].is_null());
+  EXPECT_EQ(jsonOf(ChargeAcceptanceAnswer{})["valid"], false);
 }
 
 MapResult bothMaps() {
@@ -72,7 +72,7 @@ MapResult bothMaps() {
 }
 
 TEST(MapJson, HoldsListsAndAnswersRowByRow) {
-  const auto json = resultJson(bothMaps());
+  const auto json = jsonOf(bothMaps());
   EXPECT_EQ(json["schema"], "battery_sof/map/1");
   EXPECT_EQ(json["t_stop"], (std::vector<double>{0.0, 3600.0}));
   for (const char* field : {"u_min", "u_min_lower", "u_min_upper", "u_min_code", "capable"})
@@ -87,7 +87,7 @@ TEST(MapJson, HoldsListsAndAnswersRowByRow) {
 TEST(MapJson, LeavesOutTheMapThatWasNotAsked) {
   MapResult result = bothMaps();
   result.cranking.reset();
-  const auto json = resultJson(result);
+  const auto json = jsonOf(result);
   EXPECT_FALSE(json.contains("u_min") || json.contains("i_load"));
   EXPECT_EQ(json["code"], 0);
 }

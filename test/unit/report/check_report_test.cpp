@@ -13,6 +13,7 @@ namespace {
 
 Recording turnedRoundDrive() {
   Recording recording = test::toRecording(test::cleanDrive());
+  recording.name = "drive.csv";
   for (double& current : recording.series.current) current = -current;
   recording.rejected.missing_value = 2;
   recording.offered += 2;
@@ -24,7 +25,7 @@ Recording turnedRoundDrive() {
 TEST(CheckReportJson, HoldsWhatTheReportHolds) {
   const Recording recording = turnedRoundDrive();
   const CheckReport report = checkRecording(recording);
-  const nlohmann::json json = checkReportJson("drive.csv", recording, report);
+  const nlohmann::json json = checkReportJson(recording, report);
   EXPECT_EQ(json.at("schema"), "battery_sof/check/1");
   EXPECT_EQ(json.at("recording"), "drive.csv");
   EXPECT_EQ(json.at("samples"), report.samples);
@@ -40,7 +41,7 @@ TEST(CheckReportJson, HoldsWhatTheReportHolds) {
 
 TEST(CheckReportJson, SaysWhoImposesWhat) {
   const Recording recording = test::toRecording(test::cleanDrive());
-  const auto source = checkReportJson("x", recording, checkRecording(recording)).at("source");
+  const auto source = checkReportJson(recording, checkRecording(recording)).at("source");
   EXPECT_EQ(source.at("seen"), true);
   EXPECT_GE(source.at("share"), 0.0);
   EXPECT_LT(source.at("min_current_a"), 0.0);
@@ -61,14 +62,14 @@ TEST(CheckReportJson, ARecordingWithoutChargesHasNoSource) {
     recording.series.voltage.push_back(k % 20 < 5 ? 12.3 : 12.4);
   }
   recording.offered = recording.series.size();
-  const auto source = checkReportJson("x", recording, checkRecording(recording)).at("source");
+  const auto source = checkReportJson(recording, checkRecording(recording)).at("source");
   EXPECT_EQ(source.at("seen"), false);
   EXPECT_TRUE(source.at("min_current_a").is_null());
 }
 
 TEST(CheckReportJson, FindingHasAllItsFields) {
   const Recording recording = turnedRoundDrive();
-  const auto json = checkReportJson("drive.csv", recording, checkRecording(recording));
+  const auto json = checkReportJson(recording, checkRecording(recording));
   const auto& finding = json.at("findings").at(0);
   EXPECT_EQ(finding.at("id"), "sign");
   EXPECT_EQ(finding.at("severity"), "problem");
@@ -80,7 +81,7 @@ TEST(CheckReportJson, FindingHasAllItsFields) {
 
 TEST(CheckReportJson, CountsTheEvents) {
   const Recording recording = test::toRecording(test::cleanDrive());
-  const auto events = checkReportJson("x", recording, checkRecording(recording)).at("events");
+  const auto events = checkReportJson(recording, checkRecording(recording)).at("events");
   EXPECT_GE(events.at("crank").at("count"), 3);
   EXPECT_GT(events.at("charge").at("duration_s"), 60.0);
   EXPECT_GT(events.at("charge_in_ah"), 0.0);
@@ -94,7 +95,7 @@ TEST(CheckReportJson, AbsentNumbersAreNull) {
   recording.series.time = {0.0, 1.0};
   recording.series.current = {-5.0, -5.0};
   recording.series.voltage = {12.5, 12.5};
-  const auto json = checkReportJson("x", recording, checkRecording(recording));
+  const auto json = checkReportJson(recording, checkRecording(recording));
   EXPECT_TRUE(json.at("current_lsb_a").is_null());
   EXPECT_TRUE(json.at("temperature_range_c").is_null());
   EXPECT_TRUE(json.at("events").at("charge_voltage_range_v").is_null());
@@ -103,7 +104,7 @@ TEST(CheckReportJson, AbsentNumbersAreNull) {
 TEST(CheckReportText, SaysWhatIsInTheRecordingWhatWasFoundAndWhatItMeans) {
   const Recording recording = turnedRoundDrive();
   const CheckReport report = checkRecording(recording);
-  const std::string text = checkReportText("drive.csv", recording, report);
+  const std::string text = checkReportText(recording, report);
   for (const std::string& part :
        {std::string("drive.csv\n"), std::string("(100 Hz)"), std::string("2 missing value"),
         std::string("25 degC to 27 degC"), std::string("charge"), std::string(" Ah in, "),
@@ -115,13 +116,13 @@ TEST(CheckReportText, SaysWhatIsInTheRecordingWhatWasFoundAndWhatItMeans) {
 
 TEST(CheckReportText, HasNoLineOfMoreThanAHundredColumns) {
   const Recording recording = turnedRoundDrive();
-  std::istringstream lines(checkReportText("drive.csv", recording, checkRecording(recording)));
+  std::istringstream lines(checkReportText(recording, checkRecording(recording)));
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100U) << line;
 }
 
 TEST(CheckReportText, SaysThatNothingWasFound) {
   const Recording recording = test::toRecording(test::cleanDrive());
-  const std::string text = checkReportText("x", recording, checkRecording(recording));
+  const std::string text = checkReportText(recording, checkRecording(recording));
   EXPECT_NE(text.find("findings: none"), std::string::npos) << text;
 }
 
@@ -129,7 +130,7 @@ TEST(CheckReportText, ListsWhatCouldNotBeJudged) {
   Series series = test::cleanDrive();
   series = slice(series, indexRange(series, 130.0, 600.0));
   const Recording recording = test::toRecording(series);
-  const std::string text = checkReportText("x", recording, checkRecording(recording));
+  const std::string text = checkReportText(recording, checkRecording(recording));
   EXPECT_NE(text.find("not judged\n    offset: no rest"), std::string::npos) << text;
 }
 

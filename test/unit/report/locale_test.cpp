@@ -8,6 +8,7 @@
 
 #include "battery_sof/csv.hpp"
 #include "prediction/questions.hpp"
+#include "report/descriptions.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
 #include "support/comma_locale.hpp"
@@ -44,7 +45,7 @@ class Locale : public ::testing::Test {
     query.t_stop = 60.25;
     query.i_cranking = -400.5;
     const CrankingAnswer answer = predictCranking(model_, query);
-    return resultText(query, answer) + resultJson(answer).dump() + resultText(model_);
+    return resultText(query, answer) + jsonOf(answer).dump() + resultText(model_);
   }
 
   /// @param surroundings is made and set back around what is to come out as without.

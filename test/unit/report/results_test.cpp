@@ -1,4 +1,5 @@
 #include "report/results.hpp"
+#include "report/descriptions.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -56,7 +57,7 @@ TEST(CrankingJson, HoldsTheServicesFieldsAndNullForAbsentNumbers) {
   CrankingAnswer answer;
   answer.code = AnswerCode::kInvalidQuery;
   answer.message = "t_stop is -1";
-  const auto json = resultJson(answer);
+  const auto json = jsonOf(answer);
   EXPECT_TRUE(json["u_min"].is_null());
   EXPECT_TRUE(json["capable"].is_null());
   EXPECT_EQ(json["valid"], false);
