@@ -17,7 +17,7 @@ import numpy as np
 
 from . import recordings
 from .files import write_json
-from .rates import pooled, rms
+from .rates import pooled
 from .sof import program, rows_of, run
 from .tables import table
 
@@ -96,35 +96,6 @@ def played(binary, paths, parked):
     return [[row for row in rows if row["trip"] == os.path.basename(path)] for path in paths]
 
 
-# What parking changes in the long run (src/state/posterior.cpp): of a value, of u_dc [V]; and how soon [s].
-PARKED, PARKED_U_DC_V, PARKED_TIME = 0.05, 0.08, 86400.0
-
-
-def change(name, first, second):
-    """(change of a parameter from trip to trip, standard error of the two fits): of the value, of u_dc [V]."""
-    (a, std_a), (b, std_b) = ((row["measured"], row["expected"]) for row in (first, second))
-    scale = 1.0 if name == "u_dc" else 0.5 * (a + b)
-    return (b - a) / scale, np.hypot(std_a, std_b) / scale
-
-
-def changes(pairs, parked):
-    """Rows of a table: each base parameter's change between the fits of two trips, by car, and what parking allows."""
-    names, seen = ("r_discharge", "r_charge", "c2", "beta", "u_dc"), {}
-    for pair, (first, second) in pairs:
-        rows = [{row["kind"]: row for row in trip if row["kind"] in names and row["basis"] == "this_trip"} for trip in (first, second)]
-        for name in set(rows[0]) & set(rows[1]):
-            seen.setdefault(name, {}).setdefault("small_car" if pair == "small_car" else "start-stop car", []).append(change(name, rows[0][name], rows[1][name]))
-    allowed = np.sqrt(1.0 - np.exp(-parked / PARKED_TIME))
-    spread = lambda some: np.sqrt(max(0.0, np.mean([d**2 - s**2 for d, s in some])))  # beyond the fits' own errors
-    out = []
-    for name in (one for one in names if one in seen):
-        shown = (lambda x: f"{1e3 * x:.0f} mV") if name == "u_dc" else (lambda x: f"{100.0 * x:.0f} %")
-        cells_of = [f"{len(seen[name][car])}: {shown(rms([d for d, _ in seen[name][car]]))}, {shown(spread(seen[name][car]))}" if car in seen[name] else "-"
-                    for car in ("start-stop car", "small_car")]
-        out.append([name, *cells_of, shown(allowed * (PARKED_U_DC_V if name == "u_dc" else PARKED))])
-    return out
-
-
 def of_kind(rows, kind):
     return [row for row in rows if row["kind"] == kind]
 
@@ -198,9 +169,6 @@ def main(given=None):
             print("\n".join(table(HEAD, [cells(age, one) for age, one in shown.items()])) + "\n")
         if a.simulated and which == "state_file":
             print_cases(pairs)
-    if not a.simulated:
-        print("parameters, from the last fit of a trip to the last of the next: pairs, RMS of the change, the same beyond the fits' own errors\n")
-        print("\n".join(table(("parameter", "start-stop car", "small_car", f"parking of {a.parked:.0f} s allows"), changes(pairs, a.parked))))
     write_json(a.json, results)
 
 

@@ -93,7 +93,7 @@ class Generator:
         """
         run([self.program(), "--kind", LAW_KIND_OF.get(case["kind"], case["kind"]), "--out", recording, "--label", label]
             + ["--independent-drive"] * (independent_drive or case.get("independent_drive", False))
-            + options(case, ("mechanism", "form", "id", "seed", "drive-seed", "rate", "duration")))
+            + options(case, ("mechanism", "form", "id", "seed", "rate", "duration")))
 
     def inject(self, recording, out, case, strength, resistances):
         """Writes a recording with a law in it. case: mechanism, form, seed. resistances: while discharging and charging [Ohm]."""
