@@ -446,7 +446,7 @@ class RealRun(unittest.TestCase):
         t = np.arange(0.0, 3600.0)
         i, u = np.full(len(t), -10.0), np.full(len(t), 12.0)
         bench.unchanged, bench.shown = {"small_car": dict(told(), promised={"ocv_soc": 0.05})}, []
-        bench.loaded = ("small_car", laws.Beside(t, i, u))
+        bench.recording = lambda _: laws.Beside(t, i, u)
         bench.told = lambda *shown: bench.shown.append(shown) or told("open_circuit")
         self.assertEqual(bench.case(slope)["drawn"], {"form": "ocv_soc", "strength": 0.05})
         self.assertAlmostEqual(bench.shown[0][2][-1], 12.0 - 0.05 * 10.0 * 3599.0 / 3600.0)

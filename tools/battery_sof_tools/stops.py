@@ -31,15 +31,6 @@ def rows_of(binary, name, data):
         return sof.rows_of([binary, path, "--capacity", str(STOPS[name])])
 
 
-def fitted(rows):
-    """Stops that a window of this trip was fitted before."""
-    return [row for row in rows if row["kind"] == "stop" and row["basis"] == "this_trip"]
-
-
-def modelled_rms(stops):
-    return rms([row["measured"] - row["modelled"] for row in stops])
-
-
 def intervals(rows):
     """Count, RMS error, share inside and above the lower bound [%], median width."""
     one = pooled(rows)
@@ -48,10 +39,10 @@ def intervals(rows):
 
 def figures(rows):
     kind = lambda name: [row for row in rows if row["kind"] == name]
-    stops = fitted(rows)
+    stops = [row for row in kind("stop") if row["basis"] == "this_trip"]  # a window of this trip was fitted before them
     longest = [row for row in kind("longest") if row["look_s"] >= 10.0]
     valid = [row for row in longest if row["valid"]]
-    return {"before": intervals(stops), "modelled_rms": modelled_rms(stops),
+    return {"before": intervals(stops), "modelled_rms": rms([row["measured"] - row["modelled"] for row in stops]),
             "profile_before": intervals([row for row in kind("voltage") if row["look_s"] < 10.0]),
             "during": intervals([row for row in kind("voltage") if row["look_s"] >= 10.0]),
             "crank_before": intervals([row for row in kind("crank") if row["look_s"] < 10.0]),

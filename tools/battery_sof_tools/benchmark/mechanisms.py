@@ -37,9 +37,9 @@ JUDGED = ["", "cases", "right", "0.7 and more", "0.9 and more", "set of 0.9 has 
 
 
 def with_drive(added, seed, longest):
-    """A case with the seed, length [s] and rate [Hz] of its drive."""
+    """A case with the seed, length [s] and rate [Hz] of its drive, which is independent of what is added."""
     dice = random.Random(seed)
-    return dict(added, seed=seed, duration=round(SHORTEST_S * (longest / SHORTEST_S) ** dice.random()), rate=dice.choice([1, 10, 10, 100]))
+    return dict(added, seed=seed, independent_drive=True, duration=round(SHORTEST_S * (longest / SHORTEST_S) ** dice.random()), rate=dice.choice([1, 10, 10, 100]))
 
 
 def plan(listed, seed):
@@ -189,6 +189,5 @@ def arguments(given):
 def main(given=None):
     a = arguments(given)
     generator = Generator(a.build)
-    cases = plan(generator.listed(), a.seed)
-    gather(a, draw_missing(functools.partial(generator.draw_labelled, independent_drive=True), a.out, a.jobs, cases))
+    gather(a, draw_missing(generator, a.out, a.jobs, plan(generator.listed(), a.seed)))
     train(a, catalogue(program(a.build, "sof")))
