@@ -92,9 +92,8 @@ def draw_missing(generator, out, jobs, cases):
 def draw_cases(a):
     """Draws what is not drawn yet. Returns the cases that have a recording."""
     generator = Generator(a.build)
-    given = {key: value for key, value in (("rate", a.rate), ("duration", a.duration)) if value is not None}
-    if a.independent_drive:
-        given["independent_drive"] = True
+    asked_for = {"rate": a.rate, "duration": a.duration, "independent_drive": a.independent_drive or None}
+    given = {key: value for key, value in asked_for.items() if value is not None}
     cases = plan(wanted_of(a.kinds), a.seed, generator.laws(), **given)
     return draw_missing(generator, a.out, a.jobs, cases)
 
