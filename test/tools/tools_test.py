@@ -1,5 +1,6 @@
 """What the scripts share: intervals, files, the catalogue as `sof` prints it, recordings, laws beside them, and how answers are counted."""
 
+import contextlib
 import io
 import itertools
 import os
@@ -64,21 +65,21 @@ class Terminal(io.StringIO):
 
 class Progress(unittest.TestCase):
     def test_a_terminal_sees_how_far_it_is_and_the_time_left(self):
-        shown = Terminal()
-        self.assertEqual(list(progress.followed(range(4), "case", stream=shown)), [0, 1, 2, 3])
+        with contextlib.redirect_stderr(Terminal()) as shown:
+            self.assertEqual(list(progress.followed(range(4), "case")), [0, 1, 2, 3])
         self.assertIn("case", shown.getvalue())
         self.assertRegex(shown.getvalue(), r"4/4 \[\d\d:\d\d<\d\d:\d\d")  # passed<left
 
     def test_a_log_sees_a_line_now_and_then(self):
-        log = io.StringIO()
-        self.assertEqual(len(list(progress.followed(iter(range(12)), "case", 12, log))), 12)
+        with contextlib.redirect_stderr(io.StringIO()) as log:
+            self.assertEqual(len(list(progress.followed(iter(range(12)), "case", 12))), 12)
         self.assertEqual(log.getvalue(), "case 10 of 12\ncase 12 of 12\n")
 
     def test_without_tqdm_a_terminal_sees_every_item(self):
         bar, progress.tqdm = progress.tqdm, None
         try:
-            shown = Terminal()
-            list(progress.followed("ab", "case", stream=shown))
+            with contextlib.redirect_stderr(Terminal()) as shown:
+                list(progress.followed("ab", "case"))
             self.assertEqual(shown.getvalue(), "case 1 of 2\ncase 2 of 2\n")
         finally:
             progress.tqdm = bar
@@ -446,7 +447,7 @@ class RealRun(unittest.TestCase):
         t = np.arange(0.0, 3600.0)
         i, u = np.full(len(t), -10.0), np.full(len(t), 12.0)
         bench.unchanged, bench.shown = {"small_car": dict(told(), promised={"ocv_soc": 0.05})}, []
-        bench.loaded = ("small_car", laws.Beside(t, i, u))
+        bench.recording = lambda _: laws.Beside(t, i, u)
         bench.told = lambda *shown: bench.shown.append(shown) or told("open_circuit")
         self.assertEqual(bench.case(slope)["drawn"], {"form": "ocv_soc", "strength": 0.05})
         self.assertAlmostEqual(bench.shown[0][2][-1], 12.0 - 0.05 * 10.0 * 3599.0 / 3600.0)

@@ -29,8 +29,7 @@ MICRO = ("--benchmark_format=json", "--benchmark_repetitions=9", "--benchmark_mi
 
 
 def program(build, name, *arguments):
-    command = [os.path.join(build, "bench", name), *map(str, arguments)]
-    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return subprocess.check_output([os.path.join(build, "bench", name), *map(str, arguments)], text=True)
 
 
 def written(build, name, rounds):

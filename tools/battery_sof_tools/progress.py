@@ -10,14 +10,14 @@ except ImportError:  # python3-tqdm is not installed
 EVERY = 10  # of the items, where there is no bar
 
 
-def followed(items, what, total=None, stream=None):
+def followed(items, what, total=None):
     """The items, with progress. `total` where they have no length."""
-    stream = stream or sys.stderr
     total = len(items) if total is None else total
-    if stream.isatty() and tqdm:
-        yield from tqdm(items, desc=what, total=total, file=stream, dynamic_ncols=True)
+    has_terminal = sys.stderr.isatty()
+    if has_terminal and tqdm:
+        yield from tqdm(items, desc=what, total=total, dynamic_ncols=True)
         return
     for k, item in enumerate(items, 1):
         yield item
-        if stream.isatty() or k % EVERY == 0 or k == total:
-            print(f"{what} {k} of {total}", file=stream, flush=True)
+        if has_terminal or k % EVERY == 0 or k == total:
+            print(f"{what} {k} of {total}", file=sys.stderr, flush=True)

@@ -1,7 +1,6 @@
 """Rates with their intervals, means of ratios, and predictions with theirs."""
 
 import functools
-import math
 import statistics
 
 import numpy as np
@@ -26,7 +25,7 @@ def rate(k, n, of=interval):
 
 def geometric_mean(values):
     """None without a value; what is below 1e-12 counts as that."""
-    return math.exp(statistics.fmean(math.log(max(one, 1e-12)) for one in values)) if values else None
+    return statistics.geometric_mean(max(one, 1e-12) for one in values) if values else None
 
 
 def spread(ratios):

@@ -31,15 +31,6 @@ def rows_of(binary, name, data):
         return sof.rows_of([binary, path, "--capacity", str(STOPS[name])])
 
 
-def fitted(rows):
-    """Stops that a window of this trip was fitted before."""
-    return [row for row in rows if row["kind"] == "stop" and row["basis"] == "this_trip"]
-
-
-def modelled_rms(stops):
-    return rms([row["measured"] - row["modelled"] for row in stops])
-
-
 def intervals(rows):
     """Count, RMS error, share inside and above the lower bound [%], median width."""
     one = pooled(rows)
@@ -48,44 +39,15 @@ def intervals(rows):
 
 def figures(rows):
     kind = lambda name: [row for row in rows if row["kind"] == name]
-    stops = fitted(rows)
+    stops = [row for row in kind("stop") if row["basis"] == "this_trip"]  # a window of this trip was fitted before them
     longest = [row for row in kind("longest") if row["look_s"] >= 10.0]
     valid = [row for row in longest if row["valid"]]
-    return {"before": intervals(stops), "modelled_rms": modelled_rms(stops),
+    return {"before": intervals(stops), "modelled_rms": rms([row["measured"] - row["modelled"] for row in stops]),
             "profile_before": intervals([row for row in kind("voltage") if row["look_s"] < 10.0]),
             "during": intervals([row for row in kind("voltage") if row["look_s"] >= 10.0]),
             "crank_before": intervals([row for row in kind("crank") if row["look_s"] < 10.0]),
             "asked": len(longest), "answered_percent": 100.0 * len(valid) / len(longest) if longest else None,
             "longest_s": float(np.median([row["expected"] for row in valid])) if valid else None}
-
-
-def walk_rms(drives, walk, noise):
-    """RMS error [V] of stops whose level is followed by a random walk [V a stop] seen with noise [V]; it does not begin again with each fit, as the session's does."""
-    errors = []
-    for rows in drives:
-        level, variance = 0.0, 0.15**2
-        for row in fitted(rows):
-            error = row["measured"] - row["modelled"]
-            errors.append(error - level)
-            if row["ahead_s"] <= 10.0:
-                gain = variance / (variance + noise**2)
-                level += gain * (error - level)
-                variance = (1.0 - gain) * variance + walk**2
-    return rms(errors)
-
-
-def leave_one_out(rows):
-    """Constants of the level: each car's RMS error [mV] with those that are best on the other, and with half, once and double those in use."""
-    cars = {"start-stop car": [some for name, some in rows.items() if name.startswith("drive")], "small_car": [rows["small_car"]]}
-    grid = [(walk, noise) for walk in (0.01, 0.02, 0.04, 0.08, 0.16) for noise in (0.02, 0.04, 0.08, 0.16)]
-    out = []
-    for car, drives in cars.items():
-        others = [drive for name, some in cars.items() if name != car for drive in some]
-        best = min(grid, key=lambda one: walk_rms(others, *one))
-        alone = modelled_rms([stop for drive in drives for stop in fitted(drive)])
-        followed = [walk_rms(drives, *one) for one in (best, (0.02, 0.04), (0.04, 0.08), (0.08, 0.16))]
-        out.append([car, f"{1e3 * best[0]:.0f}, {1e3 * best[1]:.0f}", *(f"{1e3 * one:.0f}" for one in (alone, *followed))])
-    return out
 
 
 HEAD = ("recording", "before: stops, model alone, corrected [mV], inside", "any basis: RMS [mV], inside", "during: RMS [mV], inside, lower bounds hold",
@@ -111,5 +73,4 @@ def main(given=None):
     results = {name: figures(some) for name, some in rows.items()}
     results["all"] = figures([row for some in rows.values() for row in some])
     print("\n".join(table(HEAD, [cells(name, one) for name, one in results.items()])))
-    print("\n" + "\n".join(table(("car", "best on the other: walk, noise [mV]", "model alone [mV]", "with those", "half", "in use", "double"), leave_one_out(rows))))
     write_json(a.json, results)

@@ -1,14 +1,11 @@
 """Rows in groups, and Markdown tables."""
 
-import collections
+import itertools
 
 
 def grouped(rows, key):
     """{key(row): rows} in the keys' order."""
-    groups = collections.defaultdict(list)
-    for one in rows:
-        groups[key(one)].append(one)
-    return dict(sorted(groups.items()))
+    return {name: list(some) for name, some in itertools.groupby(sorted(rows, key=key), key)}
 
 
 def table(head, rows):

@@ -86,14 +86,11 @@ class Generator:
                 forms[mechanism].append(form)
         return dict(forms)
 
-    def draw_labelled(self, case, recording, label, independent_drive=False):
-        """Draws a case and writes its label. case: kind and form in the benchmarks' words, or kind and id in those of `draw_scenario`.
-
-        independent_drive: of what is added; also where the case says so.
-        """
+    def draw_labelled(self, case, recording, label):
+        """Draws a case and writes its label. case: kind and form in the benchmarks' words, or kind and id in those of `draw_scenario`."""
         run([self.program(), "--kind", LAW_KIND_OF.get(case["kind"], case["kind"]), "--out", recording, "--label", label]
-            + ["--independent-drive"] * (independent_drive or case.get("independent_drive", False))
-            + options(case, ("mechanism", "form", "id", "seed", "drive-seed", "rate", "duration")))
+            + ["--independent-drive"] * case.get("independent_drive", False)
+            + options(case, ("mechanism", "form", "id", "seed", "rate", "duration")))
 
     def inject(self, recording, out, case, strength, resistances):
         """Writes a recording with a law in it. case: mechanism, form, seed. resistances: while discharging and charging [Ohm]."""

@@ -12,9 +12,9 @@ import numpy as np
 
 from .. import recordings
 from ..sof import Failure
+from .ridge import TRAINING
 
 MEMORIES_S = (3.0, 30.0, 100.0)  # of the linear stand-in for the double layer
-TRAINING = 0.75                  # share of the samples that `sof diagnose` learns from
 PROMISED = 2.0                   # times the error that a diagnosis calls too small to tell
 LEAST_HELD = 0.4                 # of the size before the split, that is wanted behind it
 # Strengths: 0.03 to 4 is what draw_scenario takes of a law (docs/validation.md). Heavier drives and larger limits ask for more of what adds to the
@@ -142,13 +142,10 @@ def instant_of_throughput(t, i, share):
 
 def shifted(t, u, delay):
     """Voltage that comes late by delay [s]: u(t - delay), linear between samples, as measured where a gap or the clock forbids it."""
-    out, start = u.copy(), 0
-    known = steps(t)[1] & (np.diff(t, prepend=t[0] - 1.0) > 0.0)
-    ends = [k for k in range(1, len(t)) if not known[k]] + [len(t)]
-    for end in ends:
-        if end - start > 2:
-            out[start:end] = np.interp(t[start:end] - delay, t[start:end], u[start:end])
-        start = end
+    out, known = u.copy(), steps(t)[1][1:] & (np.diff(t) > 0.0)
+    for part in np.split(np.arange(len(t)), np.flatnonzero(~known) + 1):
+        if len(part) > 2:
+            out[part] = np.interp(t[part] - delay, t[part], u[part])
     return out
 
 

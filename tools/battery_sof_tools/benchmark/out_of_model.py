@@ -66,25 +66,24 @@ def wanted_of(text):
     return wanted
 
 
-def drawn(draw, out, case):
+def drawn(generator, out, case):
     """Draws a case; what went wrong, or None."""
     try:
-        draw(case, path(out, RECORDINGS, case["name"], "csv"), path(out, LABELS, case["name"], "json"))
+        generator.draw_labelled(case, path(out, RECORDINGS, case["name"], "csv"), path(out, LABELS, case["name"], "json"))
     except Failure as failure:
         return f"{case['name']}: {failure}"
     return None
 
 
-def draw_missing(draw, out, jobs, cases):
-    """Draws the cases of a folder that are not drawn yet; other cases than the folder's are refused. Returns those that have a recording.
-    draw: a method of Generator, of a case, its recording and its label."""
+def draw_missing(generator, out, jobs, cases):
+    """Draws the cases of a folder that are not drawn yet; other cases than the folder's are refused. Returns those that have a recording."""
     for folder in (RECORDINGS, LABELS):
         os.makedirs(os.path.join(out, folder), exist_ok=True)
     require_same(os.path.join(out, "plan.json"), {"cases": cases}, "other cases")
 
     def is_there(case):
         return os.path.exists(path(out, RECORDINGS, case["name"], "csv")) and os.path.exists(path(out, LABELS, case["name"], "json"))
-    for one in finished(jobs, drawn, [(draw, out, case) for case in cases if not is_there(case)], "drawn"):
+    for one in finished(jobs, drawn, [(generator, out, case) for case in cases if not is_there(case)], "drawn"):
         if one:
             print("not drawn:", one, file=sys.stderr)
     return [case for case in cases if is_there(case)]
@@ -93,11 +92,10 @@ def draw_missing(draw, out, jobs, cases):
 def draw_cases(a):
     """Draws what is not drawn yet. Returns the cases that have a recording."""
     generator = Generator(a.build)
-    given = {key: value for key, value in (("rate", a.rate), ("duration", a.duration)) if value is not None}
-    if a.independent_drive:
-        given["independent_drive"] = True
+    asked_for = {"rate": a.rate, "duration": a.duration, "independent_drive": a.independent_drive or None}
+    given = {key: value for key, value in asked_for.items() if value is not None}
     cases = plan(wanted_of(a.kinds), a.seed, generator.laws(), **given)
-    return draw_missing(generator.draw_labelled, a.out, a.jobs, cases)
+    return draw_missing(generator, a.out, a.jobs, cases)
 
 
 def answer_of(sof, out, case):

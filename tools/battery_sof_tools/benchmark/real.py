@@ -11,6 +11,7 @@ At zero strength only what the base circuit takes up whole is changed. One row a
 
 import argparse
 import collections
+import functools
 import glob
 import math
 import os
@@ -107,19 +108,17 @@ class Bench:
 
     def __init__(self, build, data, out, plain=False):
         self.sof, self.generator, self.data, self.out, self.plain = program(build, "sof"), Generator(build), data, out, plain
-        self.loaded = (None, None)
         kept_for(out, self.sof)
         self.unchanged = unchanged_in(out)
         self.without_answer = {name for name, answer in self.unchanged.items() if "failed" in answer}
         self.forms = self.generator.laws()
 
+    @functools.lru_cache(1)
     def recording(self, name):
         """The stretch of a recording that is shown; its time begins at 0."""
-        if self.loaded[0] != name:
-            t, i, u = recordings.read(os.path.join(self.data, name + ".csv")) if self.plain else recordings.measured(self.data, name)
-            count = stretch(t)
-            self.loaded = (name, laws.Beside(t[:count] - t[0], i[:count], u[:count]))
-        return self.loaded[1]
+        t, i, u = recordings.read(os.path.join(self.data, name + ".csv")) if self.plain else recordings.measured(self.data, name)
+        count = stretch(t)
+        return laws.Beside(t[:count] - t[0], i[:count], u[:count])
 
     def told(self, *samples):
         return essentials(diagnose_samples(self.sof, samples, PATIENCE_S))

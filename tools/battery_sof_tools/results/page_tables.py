@@ -74,10 +74,10 @@ def coverage_short(results):
     return table(study.HEAD, study.coverage_rows(results["study"], ("real", "simulated")))
 
 
-def percent(k, n, digits=0):
+def percent(k, n):
     """k of n in percent with its 95 % interval."""
     low, high = rates.interval(k, n)
-    return f"{100 * k / n:.{digits}f} % ({100 * low:.{digits}f} to {100 * high:.{digits}f})"
+    return f"{100 * k / n:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
 
 
 def false_positives(one):

@@ -25,19 +25,16 @@ def rounded(value, digits=3):
     return float(f"{value:.{digits}g}")
 
 
-class Drawings:
-    """Noise-free drawings of one case at several scales and the base circuit fitted to them."""
+def drawn(generator, case, *scale):
+    """Label and recording of a noise-free drawing of a case at a scale."""
+    with generator.drawn(dict(case, scale=list(scale)), quiet=True) as (label, recording):
+        return label, difficulty.measured(recording)
 
-    def __init__(self, generator, case):
-        self.generator, self.case = generator, case
 
-    def drawn(self, *scale):
-        with self.generator.drawn(dict(self.case, scale=list(scale)), quiet=True) as (label, recording):
-            return label, difficulty.measured(recording)
-
-    def whole(self, *scale, to_s=None):
-        label, recording = self.drawn(*scale)
-        return label, recording, difficulty.fitted(label, cut(recording, to_s))
+def drawn_and_fitted(generator, case, *scale, to_s=None):
+    """The same, and the base circuit fitted to it."""
+    label, recording = drawn(generator, case, *scale)
+    return label, recording, difficulty.fitted(label, cut(recording, to_s))
 
 
 def cut(recording, to_s):
@@ -60,11 +57,10 @@ def with_strength(generator, case):
 def as_drawn(generator, case):
     if case["family"] in ("null", "porous_null", "porous_effect") or case["id"] in WITHOUT_Z:
         return case
-    drawings = Drawings(generator, case)
-    label, recording, fit = drawings.whole(1.0)
+    label, recording, fit = drawn_and_fitted(generator, case, 1.0)
     known = {"z_whole": rounded(fit.z)}
     if case["family"] == "structural_effect":
-        known["z"] = rounded(difficulty.difference(label, recording, fit, drawings.whole(0.0)[2]))
+        known["z"] = rounded(difficulty.difference(label, recording, fit, drawn_and_fitted(generator, case, 0.0)[2]))
     elif "regime_from_s" in label:
         known["z_short"] = rounded(difficulty.fitted(label, cut(recording, label["regime_from_s"])).z)
     return dict(case, **known)
@@ -95,11 +91,10 @@ def distance(z, wanted):
 
 
 def with_z(generator, case, low, high, wanted):
-    drawings = Drawings(generator, case)
-    without = drawings.whole(0.0)[2] if case["id"] in WITH_COMPANION else None
+    without = drawn_and_fitted(generator, case, 0.0)[2] if case["id"] in WITH_COMPANION else None
 
     def reached(scale):
-        label, recording, fit = drawings.whole(scale)
+        label, recording, fit = drawn_and_fitted(generator, case, scale)
         return (difficulty.difference(label, recording, fit, without) if without else fit.z), fit.z
 
     tried, most, scale = [], LARGEST_SCALE, 1.0
@@ -162,13 +157,12 @@ def for_absorbed(generator, case):
 
 def absorbed_at(generator, case, scale):
     """The case at a scale. Beside a companion z is that of the difference to a drawing without the effect, bias that between the two fits."""
-    drawings = Drawings(generator, case)
-    label, recording = drawings.drawn(scale)
+    label, recording = drawn(generator, case, scale)
     first = cut(recording, SHORT_S)
     short = difficulty.fitted(label, first)
     z, start = short.z, None
     if case["id"] in WITH_COMPANION:
-        without = drawings.whole(0.0, to_s=SHORT_S)[2]
+        without = drawn_and_fitted(generator, case, 0.0, to_s=SHORT_S)[2]
         z, start = difficulty.difference(label, first, short, without), without.parameters
     bias, parameter = difficulty.largest_bias(label, short, start)
     return dict(case, scale=[scale], z_short=rounded(z), z_whole=rounded(difficulty.fitted(label, recording).z), bias=rounded(bias),
@@ -210,12 +204,12 @@ def masked(generator, case, first, second):
             break
     second = min((scale for scale in tried if scale), key=lambda scale: tried[scale])
     ratio = tried[second] / max(alone, rms(raw(generator, case, (0.0, second))))
-    whole = Drawings(generator, case).whole(first, second)[2].z
+    whole = drawn_and_fitted(generator, case, first, second)[2].z
     return dict(case, scale=[first, second], ratio=rounded(ratio), z_whole=rounded(whole), as_wanted=bool(ratio < MASKED_RATIO))
 
 
 def raw(generator, case, scales):
-    return difficulty.raw_error(*Drawings(generator, case).drawn(*scales))
+    return difficulty.raw_error(*drawn(generator, case, *scales))
 
 
 def bottom(tried, last):
