@@ -1,12 +1,15 @@
 """Answers of the first minutes: pairs of trips of one battery, the state file of the first given to the second.
 
     trips BUILD --data FOLDER [--parked S] [--json FILE]
+    trips BUILD --simulated [--seed N] [--json FILE]
 
 Plays every pair through a session (trips_experiment) and prints, for minutes 0-1, 1-5, 5-15 and later of the second trip: how many standing answers were
-valid, errors of cranks and charges, coverage and width of their 90 % intervals. The same second trip without a state file stands below.
+valid, errors of cranks and charges, coverage and width of their 90 % intervals. The same second trip without a state file stands below. With --simulated
+the trips are the reference simulator's, at 100 Hz: parked an hour to 30 days, warmer and colder, and with another battery put in.
 """
 
 import argparse
+import json
 import os
 import tempfile
 
@@ -15,7 +18,7 @@ import numpy as np
 from . import recordings
 from .files import write_json
 from .rates import pooled
-from .sof import program, rows_of
+from .sof import program, rows_of, run
 from .tables import table
 
 AGES = ((0.0, 60.0, "0-1"), (60.0, 300.0, "1-5"), (300.0, 900.0, "5-15"), (900.0, np.inf, "later"))
@@ -25,13 +28,55 @@ LONGEST_S = 3600.0  # of a trip
 PAIRS = (("drive_1a", "drive_1b"), ("drive_1b", "drive_2a"), ("drive_2a", "drive_2b"), ("drive_1a", "drive_2b"), "small_car")
 
 
-def pairs_of(data, folder):
-    """Paths of the recordings of every pair."""
+# Batteries of the simulated cars: what differs from the simulator's own (simulator/battery_elements.hpp, additions.hpp).
+CARS = {
+    "agm_50": {"effects": {"gassing": "tafel", "charge_acceptance": True}},
+    "flooded_70": {"effects": {"charge_acceptance": True}, "battery": {"capacity_ah": 70.0, "r_ohmic_ohm": 0.0026, "r1_charge_ohm": 0.0038, "r1_discharge_ohm": 0.0026, "cpe2_capacitance_f": 1400.0, "u0_v": 12.6}},
+    "two_electrodes": {"additions": {"second_electrode": True, "acid_transport": True}, "battery": {"r1_discharge_ohm": 0.005, "i0_a": 0.7}},
+}
+OTHERS = {  # put in instead
+    "weaker": {"battery": {"r_ohmic_ohm": 0.0064, "r1_charge_ohm": 0.009, "r1_discharge_ohm": 0.0075, "cpe2_capacitance_f": 600.0, "u0_v": 12.45}},
+    "stronger": {"battery": {"capacity_ah": 95.0, "r_ohmic_ohm": 0.0018, "r1_charge_ohm": 0.0026, "r1_discharge_ohm": 0.0018, "cpe2_capacitance_f": 1900.0, "u0_v": 12.85}},
+}
+# name -> parked [h], warmer [K], battery put in
+SIMULATED = {"1 h": (1, 0, None), "12 h": (12, 0, None), "7 days": (168, 0, None), "30 days": (720, 0, None), "12 h, 15 K warmer": (12, 15, None), "12 h, 15 K colder": (12, -15, None),
+             "7 days, 15 K colder": (168, -15, None), "12 h, weaker battery": (12, 0, "weaker"), "12 h, stronger battery": (12, 0, "stronger")}
+TRIP_S, CHARGED, LOST_PER_HOUR, WARM_C = 1200.0, 0.8, 4e-5, 20.0  # [s], state of charge, its loss while parked, first trip's temperature
+
+
+def simulated_trip(sof, path, battery, seed, soc, temperature):
+    """A trip through town with a thermometer, written as a recording. @return the state of charge at its end."""
+    scenario = {"name": "trip", "seed": seed, "duration_s": TRIP_S, "voltage_limit_v": 14.2, "soc": soc, "temperature_degc": temperature,
+                "acquisition": {"voltage_white_v": 0.002, "current_white_a": 0.05}, "profile": {"kind": "city_drive", "net_charge_ah": 0.5}, **battery}
+    write_json(path + ".yaml", scenario)
+    answer = json.loads(run([sof, "simulate", path + ".yaml", path, "--json", "-"]))
+    time, current, voltage = recordings.read(path)
+    with open(path, "w") as file:
+        file.write("time_s,current_a,voltage_v,temperature_c\n")
+        for n, row in enumerate(zip(time, current, voltage)):
+            file.write("{:.3f},{:.6g},{:.8g},{}\n".format(*row, f"{temperature:.1f}" if n % 100 == 0 else ""))
+    return answer["soc_at_end"]
+
+
+def simulated_pairs(build, seed, folder):
+    """(case, paths, parked [s]) of every car and case."""
+    sof = program(build, "sof")
+    for number, (car, battery) in enumerate(CARS.items()):
+        first = os.path.join(folder, f"{car}_first.csv")
+        soc = simulated_trip(sof, first, battery, 1000 * seed + number, CHARGED, WARM_C)
+        for k, (case, (hours, warmer, other)) in enumerate(SIMULATED.items()):
+            second = os.path.join(folder, f"{car}_{k}.csv")
+            simulated_trip(sof, second, OTHERS[other] if other else battery, 1000 * seed + 10 * (number + 1) + k, soc - LOST_PER_HOUR * hours, WARM_C + warmer)
+            yield case, [first, second], 3600.0 * hours
+
+
+def measured_pairs(data, parked, folder):
+    """The same of the real ones."""
     for number, pair in enumerate(PAIRS):
         paths = [os.path.join(folder, f"pair_{number}_{n}.csv") for n in range(2)]
         for path, trip in zip(paths, trips_of(pair, data)):
             recordings.write(path, *trip)
-        yield paths
+        yield pair, paths, parked
 
 
 def trips_of(pair, data):
@@ -46,18 +91,22 @@ def trips_of(pair, data):
 
 
 def played(binary, paths, parked):
-    """Rows of trips_experiment, of the last trip."""
+    """Rows of trips_experiment, a list a trip."""
     rows = rows_of([binary, *paths, "--parked", str(parked)])
-    return [row for row in rows if row["trip"] == os.path.basename(paths[-1])]
+    return [[row for row in rows if row["trip"] == os.path.basename(path)] for path in paths]
 
 
 def of_kind(rows, kind):
     return [row for row in rows if row["kind"] == kind]
 
 
+def of_age(rows, low, high):
+    return [row for row in rows if low <= row["time_s"] < high]
+
+
 def figures(plays, low, high):
     """Figures of one age over all plays: of shares, errors and widths."""
-    plays = [[row for row in rows if low <= row["time_s"] < high] for rows in plays]
+    plays = [of_age(rows, low, high) for rows in plays]
     every = [row for rows in plays for row in rows]
     valid = of_kind(every, "valid")
     out = {f"valid_{key}_percent": 100.0 * sum(row[column] for row in valid) / len(valid)
@@ -87,23 +136,47 @@ def stated(second):
     return f"first valid crank answer: median {np.median(some):.0f} s, latest {max(some):.0f} s; none in {len(firsts) - len(some)} of {len(firsts)}" if some else "no valid crank answer"
 
 
+def swapped(rows):
+    return bool(of_kind(rows, "swap"))
+
+
 def main(given=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("build")
-    parser.add_argument("--data", required=True)
-    parser.add_argument("--parked", type=float, default=43200.0, help="[s] between the trips")
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--data")
+    where.add_argument("--simulated", action="store_true")
+    parser.add_argument("--parked", type=float, default=43200.0, help="[s] between the real trips")
+    parser.add_argument("--seed", type=int, default=1, help="of the simulated trips")
     parser.add_argument("--json")
     a = parser.parse_args(given)
     binary = program(a.build, "trips_experiment")
-    after, alone = [], []  # second trips, with the state file of the first and without
+    pairs, alone = [], []
     with tempfile.TemporaryDirectory() as folder:
-        for paths in pairs_of(a.data, folder):
-            after.append(played(binary, paths, a.parked))
-            alone.append(played(binary, paths[1:], a.parked))
+        for case, paths, parked in simulated_pairs(a.build, a.seed, folder) if a.simulated else measured_pairs(a.data, a.parked, folder):
+            pairs.append((case, played(binary, paths, parked)))
+            alone.append((case, played(binary, paths[1:], parked)))
     results = {}
-    for which, plays, words in (("state_file", after, "state file of the first"), ("no_state_file", alone, "no state file")):
-        results[which] = {age: figures(plays, low, high) for low, high, age in AGES}
-        taken = sum(bool(of_kind(rows, "swap")) for rows in plays)
-        print(f"second trip, {words}, same battery: {stated(plays)}; taken for another battery in {taken}\n")
-        print("\n".join(table(HEAD, [cells(age, one) for age, one in results[which].items()])) + "\n")
+    for which, plays in (("state_file", pairs), ("no_state_file", alone)):
+        of_plays = lambda some: {age: figures(some, low, high) for low, high, age in AGES}
+        second = {}
+        for case, trips in plays:
+            second.setdefault("other battery" if a.simulated and SIMULATED[case][2] else "same battery", []).append(trips[-1])
+        results[which] = of_plays(second["same battery"])
+        for name, some in second.items():
+            shown = of_plays(some)
+            print(f"second trip, {'state file of the first' if which == 'state_file' else 'no state file'}, {name}: {stated(some)}; taken for another battery in {sum(map(swapped, some))}\n")
+            print("\n".join(table(HEAD, [cells(age, one) for age, one in shown.items()])) + "\n")
+        if a.simulated and which == "state_file":
+            print_cases(pairs)
     write_json(a.json, results)
+
+
+def print_cases(pairs):
+    """Cranks of minutes 0-5 of every case, all cars, and how often another battery was noticed."""
+    rows = []
+    for case in SIMULATED:
+        plays = [trips[-1] for name, trips in pairs if name == case]
+        cranks = pooled(of_kind([row for trip in plays for row in of_age(trip, 0.0, 300.0)], "crank"))
+        rows.append([case, EVENTS.format(**cranks), f"{sum(map(swapped, plays))} of {len(plays)}"])
+    print("\n".join(table(("parked", "cranks of minutes 0-5: mean error, inside, width [V]", "taken for another battery"), rows)) + "\n")

@@ -90,7 +90,7 @@ class Generator:
         """Draws a case and writes its label. case: kind and form in the benchmarks' words, or kind and id in those of `draw_scenario`."""
         run([self.program(), "--kind", LAW_KIND_OF.get(case["kind"], case["kind"]), "--out", recording, "--label", label]
             + ["--independent-drive"] * case.get("independent_drive", False)
-            + options(case, ("mechanism", "form", "id", "seed", "rate", "duration")))
+            + options(case, ("mechanism", "form", "id", "seed", "drive-seed", "rate", "duration")))
 
     def inject(self, recording, out, case, strength, resistances):
         """Writes a recording with a law in it. case: mechanism, form, seed. resistances: while discharging and charging [Ohm]."""

@@ -6,6 +6,7 @@
     sof-fleet export FOLDER --csv DIR            one CSV file a table
     sof-fleet rebuild FLEET.sqlite --out FOLDER  the folder that a database was loaded from
     sof-fleet priors FOLDER --out PRIORS.yaml    mean and covariance of parameters by type of vehicle
+    sof-fleet leave-one-out FOLDER               what that is worth on batteries that it has not seen
     sof-fleet judge FOLDER                       alarms and false discoveries of recordings that out-of-model cases --only-draw drew
     sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
 
@@ -45,6 +46,9 @@ def parser():
     one = command("priors", priors, "what the fleet says of a battery before it is measured", about=either)
     one.add_argument("--out", required=True, help="PRIORS.yaml to write")
     one.add_argument("--without", action="append", default=[], metavar="BATTERY", help="leave a battery out")
+    one = command("leave-one-out", leave_one_out, "next-window scores of each battery with the prior of the others, and without", about="run with the step score")
+    one.add_argument("--jobs", type=positive(int), default=os.cpu_count())
+    one.add_argument("--sof", help="the command, in place of the one that the folder was run with")
     command("load", lambda args: print(f"{database.load(args.folder)} recordings"), "make the database again")
     one = command("export", lambda args: database.export(args.folder, args.csv), "tables as CSV", about=either)
     one.add_argument("--csv", required=True, help="folder to write")
@@ -121,6 +125,11 @@ def priors(args):
     told = fleet_priors.write(args.folder, args.out, args.without)
     for one in told["priors"]:
         print(f"{one['vehicle_type'] or 'all types'}, {','.join(one['effects']) or 'base circuit'}: {one['batteries']} batteries, {len(one['parameters'])} parameters")
+
+
+def leave_one_out(args):
+    from . import leave_one_out as comparison
+    print("\n".join(comparison.compare(args.folder, args.jobs, program("", "sof", args.sof) if args.sof else None)))
 
 
 def rebuild(args):
