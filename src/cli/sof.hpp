@@ -25,8 +25,9 @@ struct ExternalCommand {
 /**
  * @brief The command `sof`, without the process around it.
  * @param arguments without the program's name.  @param out, err standard output and error.
- * @return an ExitCode. Never throws; every error is one line on err. From then on the process
- * ignores SIGXFSZ: writing beyond its limit on a file's size is such an error, not its end.
+ * @return an ExitCode. Never throws; an error is one line on err, and one more on how to call. From
+ * then on the process ignores SIGXFSZ: writing beyond its limit on a file's size is such an error,
+ * not its end.
  */
 int runSof(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& err,
            const std::vector<ExternalCommand>& external = {});

@@ -15,7 +15,7 @@ struct DiagnoseOptions {
   /// of the samples, the last ones: opened once, at the end
   double holdout_share = 0.25;
   Relevance relevance;                       ///< what is smaller is not reported
-  std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for all that need no request
+  std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for all
   /// Ids that are known to be there: the extended model is the base model with these, and nothing
   /// is searched for.
   std::vector<std::string> given = {};

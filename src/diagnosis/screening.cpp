@@ -12,7 +12,7 @@ namespace {
 // of the training part: five for every unknown of base model and noise
 constexpr std::size_t kMinSamples = 60;
 constexpr double kMinDuration = 45.0;  // [s] of the training part (docs/diagnosis.md)
-constexpr double kMinCharge = 20.0;    // [As] that must flow in either direction
+constexpr double kMinCharge = 20.0;    // [As] of discharge; twice of it in all
 constexpr double kSlow = 0.15;         // [s]; sampled more slowly, edges cannot be set aside
 constexpr double kLostShare = 0.005;   // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;

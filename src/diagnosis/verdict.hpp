@@ -24,7 +24,8 @@ struct Unexplained {
  * - no component: unexplained where a tone stands out or more is left than instruments leave, else
  * sensor_fault for a fault of theirs, unexplained where a discrepancy is estimated, or no_mismatch.
  *
- * @param faults that the screen found, ids of tier I: clipping, dropouts, quantisation, aliasing.
+ * @param faults that the screen found, ids of tier I: clipping, dropouts, quantisation, aliasing,
+ * time_skew.
  */
 Verdict judge(const std::vector<SelectedTerm>& terms, const std::vector<std::string>& faults,
               const Unexplained& rest);

@@ -342,7 +342,7 @@ void holdInside(ResidualRegression& residual_regression, const Series& series, I
 
 /**
  * @brief What a fitted window gives in addition to the parameters: the baseline predictors,
- * the residual regression, past cranks and charges.
+ * the residual regression, past events.
  *
  * Sets baseline, source, residual_regression and event_history, and the state's memory. Of the
  * window's own charges `modelled` holds what the equations and a regression without the charge's

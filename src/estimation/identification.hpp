@@ -55,7 +55,7 @@ struct IdentifyOptions {
   /// estimated before (fitDiscrepancy()); its factors are fitted
   std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;
   /// What a fleet knows; the population with the fit's own effects serves. The base circuit driven
-  /// by the current alone has no priors.
+  /// by the current alone has none but with `whiten`.
   std::vector<KnownPopulation> priors = {};
   bool whiten = false;  ///< cost of residuals whitened by a fitted noise model in place of eq. 3
   /// of a composition, in addition to the base model's optimum and the effects' magnitudes; none
@@ -75,20 +75,20 @@ struct IdentifyOptions {
  * projection); c2 and beta are searched as logarithms inside Table I's bounds. With effects or
  * `whiten`, fitComposition() does the same for the composition, from the base model's optimum, or
  * from typical values where a source controls the voltage;
- * long windows are compressed (compressedInputs); up to 100,000 samples the search ends at full
- * rate, and standard errors come from it. kPaper searches the four tunables, normalised by Table
- * I's magnitudes, with an exponential penalty beyond the bounds, eq. 4 for u_dc and eq. 5 for the
- * state, u_dc in eq. 5 being the previous iteration's.
+ * long windows of a driven current are compressed (compressedInputs); up to 100,000 samples the
+ * search ends at full rate but with `whiten`, and standard errors come from it. kPaper searches the
+ * four tunables, normalised by Table I's magnitudes, with an exponential penalty beyond the bounds,
+ * eq. 4 for u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous iteration's.
  *
  * Standard errors are those of the sandwich J'W^2J with a Bartlett kernel over the residual's
  * correlation length (Newey and West 1987), so neither the weights nor autocorrelated residuals
- * make them look smaller than they are.
+ * make them look smaller than they are; with `whiten` those of the information matrix.
  *
  * @param series recording; @param range window; gaps inside are taken as rests.
  * @return the model with its state at the window's last sample; never throws for poor data: see
  * FitStatus.
  * @throws std::invalid_argument for options outside their ranges, unknown effects, effects or
- * whitening with kPaper, or a range outside the series.
+ * whitening or a source with kPaper, or a range outside the series.
  */
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
@@ -97,8 +97,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  * identify().
  *
  * Starts: the base model's optimum with the new strengths at zero, the same with them at their
- * magnitudes, and options.more_starts. With options.whiten noise and fit are estimated in turns,
- * twice each.
+ * magnitudes or an instant at four, and options.more_starts; at a source the magnitudes alone. With
+ * options.whiten noise and fit are estimated in turns, twice each.
  *
  * @param base the base model's optimum under eq. 3; not read for effects at a source, which start
  * at their magnitudes.

@@ -54,7 +54,7 @@ WindowChoice chooseWindow(const Series& series, IndexRange searched,
  * @brief How good predictions of a fitted window will be, from the window alone and before any
  * prediction.
  *
- *     s = 1 / (1 + e / 50 mV),   e = exp(-1.68) rmse^1.02 excitation^-7.9,   excitation at least 0.4
+ *     s = 1 / (1 + e / 50 mV),   e = exp(-1.68) rmse^1.02 (max(excitation, 0.4) + 0.02)^-7.9
  *
  * e is the mean error of cranks over the recording that the window comes from, [V], as regressed on
  * 126 windows of nine simulated and three real stretches; how well it does on others:

@@ -11,7 +11,7 @@ namespace battery_sof {
 
 /// How a model has done since it was accepted.
 struct BacktestScore {
-  /// paper, eq. 6, open loop; none until the voltage has varied
+  /// paper, eq. 6, without a look at the voltage but where the model learns; none until it varied
   std::optional<double> q_dyn_percent;
   double duration = 0.0;  ///< [s], from the first to the last sample compared
 };
@@ -25,8 +25,7 @@ struct AnswerSteps {
  * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
  * charges that it was compared with.
  *
- * Watches and interval calibrations outlive a model: they are the composition's past. Copyable; a copy
- * goes on by itself.
+ * Interval calibrations outlive a model: they are the composition's past. A copy goes on by itself.
  */
 class ModelMonitor {
  public:
@@ -45,8 +44,8 @@ class ModelMonitor {
   /// Shows the samples up to the model's state, right after install(): by them a source is judged,
   /// and a charge under way at the state is not taken for one that begins behind it.
   void lookBack(const Series& series);
-  /// Goes on from a model of another trip or of the population: every sample is taken into
-  /// parameters and state, until a window's fit is installed.
+  /// Goes on from a model of another trip or of the population: samples are taken into parameters
+  /// and state, one in 0.1 s, until a window's fit is installed.
   void learnFrom(const FittedModel& model, double max_gap);
   bool learns() const { return tracker_ && tracker_->learns(); }
   bool holdsModel() const { return tracker_.has_value(); }
@@ -99,7 +98,7 @@ class ModelMonitor {
 /// Errors of the base model and of an extended one over the same samples.
 struct ModelSelectorScore {
   double duration = 0.0;                        ///< [s] of samples compared
-  double base_rmse = 0.0, extended_rmse = 0.0;  ///< [V], open loop
+  double base_rmse = 0.0, extended_rmse = 0.0;  ///< [V], as BacktestScore
 };
 
 /**

@@ -143,8 +143,8 @@ class ModelSnapshot {
  *
  * Accepted: a usable fit whose r_discharge and u_dc are determined (a crank's voltage is u_dc +
  * r_discharge i + u_c2, and u_c2's share is the smallest), and whose error on the most recent
- * window is at most 1.1 times that of the model in use. A refused model
- * leaves the old one in use.
+ * window is at most 1.1 times that of the model in use, or 12.5 mV; a model that still learns is
+ * replaced in any case. A refused model leaves the old one in use.
  *
  * Periods count from when a job was taken, and what happened since is judged by the new model once
  * it is accepted: how long an identification takes changes no answer after it.
@@ -164,8 +164,8 @@ class OnlineSession {
   /// @throws std::invalid_argument for options that are not finite or outside their domain.
   explicit OnlineSession(const SessionOptions& options = {});
 
-  /// Offers one sample. @return the cranks and charges that ended; while a job is out they wait for
-  /// its result.
+  /// Offers one sample. @return cranks, charges and stops that ended; while a job is out they wait
+  /// for its result.
   SessionEvents push(const RawSample& sample);
 
   /// @return a job when an identification is due and none is out.
@@ -190,9 +190,9 @@ class OnlineSession {
   /**
    * @brief Offers physics that the session's own composition may lack.
    *
-   * The same composition again changes nothing. With another one an identification is due at once;
-   * its fit takes the place of the extended model before it under the same rule as any new fit, and
-   * the contest goes on.
+   * The same composition again changes nothing. With another one an identification is due, once the
+   * base model may be fitted; its fit takes the place of the extended model before it under the
+   * same rule as any new fit, and the contest goes on.
    * @param effects, discrepancy the whole composition, as in IdentifyOptions; a discrepancy that
    * was estimated again makes another composition.
    * @param from_driving [s] of driving(), not before: what comes from a computation of unknown

@@ -166,7 +166,7 @@ struct ControlModes : ControlModeOverview {
  *
  *     min_current = -(3 sigma_i + sigma_i / (beta sigma_v)),   beta = 35 / V
  *
- * beta is that of start-stop cars' batteries (22 to 56 were seen). Where charges begin with an
+ * beta is that of start-stop cars' batteries (22 to 56 were seen). Where charges begin with a
  * controlled voltage the battery helps the source out at times: there it is at most -0.2 of the
  * 95 % quantile of |current|: on three recordings of start-stop cars the engine runs in 99 to 99.9
  * % of the samples above it, and in some of those below. Where discharges answer to small changes

@@ -54,10 +54,11 @@ struct Adoption {
 /**
  * @brief Whether a diagnosis' extended composition is evaluated in parallel to the base model.
  *
- * It is when the verdict is effect or several and the composition holds structure or physics
- * (tiers S and P), and whenever it holds a discrepancy. Instrument effects (tier I)
- * come along with those, and the sentence names them all; alone they do not: a faulty instrument
- * needs repair, and a question's currents are true ones, not what that instrument would have read.
+ * It is when the verdict is effect or several and the composition holds structure or physics (tiers
+ * S and P), and whenever it holds a discrepancy; never where the hold-out denied it. Instrument
+ * effects (tier I) come along with those, and the sentence names them all; alone they do not: a
+ * faulty instrument needs repair, and a question's currents are true ones, not what that instrument
+ * would have read.
  * @param allowed parameter use_diagnosis.
  */
 Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed);

@@ -48,8 +48,8 @@ class GoalServer : public actionlib::ActionServer<Action> {
  *   - samples: the global callback queue, nothing else;
  *   - questions: the three predictions, ~set_standing_query, ~status and /diagnostics, one after the other;
  *   - maps, profiles: one each for ~predict_map and ~simulate_profile, up to kLongestWork;
- *   - goals: the actions ~identify and ~diagnose, which begin, cancel and end work;
- *   - identifications and diagnoses themselves: a worker's each.
+ *   - goals: the actions ~identify and ~diagnose, which begin and cancel work;
+ *   - identifications and diagnoses themselves, which end their goals: a worker's each.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to
  * copy what a question needs (OnlineSession::live()); never while a question is computed, a fit
  * runs or a file is written. A worker takes it for a fault's note alone (noteFault()).

@@ -51,7 +51,7 @@ struct ErrorForecast {
 /// Events of the battery's own past that a model was compared with: what corrects it, and what
 /// supports it.
 struct EventHistory {
-  static constexpr std::size_t kMost = 40;  ///< of each kind are kept, the newest
+  static constexpr std::size_t kMost = 40;  ///< of each kind are kept, the newest; twice of charges
 
   std::vector<PastEvent> cranks, charges, stops;  ///< each in order of time
 
@@ -186,7 +186,7 @@ struct IntervalCalibrations {
 
 /// Calibration of the intervals of answers by past events.
 struct IntervalLearning : IntervalCalibrations {
-  /// cranks, charges and stops of the window and since, with what was expected of them
+  /// at a source: cranks, charges, stops of the window and since, with what was expected of them
   EventHistory event_history;
 };
 
@@ -204,7 +204,7 @@ struct FittedModel {
   /// first one state/posterior moves its parameters
   Fit fit;
   LiveState state;             ///< moves with every sample
-  IntervalLearning intervals;  ///< moves with every crank, charge and stop
+  IntervalLearning intervals;  ///< moves with every crank, charge and (at a source) stop
   Provenance provenance;
 };
 

@@ -43,7 +43,7 @@ class StateTracker {
   /// @return whether a sample was settled. @throws std::invalid_argument when time does not
   /// increase.
   bool follow(double time, double current, double voltage);
-  /// From here on every settled sample is taken into parameters and state, until a window is fitted.
+  /// From here on a settled sample in 0.1 s moves parameters and state, until a window is fitted.
   void learn() {
     learns_ = true;
     settled_.errors() = ResidualFilter(model_, false);

@@ -89,6 +89,9 @@ TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
   const double base = diagnosis.fit.base_holdout.rmse,
                extended = diagnosis.fit.extended_holdout.rmse;
   EXPECT_LT(extended, 0.5 * base);
+  const auto current_error = diagnosis.fit.extended_holdout.charge_current_error;
+  ASSERT_TRUE(current_error && diagnosis.fit.base_holdout.charge_current_error);
+  EXPECT_LT(*current_error, *diagnosis.fit.base_holdout.charge_current_error);
   ASSERT_FALSE(diagnosis.candidates.empty());
   for (const Candidate& one : diagnosis.candidates) {
     ASSERT_EQ(one.rejected_because.empty(), one.holdout_gain_percent.has_value()) << one.id;
