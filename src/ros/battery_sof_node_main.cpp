@@ -1,54 +1,14 @@
 #include <ros/ros.h>
 
-#include <chrono>
-#include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <future>
-#include <thread>
 
 #include "ros/battery_sof_node.hpp"
 #include "ros/node_options.hpp"
+#include "ros/shutdown_limit.hpp"
 #include "util/text.hpp"
 
 namespace {
-
-/**
- * @brief Ends the program when ROS's shutdown and what follows it take longer than a second,
- * whatever is being computed.
- *
- * Maps, profiles and diagnoses break off by themselves; a fit and a single answer have no place to.
- * Nothing is lost: what they would have come to is for nobody any more, and files are written
- * under another name and renamed.
- */
-class ShutdownLimit {
- public:
-  /// The end was reached in time.
-  ~ShutdownLimit() {
-    end_.set_value();
-    watcher_.join();
-  }
-
- private:
-  static constexpr std::chrono::milliseconds kLook{50};
-  // roscpp takes up to 0.1 s to see a signal
-  static constexpr std::chrono::milliseconds kGrace{700};
-
-  static void watch(const std::future<void>& end) {
-    const auto comes_within = [&end](std::chrono::milliseconds time) {
-      return end.wait_for(time) == std::future_status::ready;
-    };
-    while (!ros::isShuttingDown())
-      if (comes_within(kLook)) return;
-    if (comes_within(kGrace)) return;
-    std::fputs("battery_sof_node: ended in the middle of a computation, of which nothing is kept\n",
-               stderr);
-    std::_Exit(EXIT_SUCCESS);
-  }
-
-  std::promise<void> end_;
-  std::thread watcher_{watch, end_.get_future()};
-};
 
 int runAndReport() {
   const ros::NodeHandle keeps_ros_running;
@@ -56,7 +16,7 @@ int runAndReport() {
     XmlRpc::XmlRpcValue parameters;
     ros::param::get(ros::this_node::getName(), parameters);
     const battery_sof::NodeOptions options = battery_sof::parseNodeOptions(parameters);
-    const ShutdownLimit limit;
+    const battery_sof::ShutdownLimit limit;
     const battery_sof::BatterySofNode node(ros::NodeHandle(), ros::NodeHandle("~"), options);
     ros::spin();
   } catch (const battery_sof::NodeOptionsError& error) {
