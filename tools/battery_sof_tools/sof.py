@@ -25,7 +25,7 @@ def program(build, name, other=None):
     """Path of a program of a build, or of the one that is given in its place; SystemExit where it is missing."""
     path = os.path.abspath(other or os.path.join(build, "devel", "lib", "battery_sof", name))
     if not os.access(path, os.X_OK):
-        raise SystemExit(f"{path} is missing: build it first (make build)")
+        raise SystemExit(f"{path} is missing: build it first (scripts/with_ros cmake --build {build} --target {name})")
     return path
 
 
