@@ -71,13 +71,7 @@ std::optional<FittedModel> play(Trip trip, const Series& series,
     }
     if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
   }
-  const auto model = session.model();
-  for (const ParameterEstimate& p : model ? model->fit.estimates : std::vector<ParameterEstimate>())
-    if (p.determined && !p.held)
-      std::printf("%s,%s,%s,0,%.6g,%.6g,0,0\n", trip.name.c_str(),
-                  toString(session.status().basis).c_str(), p.name.c_str(), p.value,
-                  p.std.value_or(0.0));
-  return model;
+  return session.model();
 }
 
 }  // namespace
