@@ -78,12 +78,43 @@ std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
   return std::make_unique<ExplanationFits>(inputs, residuals.base.point, options);
 }
 
+CompositionPoint pointOfFit(const FittedModel& model) {
+  const ModelPoint first = pointOf(atFirstState(model));
+  return {first.parameters, first.state};
+}
+
+/// Where a charger controls the voltage, effects are those that predict left-out blocks; the rows
+/// are linearised there for what regressors say of mechanisms and of the rest.
+/// @param train as it was recorded: circuit and effects are what identify() makes of it.
+void explainByScore(const Series& train, const std::vector<std::string>& ids,
+                    const DiagnoseOptions& options, ExplanationFits& fits, Explained& explained) {
+  const InstrumentLimits limits = instrumentLimits(train);
+  IdentifyOptions fit;
+  fit.masked = limits.withoutClipped();
+  fit.voltage_lsb_std = limits.voltage_lsb_std;
+  fit.source = explained.driving;
+  if (std::optional<ChargerControl> as_recorded = chargerControl(train))
+    fit.source = std::move(as_recorded);
+  fit.priors = options.priors;
+  tell(options, "weighing effects by the blocks that they predict");
+  ScoreSelection selection = selectByScore(train, {0, train.size()}, fit, ids, options);
+  tell(options, "weighing mechanisms");
+  explained.explanation =
+      explanationAround(fits, pointOfFit(selection.circuit), compositionOf(selection.extended.fit),
+                        pointOfFit(selection.extended), options);
+  Explanation& explanation = explained.explanation;
+  explanation.terms = selection.terms;
+  explanation.weighed = selection.weighed;
+  for (const SelectedTerm& term : explanation.terms) explanation.evidence += term.gain;
+  explained.selection = std::move(selection);
+}
+
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
 /// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
 /// source, and a voltage that is controlled although it is not brings its noise into the battery's
 /// state.
-Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& options,
-                        std::vector<std::string>& notes) {
+Explained explainErrors(const Recording& recording, const Residuals& residuals,
+                        const DiagnoseOptions& options, std::vector<std::string>& notes) {
   Explained explained;
   explained.driving = chargerControl(residuals.screened.series);
   explained.is_lead_acid = isLeadAcid(residuals.screened.series);
@@ -102,7 +133,10 @@ Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& optio
   const std::vector<std::string> ids =
       idsToWeigh(residuals.screened, options.hypotheses, explained.driving.has_value(),
                  explained.is_lead_acid, notes);
-  explained.explanation = explain(*fits, ids, options);
+  if (explained.driving)
+    explainByScore(slice(recording.series, residuals.parts.train), ids, options, *fits, explained);
+  else
+    explained.explanation = explain(*fits, ids, options);
   return explained;
 }
 
@@ -217,7 +251,7 @@ MechanismEvidence weighMechanisms(const Residuals& residuals) {
 ModelSelection selectModel(const Recording& recording, const Residuals& residuals,
                            const DiagnoseOptions& options, Diagnosis& found) {
   ModelSelection selected;
-  selected.explained = explainErrors(residuals, options, found.instrument);
+  selected.explained = explainErrors(recording, residuals, options, found.instrument);
   const Explanation& explanation = selected.explained.explanation;
   found.evidence_base = explanation.base_evidence;
   found.evidence_extended = explanation.evidence;

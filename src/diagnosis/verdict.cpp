@@ -17,21 +17,24 @@ std::string joined(const std::vector<std::string>& parts, const std::string& las
 }
 
 /// What the circuit is off by on the hold-out, and the extended model: in explained variation where
-/// a charger controls the voltage, as the extended model answers there in current.
+/// a charger controls the voltage.
 std::string costAndGain(const Diagnosis& diagnosis) {
   const ErrorMetrics &base = diagnosis.fit.base_holdout, &extended = diagnosis.fit.extended_holdout;
+  const bool is_controlled = base.share_percent && extended.share_percent;
   const bool is_extended =
-      !diagnosis.effects.empty() || (diagnosis.discrepancy && diagnosis.discrepancy->is_used);
-  if (!diagnosis.withheld_rmse && is_extended && base.share_percent && extended.share_percent)
-    return format(
-        "; on the hold-out the circuit explains %.0f %% of current and voltage, the "
-        "extended model %.0f %%",
-        *base.share_percent, *extended.share_percent);
-  return format("; on the hold-out the circuit deviates by %.1f mV RMS", 1e3 * base.rmse) +
-         (diagnosis.withheld_rmse ? format(" and the extended model, which is not used, by %.1f mV",
-                                           1e3 * *diagnosis.withheld_rmse)
-          : is_extended           ? format(", the extended model by %.1f mV", 1e3 * extended.rmse)
-                                  : ", and nothing estimated from the currents lowers it");
+      !diagnosis.effects.empty() ||
+      (!is_controlled &&
+       (diagnosis.withheld_rmse || (diagnosis.discrepancy && diagnosis.discrepancy->is_used)));
+  const std::string judged =
+      diagnosis.withheld_rmse ? ", but this does not improve the prediction" : "";
+  if (is_controlled)
+    return judged +
+           format("; on the hold-out the circuit explains %.0f %% of current and voltage",
+                  *base.share_percent) +
+           (is_extended ? format(", the extended model %.0f %%", *extended.share_percent) : "");
+  return judged + format("; on the hold-out the circuit deviates by %.1f mV RMS", 1e3 * base.rmse) +
+         (is_extended ? format(", the extended model by %.1f mV", 1e3 * extended.rmse)
+                      : ", and nothing estimated from the currents lowers it");
 }
 
 /// "Missing: acid (probability 0.61; open_circuit 0.30)"

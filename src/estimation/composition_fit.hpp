@@ -98,6 +98,8 @@ class CompositionProblem final : public LeastSquaresProblem {
   double negligibleShare() const override;
   /// Takes the weights of ChannelErrors at a point; they are those of the start until then.
   void reweigh(const CompositionPoint& point);
+  /// Takes the weights of another problem over the same rows: costs can be compared then.
+  void takeWeights(const CompositionProblem& other) { precision_ = other.precision_; }
 
  private:
   void addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const;

@@ -245,6 +245,8 @@ DESCRIBED(UnexplainedPart, MEMBERS("v", crank, rmse, noise), MEMBERS("", charge_
 
 DESCRIBED(DetectionLimit, MEMBERS("", id, parameter, unit, strength, typical, visible))
 
+DESCRIBED(ScoreGain, MEMBERS("", value, std_error))
+
 DESCRIBED(ControlledTime, MEMBERS("s", from, to))
 
 DESCRIBED(ControlModeOverview, MEMBERS("", seen, summary), visit("reasons", of.totals),
@@ -268,6 +270,8 @@ nlohmann::json resultJson(const Diagnosis& of) {
   visit("evidence", Json{{"base", jsonOf(of.evidence_base)},
                          {"extended", jsonOf(of.evidence_extended)},
                          {"effective_sample_fraction", jsonOf(of.effective_sample_fraction)}});
+  for (std::size_t k = 0; k < of.candidates.size(); ++k)
+    visit.json["candidates"][k]["score"] = jsonOf(of.candidates[k].score);
   return visit.json;
 }
 
