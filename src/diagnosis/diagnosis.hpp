@@ -154,7 +154,7 @@ struct DiscrepancyFinding {
   LeftOutErrors left_out;
   bool is_used = false;                    ///< in the extended model's voltage
   std::vector<std::string> terms;          ///< what it follows most, in words
-  double answer_current = 20.0;            ///< [A], of answers
+  std::optional<double> answer_current;    ///< [A], of answers: one that was driven
   std::vector<DiscrepancyAnswer> answers;  ///< what it adds under that current
   /// the same over the currents of the training part, ascending
   std::vector<DiscrepancyAtCurrent> curve;

@@ -166,11 +166,20 @@ WhitenedFit composedWith(const WhitenedFit& without,
   return fit;
 }
 
+/// A curve that bends beyond the currents that were driven is a line within them.
+std::string termText(const Regressor& regressor, const DrivenTime& driven) {
+  const bool is_curve =
+      regressor.kind == RegressorKind::kCompressed || regressor.kind == RegressorKind::kSaturating;
+  const bool is_reached = driven(regressor.scale) > 0.0 || driven(-regressor.scale) > 0.0;
+  return is_curve && !is_reached ? "a line in the current" : toString(regressor);
+}
+
 /// Ids of regressors in words, those of most weight first.
-std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy) {
+std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy,
+                                       const DrivenTime& driven) {
   std::vector<std::pair<double, std::string>> terms;
   for (Eigen::Index k = 0; k < discrepancy.weight.size(); ++k)
-    terms.push_back({std::abs(discrepancy.weight[k]), toString(discrepancy.regressors[k])});
+    terms.push_back({std::abs(discrepancy.weight[k]), termText(discrepancy.regressors[k], driven)});
   std::stable_sort(terms.begin(), terms.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::string> words;
@@ -180,9 +189,13 @@ std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy) {
   return words;
 }
 
-void describeDiscrepancy(DiscrepancyFinding& discrepancy) {
-  discrepancy.answers = answersOf(discrepancy.discrepancy, discrepancy.answer_current);
-  discrepancy.terms = heaviestTerms(discrepancy.discrepancy);
+/// @param driven in the training part: what it did not hold, no answer is given for.
+void describeDiscrepancy(DiscrepancyFinding& discrepancy, const DrivenTime& driven) {
+  discrepancy.answer_current = answerCurrentOf(driven);
+  if (discrepancy.answer_current)
+    discrepancy.answers = answersOf(discrepancy.discrepancy, *discrepancy.answer_current, driven);
+  discrepancy.curve = curveOf(discrepancy.discrepancy, driven);
+  discrepancy.terms = heaviestTerms(discrepancy.discrepancy, driven);
   discrepancy.description = format(
       "The discrepancy, a function of the currents and their memory, moves the voltage by %.1f mV "
       "RMS. On left-out blocks the error goes from %.1f to %.1f mV.",
@@ -231,11 +244,7 @@ std::optional<WhitenedFit> estimateDiscrepancy(const Residuals& residuals,
   finding.is_used =
       is_relevant && is_evident && finding.left_out.discrepancy < finding.left_out.base;
   if (!finding.is_used && finding.left_out.base <= kPlausible) return std::nullopt;
-  describeDiscrepancy(finding);
-  const std::vector<double>& current = residuals.screened.series.current;
-  const auto [least, most] = std::minmax_element(
-      current.begin(), current.begin() + static_cast<std::ptrdiff_t>(residuals.parts.train.last));
-  finding.curve = curveOf(finding.discrepancy, *least, *most);
+  describeDiscrepancy(finding, drivenTimeOf(residuals.screened.series, residuals.parts.train));
   found.discrepancy = std::move(finding);
   if (!found.discrepancy->is_used) return std::nullopt;
   return composedWith(last.fit,

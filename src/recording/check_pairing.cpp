@@ -134,8 +134,9 @@ std::vector<Finding> findSkew(const Evidence& evidence) {
                       early + " at " + counted(edges.edges, "edge") +
                       (evidence.fast ? "" : " (to the nearest whole sample)"),
                   "every edge leaves an error the model cannot explain, and cranks are predicted "
-                  "from the wrong samples; shift " +
-                      std::string(late) + " back before fitting",
+                  "from the wrong samples; move the current before fitting: sof convert IN OUT "
+                  "--shift-current " +
+                      twoDigits(edges.lag),
                   edges.lag, "s", edges.edges}};
 }
 

@@ -27,7 +27,8 @@ std::string partOfIt(const Diagnosis& d) {
 }
 
 std::string verdictText(const Diagnosis& d) {
-  std::string text = wrapped("verdict      ", toString(d.verdict) + ": " + d.summary);
+  std::string text =
+      wrapped("verdict      ", toString(d.verdict) + ": " + d.summary + " " + meaningOf(d.verdict));
   if (d.mechanism)
     text += wrapped("mechanism    ",
                     mechanismId(*d.mechanism) + " (" + mechanismSentence(*d.mechanism) + ")" +

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "diagnosis/model_selection.hpp"
 
 namespace battery_sof {
@@ -241,6 +243,36 @@ TEST(NextExperiment, TellsTheIndistinguishableApart) {
   EXPECT_NE(std::string::npos, nextExperiment(diagnosis).find("ocv_soc"));
   EXPECT_NE(std::string::npos,
             nextExperiment(diagnosis).find(effectInfo("acid_transport").distinguished_by));
+}
+
+TEST(NextExperiment, OfAnInstrumentsFaultFitsTheFault) {
+  std::vector<std::string> ids = {"clipping", "dropouts", "quantisation", "aliasing"};
+  for (const EffectInfo& info : effectCatalogue())
+    if (mechanismOf(info.id) == Mechanism::kInstrument) ids.push_back(info.id);
+  EXPECT_GT(ids.size(), 8u);
+  std::set<std::string> advice;
+  for (const std::string& id : ids) {
+    Diagnosis diagnosis;
+    diagnosis.verdict = Verdict::kSensorFault;
+    diagnosis.effects.resize(1);
+    diagnosis.effects.front().id = id;
+    advice.insert(nextExperiment(diagnosis));
+  }
+  EXPECT_EQ(advice.size(), ids.size());
+}
+
+TEST(NextExperiment, OfAShiftBetweenTheChannelsIsTheCommandThatUndoesIt) {
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kSensorFault;
+  diagnosis.effects.resize(1);
+  diagnosis.effects.front().id = "time_skew";
+  EXPECT_NE(nextExperiment(diagnosis).find("sof convert IN OUT --shift-current"),
+            std::string::npos);
+  diagnosis.effects.front().parameters.resize(1);
+  diagnosis.effects.front().parameters.front().name = "channel_skew";
+  diagnosis.effects.front().parameters.front().value = -0.0472;
+  EXPECT_NE(nextExperiment(diagnosis).find("sof convert IN OUT --shift-current -0.0472)"),
+            std::string::npos);
 }
 
 }  // namespace
