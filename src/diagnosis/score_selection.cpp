@@ -127,10 +127,12 @@ class Selection {
     for (const std::string& id : ids)
       if (!contains(members, id))
         additions.push_back({id, inOrder(enlarged(BatteryModel(members), id).effects()), 0.0, {}});
+    const FittedModel& model = at(members).model;
+    const FittedCost cost = fittedCost(model, series_, train_, fit_);
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
       if (options_.threads == 1) pulse(options_);
       additions[k].promised =
-          promisedGain(at(members).model, additions[k].effects, series_, train_, fit_);
+          promisedGain(model, cost, additions[k].effects, series_, train_, fit_);
     });
     for (const Addition& one : additions) addWeighed(one.id, one.promised);
     std::stable_sort(additions.begin(), additions.end(),

@@ -118,12 +118,13 @@ void compareBaseline(Comparison& fit, const Series& series, const Residuals& res
   const IndexRange train = residuals.parts.train, holdout = residuals.parts.holdout;
   const std::vector<char> controlled = controlledBy(found.base, series);
   const BaselinePredictor baseline = fitBaseline(series, train, controlled);
+  std::vector<char> masked = opened.masked;
+  for (std::size_t n = 0; n < masked.size(); ++n) masked[n] = masked[n] || controlled[n];
+  const bool is_compared = !std::all_of(masked.begin() + static_cast<std::ptrdiff_t>(holdout.first),
+                                        masked.end(), [](char out) { return out != 0; });
   if (baseline.voltage_from_current) {
-    std::vector<char> masked = opened.masked;
-    for (std::size_t n = 0; n < masked.size(); ++n) masked[n] = masked[n] || controlled[n];
-    const auto begin = masked.begin() + static_cast<std::ptrdiff_t>(holdout.first);
     fit.baseline_line.emplace();
-    if (!std::all_of(begin, masked.end(), [](char out) { return out != 0; }))
+    if (is_compared)
       fit.baseline_line = errorMetrics(
           series, holdout,
           predictBaseline(baseline, series, {0, series.size()}, controlled).voltage, masked);
@@ -134,12 +135,12 @@ void compareBaseline(Comparison& fit, const Series& series, const Residuals& res
                      .mixed,
                  *fit.baseline_line);
   }
-  if (train.size() < kMinForRidge) return;
+  if (train.size() < kMinForRidge || !is_compared) return;
   std::vector<double> voltage = series.voltage;
   const std::vector<double> ridge = ridgeVoltage(opened.whole, train, holdout);
   std::copy(ridge.begin(), ridge.end(),
             voltage.begin() + static_cast<std::ptrdiff_t>(holdout.first));
-  fit.baseline_ridge = errorMetrics(series, holdout, voltage, opened.masked);
+  fit.baseline_ridge = errorMetrics(series, holdout, voltage, masked);
 }
 
 /// Whether the hold-out is predicted worse than by the circuit, or worse than by its mean.

@@ -131,13 +131,13 @@ BlockScore scoreBlocks(const FittedModel& model, const Series& series, IndexRang
   const CompositionPoint optimum = optimumOf(model);
   const Variances variances = variancesOf(inputs);
   const std::size_t rows = inputs.samples.size();
+  const CompositionProblem whole(composition, inputs, cost, optimum);
   BlockScore score;
   for (std::size_t b = 0; b < blocks; ++b) {
     const IndexRange block{rows * b / blocks, rows * (b + 1) / blocks};
-    InputSequence others = inputs;
-    for (std::size_t n = block.first; n < block.last; ++n) others.samples[n].count = 0.0;
-    const CompositionProblem problem(composition, others, cost, optimum);
-    const CompositionFit fit = fitComposition(problem, {optimum}, searchOf(kStepsFromOptimum));
+    CompositionProblem others = whole;
+    others.leaveOut(block);
+    const CompositionFit fit = fitComposition(others, {optimum}, searchOf(kStepsFromOptimum));
     const ResidualSamples course = followed(composition, fit.point, inputs);
     std::vector<double> unused;
     const ResidualRegression regression = fitResidualRegression(without(course, block), unused);
@@ -153,21 +153,29 @@ BlockScore scoreBlocks(const FittedModel& model, const Series& series, IndexRang
   return score;
 }
 
-double promisedGain(const FittedModel& model, const std::vector<std::string>& larger,
-                    const Series& series, IndexRange range, const IdentifyOptions& options) {
+FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange range,
+                      const IdentifyOptions& options) {
+  const InputSequence inputs = controlledWindow(series, range, options).inputs;
+  const BatteryModel composition = compositionOf(model.fit);
+  const CompositionPoint optimum = optimumOf(model);
+  const CompositionProblem problem(composition, inputs, controlledCost(options), optimum);
+  NormalEquations at;
+  if (!problem.evaluate(problem.coordinatesOf(optimum), at)) return {};
+  return {at.cost, problem.precision()};
+}
+
+double promisedGain(const FittedModel& model, const FittedCost& nested,
+                    const std::vector<std::string>& larger, const Series& series, IndexRange range,
+                    const IdentifyOptions& options) {
   const InputSequence inputs = controlledWindow(series, range, options).inputs;
   const FitCost cost = controlledCost(options);
-  const BatteryModel nested = compositionOf(model.fit), composition(larger);
+  const BatteryModel smaller = compositionOf(model.fit), composition(larger);
   const CompositionPoint optimum = optimumOf(model);
-  const CompositionProblem before(nested, inputs, cost, optimum);
-  NormalEquations at;
-  if (!before.evaluate(before.coordinatesOf(optimum), at)) return 0.0;
-  const CompositionPoint start = withNewAtMagnitudes(nested, optimum, composition);
-  CompositionProblem problem(composition, inputs, cost, start);
-  problem.takeWeights(before);
+  const CompositionPoint start = withNewAtMagnitudes(smaller, optimum, composition);
+  const CompositionProblem problem(composition, inputs, cost, start, {}, nested.precision);
   const CompositionFit fit = fitComposition(
-      problem, {start, embedded(nested, optimum, composition)}, searchOf(kPromisingSteps));
-  return std::max(0.0, 0.5 * cost.channels->independent * (at.cost - fit.at.cost));
+      problem, {start, embedded(smaller, optimum, composition)}, searchOf(kPromisingSteps));
+  return std::max(0.0, 0.5 * cost.channels->independent * (nested.cost - fit.at.cost));
 }
 
 Eigen::VectorXd equationErrors(const FittedModel& model, const Series& series, IndexRange range,

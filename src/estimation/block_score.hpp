@@ -52,11 +52,22 @@ ScoreGain gainOf(const BlockErrors& more, const BlockErrors& less);
 BlockScore scoreBlocks(const FittedModel& model, const Series& series, IndexRange range,
                        const IdentifyOptions& options, std::size_t blocks);
 
+/// A fitted composition's cost, with the weights that its rows have at its optimum.
+struct FittedCost {
+  double cost = 0.0;              ///< [1]
+  std::vector<double> precision;  ///< CompositionProblem::precision()
+};
+
+/// @param model of identify() over the range.
+FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange range,
+                      const IdentifyOptions& options);
+
 /// What effects added to a composition promise after a few steps of a fit: fall of the cost, as ln
-/// likelihood of the rows that count as independent [1], >= 0. Rows weigh as they do at the model's
-/// own optimum. @param larger effects, those of the model among them.
-double promisedGain(const FittedModel& model, const std::vector<std::string>& larger,
-                    const Series& series, IndexRange range, const IdentifyOptions& options);
+/// likelihood of the rows that count as independent [1], >= 0. @param nested the model's own cost,
+/// whose weights are used. @param larger effects, those of the model among them.
+double promisedGain(const FittedModel& model, const FittedCost& nested,
+                    const std::vector<std::string>& larger, const Series& series, IndexRange range,
+                    const IdentifyOptions& options);
 
 /// What the equations alone leave of the range's rows: [A] where the voltage is the input, times
 /// kOhmsOfCurrentError, and [V] elsewhere.

@@ -207,17 +207,21 @@ TEST(Summary, OfAChargedBatterySaysHowMuchOfCurrentAndVoltageIsExplained) {
   EXPECT_FALSE(says(diagnosis, "mV RMS"));
 }
 
-TEST(Summary, OfAnExtendedModelThatIsWithheldSaysWhatItCameTo) {
+TEST(Summary, OfAnExtendedModelThatIsNoImprovementSaysSoInItsFirstSentence) {
   Diagnosis diagnosis = judgedAs(Verdict::kEffect);
-  diagnosis.fit.extended_holdout = diagnosis.fit.base_holdout;
+  diagnosis.effects.resize(std::max<std::size_t>(1, diagnosis.effects.size()));
+  diagnosis.fit.extended_holdout.rmse = 0.4;
   diagnosis.withheld_rmse = 0.4;
-  for (const std::optional<double> share : {std::optional<double>(), std::optional(5.0)}) {
-    diagnosis.fit.base_holdout.share_percent = diagnosis.fit.extended_holdout.share_percent = share;
-    EXPECT_TRUE(says(diagnosis,
-                     "by 300.0 mV RMS and the extended model, which is not used, by "
-                     "400.0 mV"))
-        << summaryOf(diagnosis);
-  }
+  EXPECT_TRUE(says(diagnosis,
+                   ", but this does not improve the prediction; on the hold-out the circuit "
+                   "deviates by 300.0 mV RMS, the extended model by 400.0 mV"))
+      << summaryOf(diagnosis);
+  diagnosis.fit.base_holdout.share_percent = 30.0;
+  diagnosis.fit.extended_holdout.share_percent = 5.0;
+  EXPECT_TRUE(says(diagnosis,
+                   ", but this does not improve the prediction; on the hold-out the circuit "
+                   "explains 30 % of current and voltage, the extended model 5 %"))
+      << summaryOf(diagnosis);
 }
 
 /// A block that the others do not determine is missed by more than anything that is missing.
