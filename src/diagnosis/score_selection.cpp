@@ -118,7 +118,7 @@ class Selection {
   }
 
   ScoreGain gain(const Effects& more, const Effects& less) const {
-    return gainOf(at(more).score.with_regression, at(less).score.with_regression);
+    return gainOf(at(more).score, at(less).score);
   }
 
   /// The effects that promise most in addition to some.
@@ -195,11 +195,9 @@ class Selection {
     if (const auto known = alike_.find(id); known != alike_.end())
       for (const std::string& other : known->second)
         if (!contains(with, other)) term.indistinguishable.push_back(other);
-    const auto& more = at(with).score.with_regression.relative;
-    const auto& fewer = at(less).score.with_regression.relative;
+    const std::vector<double> gains = blockGains(at(with).score, at(less).score);
     const auto ofQuarter = [&](std::size_t quarter) {
-      return std::log(fewer[2 * quarter] / more[2 * quarter]) +
-             std::log(fewer[2 * quarter + 1] / more[2 * quarter + 1]);
+      return gains[2 * quarter] + gains[2 * quarter + 1];
     };
     for (std::size_t one = 1; one < kBlocks / 2; ++one)
       for (std::size_t other = 0; other < one; ++other)

@@ -104,18 +104,27 @@ double BlockErrors::share() const {
   return 1.0 - std::sqrt(sum / static_cast<double>(relative.size()));
 }
 
-ScoreGain gainOf(const BlockErrors& more, const BlockErrors& less) {
-  const std::size_t blocks = more.relative.size();
-  if (blocks < 2 || less.relative.size() != blocks)
-    throw std::invalid_argument(format("gainOf: %zu and %zu blocks, expected as many, at least 2",
-                                       blocks, less.relative.size()));
+std::vector<double> blockGains(const BlockScore& more, const BlockScore& less) {
+  std::vector<double> gains(more.equations.relative.size(), 0.0);
+  for (const auto column : {&BlockScore::equations, &BlockScore::with_regression}) {
+    const std::vector<double>&one = (more.*column).relative, &other = (less.*column).relative;
+    if (one.size() != gains.size() || other.size() != gains.size())
+      throw std::invalid_argument(
+          format("blockGains: %zu and %zu blocks, expected as many", one.size(), other.size()));
+    for (std::size_t b = 0; b < gains.size(); ++b) gains[b] += 0.5 * std::log(other[b] / one[b]);
+  }
+  return gains;
+}
+
+ScoreGain gainOf(const BlockScore& more, const BlockScore& less) {
+  const std::vector<double> gains = blockGains(more, less);
+  if (gains.size() < 2) throw std::invalid_argument("gainOf: fewer than two blocks");
   double sum = 0.0, squares = 0.0;
-  for (std::size_t b = 0; b < blocks; ++b) {
-    const double gain = std::log(less.relative[b] / more.relative[b]);
+  for (const double gain : gains) {
     sum += gain;
     squares += gain * gain;
   }
-  const double n = static_cast<double>(blocks), mean = sum / n;
+  const double n = static_cast<double>(gains.size()), mean = sum / n;
   return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1.0))};
 }
 

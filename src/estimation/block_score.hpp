@@ -26,17 +26,22 @@ struct BlockScore {
 
 /// By how much one composition predicts left-out blocks better than another.
 struct ScoreGain {
-  /// mean over blocks of ln(squared error of the other / squared error of the one) [1]; 0.06 is an
-  /// error that is 3 % less
+  /// mean over blocks of ln(squared error of the other / squared error of the one) [1], of the
+  /// equations alone and with the regression in equal parts: an equation has to explain by itself,
+  /// and more than a regression would. 0.06 is an error that is 3 % less.
   double value = 0.0;
   double std_error = 0.0;  ///< of the mean, from the scatter over blocks [1]
   /// Whether it exceeds two standard errors and `least`.
   bool isAbove(double least) const { return value > 2.0 * std_error && value > least; }
 };
 
+/// @return one a block, of which ScoreGain::value is the mean. @throws std::invalid_argument for
+/// different numbers of blocks.
+std::vector<double> blockGains(const BlockScore& more, const BlockScore& less);
+
 /// @return gain of `more` over `less`; both over the same blocks, two or more.
 /// @throws std::invalid_argument for different numbers of blocks, or fewer than two.
-ScoreGain gainOf(const BlockErrors& more, const BlockErrors& less);
+ScoreGain gainOf(const BlockScore& more, const BlockScore& less);
 
 /**
  * @brief Score(S) of a fitted composition: each block in turn is predicted by a fit to the others.

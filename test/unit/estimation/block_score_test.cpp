@@ -11,20 +11,27 @@ namespace {
 
 using namespace test;
 
+BlockScore scoreOf(const std::vector<double>& errors) { return {{errors}, {errors}}; }
+
 TEST(ScoreGain, IsTheMeanLogarithmOfTheErrorsRatioWithItsScatter) {
-  const ScoreGain gain = gainOf(BlockErrors{{0.1, 0.2}}, BlockErrors{{0.2, 0.2}});
+  const ScoreGain gain = gainOf(scoreOf({0.1, 0.2}), scoreOf({0.2, 0.2}));
   EXPECT_NEAR(0.5 * std::log(2.0), gain.value, 1e-12);
   EXPECT_NEAR(0.5 * std::log(2.0), gain.std_error, 1e-12);  // half the difference of two
   EXPECT_FALSE(gain.isAbove(0.0));
-  const ScoreGain alike = gainOf(BlockErrors{{0.1, 0.3}}, BlockErrors{{0.2, 0.6}});
+  const ScoreGain alike = gainOf(scoreOf({0.1, 0.3}), scoreOf({0.2, 0.6}));
   EXPECT_NEAR(std::log(2.0), alike.value, 1e-12);
   EXPECT_TRUE(alike.isAbove(0.06));
   EXPECT_FALSE(alike.isAbove(0.7));
 }
 
+TEST(ScoreGain, CountsTheEquationsAloneAndWithTheRegressionInEqualParts) {
+  const BlockScore less{{{0.4, 0.4}}, {{0.2, 0.2}}}, more{{{0.1, 0.1}}, {{0.2, 0.2}}};
+  EXPECT_NEAR(0.5 * std::log(4.0), gainOf(more, less).value, 1e-12);
+}
+
 TEST(ScoreGain, RefusesBlocksThatAreNotTheSame) {
-  EXPECT_THROW(gainOf(BlockErrors{{0.1, 0.2}}, BlockErrors{{0.1}}), std::invalid_argument);
-  EXPECT_THROW(gainOf(BlockErrors{{0.1}}, BlockErrors{{0.1}}), std::invalid_argument);
+  EXPECT_THROW(gainOf(scoreOf({0.1, 0.2}), scoreOf({0.1})), std::invalid_argument);
+  EXPECT_THROW(gainOf(scoreOf({0.1}), scoreOf({0.1})), std::invalid_argument);
 }
 
 TEST(BlockErrors, ExplainTheShareThatTheirMeanLeaves) {
@@ -46,7 +53,7 @@ TEST(ScoreBlocks, OfTheLawThatMadeTheDriveIsNearAllOfTheVariation) {
   ASSERT_EQ(4u, of_law.equations.relative.size());
   EXPECT_GT(of_law.equations.share(), 0.8);
   EXPECT_LT(of_circuit.equations.share(), of_law.equations.share() - 0.1);
-  EXPECT_TRUE(gainOf(of_law.equations, of_circuit.equations).isAbove(0.06));
+  EXPECT_TRUE(gainOf(of_law, of_circuit).isAbove(0.06));
 }
 
 TEST(PromisedGain, OfAnEffectThatCanVanishIsNeverNegative) {
