@@ -36,10 +36,10 @@ PredictionMode modeOf(const std::optional<std::string>& name) {
 
 Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
                    const std::optional<std::vector<std::string>>& effects, bool whiten,
-                   const std::string& start, double series_blocks, int threads) {
+                   const std::string& start, double series_blocks, int threads, bool anyway) {
   const py::gil_scoped_release released;
   return identify(held.recording, {from, to, chooses_window, effects, whiten, isPaperStart(start),
-                                   series_blocks, threads, held.hash});
+                                   series_blocks, threads, held.hash, anyway});
 }
 
 py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
@@ -113,10 +113,10 @@ std::string askCharge(const Model& model, double u_boost, double t_sof2, double 
 DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to,
                              double holdout_share, const std::vector<std::string>& hypotheses,
                              const std::vector<std::string>& given, double series_blocks,
-                             int threads) {
+                             int threads, bool anyway) {
   const py::gil_scoped_release released;
   return diagnose(held.recording, {from, to, holdout_share, hypotheses, given, series_blocks,
-                                   threads, nullptr, held.hash});
+                                   threads, nullptr, held.hash, anyway});
 }
 
 Numbers covarianceOf(const Model& model) {

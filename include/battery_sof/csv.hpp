@@ -20,10 +20,11 @@ struct CsvColumns {
   /// [degC]; when not given, a column temperature_c is read if the file has one.
   std::optional<std::string> temperature;
   bool discharge_positive = false;  ///< the file counts current out of the battery as positive
+  double time_unit = 1.0;           ///< [s], of which the time column counts; dates have none
   bool operator==(const CsvColumns& other) const {
-    return std::tie(time, current, voltage, temperature, discharge_positive) ==
+    return std::tie(time, current, voltage, temperature, discharge_positive, time_unit) ==
            std::tie(other.time, other.current, other.voltage, other.temperature,
-                    other.discharge_positive);
+                    other.discharge_positive, other.time_unit);
   }
 };
 

@@ -28,6 +28,7 @@ struct IdentifyRequest {
   int threads = 1;             ///< 0: as many as the machine has; changes no result
   /// of the recording's file, for the model file: "sha256:..."; empty: unknown
   std::string recording_hash = {};
+  bool anyway = false;  ///< fits a recording with a problem (`sof check`), too
 };
 
 /**
@@ -94,6 +95,7 @@ struct DiagnosisRequest {
   int threads = 1;
   std::function<void(const std::string& stage)> progress = nullptr;  ///< called with what begins
   std::string recording_hash = {};                                   ///< as IdentifyRequest's
+  bool anyway = false;                                               ///< as IdentifyRequest's
 };
 
 struct Diagnosis;

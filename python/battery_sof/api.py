@@ -48,17 +48,18 @@ class Recording:
     @classmethod
     def from_csv(cls, path: Path, *, time_column: str = "time_s", current_column: str = "current_a",
                  voltage_column: str = "voltage_v", temperature_column: Optional[str] = None,
-                 discharge_positive: bool = False) -> "Recording":
+                 discharge_positive: bool = False, time_unit_s: float = 1.0) -> "Recording":
         """A recording from a CSV file with a header line.
 
         The columns hold time [s, or UTC date and time], current [A], voltage [V] and, optionally, temperature [degC];
-        discharge_positive: the file counts current out of the battery as positive.
+        discharge_positive: the file counts current out of the battery as positive. time_unit_s: of the time column, 0.001
+        where it counts milliseconds.
 
         Raises ValueError naming file, line and column of what cannot be read.
         """
         recording = cls.__new__(cls)
         recording._hold(_core.Recording.from_csv(encoded(path), time_column, current_column, voltage_column,
-                                                 temperature_column, discharge_positive, _hash(path)))
+                                                 temperature_column, discharge_positive, time_unit_s, _hash(path)))
         return recording
 
     def _hold(self, core: _core.Recording) -> None:
@@ -128,7 +129,7 @@ class Model:
 
 def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              choose_window: bool = False, effects: Optional[Sequence[str]] = None, whiten: bool = False,
-             start: str = "robust", series_blocks: float = 1.0, threads: int = 1) -> Model:
+             start: str = "robust", series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Model:
     """Fits the model to a window of a recording, as `sof identify` does.
 
     from_s, to_s [s]: the window where both are given, else where the best one is looked for (with choose_window also then);
@@ -137,11 +138,12 @@ def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
     6 V, 2 for 24 V, 4 for 48 V): the fit is that of one block, the mean of them; questions, answers and predictions are in
     volts of the row. threads: 0 for all; changes no result.
 
-    A window that determines no model gives one that is not usable; its message says why. Raises ValueError for a range without
+    A window that determines no model gives one that is not usable; its message says why. So does a recording with a problem (a
+    flipped sign, another time unit), unless anyway. Raises ValueError for a range without
     samples, unknown effects and options outside their ranges.
     """
     return Model(_core.identify(recording._core, from_s, to_s, choose_window, None if effects is None else list(effects),
-                                whiten, start, series_blocks, threads))
+                                whiten, start, series_blocks, threads, anyway))
 
 
 def predict(model: Model, recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
@@ -196,17 +198,17 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
 
 def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
-             series_blocks: float = 1.0, threads: int = 1) -> Diagnosis:
+             series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Diagnosis:
     """Finds where the base model and a recording deviate and which physics is missing, as `sof diagnose` does; takes minutes.
 
     from_s, to_s [s]: the stretch; its last holdout_share is kept for the comparison alone. hypotheses: ids to weigh, none for
     all. given: ids that are known to be there; nothing is searched for. series_blocks: of 12 V in a row, as identify(): volts and ohms reported are
-    those of one block. threads: 0 for all; changes no result.
+    those of one block. threads: 0 for all; changes no result. anyway: a recording with a problem, too, as identify().
 
     Raises ValueError for a range without samples, unknown ids and options outside their ranges.
     """
     core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), series_blocks,
-                          threads)
+                          threads, anyway)
     details = json.loads(core.json())
     effects = [made(Effect, each, parameters=[made(Parameter, one) for one in each["parameters"]])
                for each in details["effects"]]

@@ -64,7 +64,7 @@ std::string Model::text() const { return resultText(*fitted_); }
 
 Model identify(const Recording& recording, const IdentifyRequest& request) {
   const Series series = fittedSeries(recording, request.series_blocks);
-  FitRequest fit{request.from, request.to, request.chooses_window, {}};
+  FitRequest fit{request.from, request.to, request.chooses_window, request.anyway, {}};
   fit.options.chooses_effects = !request.effects.has_value();
   if (request.effects) fit.options.effects = *request.effects;
   fit.options.whiten = request.whiten;
@@ -126,6 +126,7 @@ DiagnosisReport diagnose(const Recording& recording, const DiagnosisRequest& req
   options.hypotheses = request.hypotheses;
   options.given = request.given;
   options.threads = request.threads;
+  options.anyway = request.anyway;
   options.progress = request.progress;
   Diagnosis diagnosis = diagnose(stretch, options);
   nameOrigin(diagnosis.base, recording, request);

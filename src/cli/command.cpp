@@ -60,12 +60,14 @@ class Digest {
 
 Recording readRecording(const RecordingArguments& arguments, std::string* hash) {
   const bool is_bag = isBag(arguments.path);
-  if (is_bag && !(arguments.columns == CsvColumns()))
+  CsvColumns columns = arguments.columns;
+  if (arguments.time_unit != "s") columns.time_unit = arguments.time_unit == "ms" ? 1e-3 : 1e-6;
+  if (is_bag && !(columns == CsvColumns()))
     throw UsageError(arguments.path +
-                     " is a bag, expected no options of CSV columns or their sign");
+                     " is a bag, expected no options of CSV columns, their sign or unit");
   Digest digest;
   Recording recording = is_bag ? readBag(arguments.path, arguments.topic)
-                               : readCsv(arguments.path, arguments.columns,
+                               : readCsv(arguments.path, columns,
                                          [&digest](std::string_view bytes) { digest.add(bytes); });
   if (!hash) return recording;
   if (is_bag) digest.addFile(arguments.path);
@@ -89,6 +91,9 @@ void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool 
             "CSV column of temperature [degC]");
   command.add_flag("--discharge-positive", columns.discharge_positive,
                    "the CSV counts current out of the battery as positive");
+  addOption(command, "--time-unit", arguments.time_unit,
+            "unit of the CSV's time column: s, ms or us")
+      ->check(CLI::IsMember({"s", "ms", "us"}));
   addOption(command, "--topic", arguments.topic, "bag topic");
 }
 
@@ -116,6 +121,11 @@ void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
             "start [s] on the recording's clock; +T counts from its first sample")
       ->check(fault);
   addOption(command, "--to", arguments.to, "end [s], as --from")->check(fault);
+}
+
+void addAnywayOption(CLI::App& command, bool& anyway) {
+  command.add_flag("--anyway", anyway,
+                   "work on a recording with a problem that sof check names, too");
 }
 
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments) {

@@ -96,7 +96,8 @@ struct RecordingArguments {
   std::string path;
   CsvColumns columns;
   std::string topic = kDefaultTopic;
-  double series_blocks = 1.0;  ///< 12 V blocks in series
+  double series_blocks = 1.0;   ///< 12 V blocks in series
+  std::string time_unit = "s";  ///< of the CSV's time column: s, ms or us
 };
 
 /// The options --from and --to, as typed.
@@ -118,6 +119,9 @@ void addRenamedOption(CLI::App& command, const std::string& old, const std::stri
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments);
 void addWindowOptions(CLI::App& command, WindowArguments& arguments);
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments);
+
+/// The option --anyway: a recording with a problem is not refused.
+void addAnywayOption(CLI::App& command, bool& anyway);
 void addJsonOption(CLI::App& command, std::string& json);
 
 /// Reads a bag or CSV file, with the voltage of one of its blocks. A pipe is read once, as CSV.

@@ -176,6 +176,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   addRenamedOption(options, "--confirm", "--verify-detection-limits");
   for (const std::string limit : {"rmse", "crank", "charge"})
     addRenamedOption(options, "--relevance-" + limit, "--min-" + limit);
+  addAnywayOption(options, search.anyway);
   addPriorsOptions(options, values.priors);
   addOption(options, "--threads", search.threads, "threads, 0: all; changes no result");
   addJsonOption(options, values.json);

@@ -2,6 +2,7 @@
 
 #include "command.hpp"
 #include "estimation/identification.hpp"
+#include "prediction/pipeline.hpp"
 #include "recording/checks.hpp"
 #include "recording/control_mode.hpp"
 #include "report/model_yaml.hpp"
@@ -11,10 +12,12 @@
 namespace battery_sof {
 namespace {
 
+constexpr const char* kUnlessAnyway = "; with --anyway it is fitted as it is";
+
 struct IdentifyArguments {
   RecordingArguments recording;
   WindowArguments window;
-  bool automatic = false;
+  bool automatic = false, anyway = false;
   std::string out, json;
   std::string start = "robust";
   PriorsArguments priors;
@@ -60,6 +63,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   FitRequest request;
   request.options = optionsOf(arguments);
   request.chooses_window = arguments.automatic;
+  request.anyway = arguments.anyway;
   Progress progress(line.err);
   std::string hash;
   const Recording recording = loadRecording(arguments.recording, &hash);
@@ -87,8 +91,14 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   nlohmann::json json = resultJson(model);
   json["operating_mode"] = {{"seen", mode.seen}, {"share", mode.share}, {"summary", mode.summary}};
   emit(line, resultText(model, mode), json, arguments.json);
+  const std::string why_none = is_usable ? whyNoCrank(model) : "";
+  if (!why_none.empty())
+    line.err
+        << "warning: no question of a crank or a stop can be asked of this model: " << why_none
+        << "; choose a window with engine starts (sof check has their times), or record some\n";
   if (is_usable) return kExitDone;
-  complain(line.err, "no model: " + model.fit.message);
+  const bool is_refused = model.fit.status == FitStatus::kRefused;
+  complain(line.err, "no model: " + model.fit.message + (is_refused ? kUnlessAnyway : ""));
   return kExitNegative;
 }
 
@@ -119,6 +129,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   addOption(options, "--crank-weight-current", fit.crank_weight_current,
             "the weight applies below this current [A]");
   addOption(options, "--max-iterations", fit.max_iterations, "iterations at most");
+  addAnywayOption(options, values.anyway);
   addPriorsOptions(options, values.priors);
   addJsonOption(options, values.json);
 }

@@ -53,9 +53,11 @@ Diagnosis insufficient(const Series& series, const std::string& lack) {
 Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   requireValid(options);
   const Parts parts = partsOf(recording.series, options.holdout_share);
-  const std::string lack = lackOf(slice(recording.series, parts.train), options.holdout_share);
+  const std::string lack =
+      lackOf(slice(recording.series, parts.train), options.holdout_share, options.anyway);
   if (!lack.empty()) return insufficient(recording.series, lack);
   const Residuals residuals = residualsOf(recording, parts, options);
+  if (!residuals.lack.empty()) return insufficient(recording.series, residuals.lack);
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
   found.instrument = residuals.screened.sentences;
@@ -78,7 +80,8 @@ MechanismEvidence mechanismEvidence(const Recording& recording) {
   const DiagnoseOptions options;
   const Parts parts = partsOf(recording.series, options.holdout_share);
   if (!lackOf(slice(recording.series, parts.train), options.holdout_share).empty()) return {};
-  return weighMechanisms(residualsOf(recording, parts, options));
+  const Residuals residuals = residualsOf(recording, parts, options);
+  return residuals.lack.empty() ? weighMechanisms(residuals) : MechanismEvidence{};
 }
 
 }  // namespace battery_sof

@@ -22,6 +22,7 @@ struct DiagnoseOptions {
   /// What a fleet knows of parameters, in place of the catalogue's priors: for the base circuit and
   /// for every set of effects of which it has a population.
   std::vector<KnownPopulation> priors = {};
+  bool anyway = false;  ///< a recording with a problem (findProblems()) is diagnosed all the same
   bool lists_detection_limits = true;  ///< false: Diagnosis::detection_limits stays empty
   /// Ids whose strength in Diagnosis::detection_limits is one at which the recording with the
   /// effect put in was diagnosed and the effect named; up to six diagnoses each.

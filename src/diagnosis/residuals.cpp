@@ -103,6 +103,8 @@ Residuals residualsOf(const Recording& recording, const Parts& parts,
   residuals.screened = screenInstruments(recording, slice(recording.series, parts.train));
   tell(options, "fitting the base model");
   takeDrives(residuals);
+  residuals.lack = lackOfMeasurements(residuals.quiet);
+  if (!residuals.lack.empty()) return residuals;
   residuals.search.pulse = options.pulse;
   residuals.search.priors = options.priors;
   fitBase(residuals);

@@ -29,6 +29,7 @@ struct Residuals {
   InputSequence quiet;
   WhitenedSearch search;  ///< how compositions are fitted to them
   WhitenedFit base;       ///< the base circuit, to quiet
+  std::string lack;       ///< lackOfMeasurements(); nothing is fitted then
 };
 
 /// @param parts the training part holds what lackOf() requires.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "recording/checks.hpp"
 #include "util/text.hpp"
@@ -77,7 +78,7 @@ void alignWholeSamples(Screening& screening, double lag) {
 
 }  // namespace
 
-std::string lackOf(const Series& train, double holdout_share) {
+std::string lackOf(const Series& train, double holdout_share, bool anyway) {
   // A sample lasts until the next.
   const double duration =
       train.size() < 2 ? 0.0 : train.time.back() - train.time.front() + medianInterval(train);
@@ -87,6 +88,8 @@ std::string lackOf(const Series& train, double holdout_share) {
         "the training part has %zu samples in %.0f s; a recording of at least %.0f samples and "
         "%.0f s is needed",
         train.size(), duration, std::ceil(kMinSamples / whole), std::ceil(kMinDuration / whole));
+  const std::string problems = anyway ? "" : format(findProblems(train));
+  if (!problems.empty()) return problems;
   double charge = 0.0, discharge = 0.0;
   const double gap = gapThreshold(train);
   for (std::size_t k = 1; k < train.size(); ++k) {
@@ -98,6 +101,22 @@ std::string lackOf(const Series& train, double holdout_share) {
   if (discharge < kMinCharge) return "the training part hardly discharges the battery";
   if (charge + discharge < 2.0 * kMinCharge) return "the training part hardly moves any charge";
   return "";
+}
+
+std::string lackOfMeasurements(const InputSequence& inputs) {
+  const InputSample* const middle = inputs.samples.data() + inputs.samples.size() / 2;
+  const auto measured = [](const InputSample& sample) { return sample.count > 0.0; };
+  const auto in_first = static_cast<std::size_t>(
+      std::count_if(std::as_const(inputs.samples).data(), middle, measured));
+  const auto all = static_cast<std::size_t>(
+      std::count_if(inputs.samples.begin(), inputs.samples.end(), measured));
+  // A search that stopped early is found by comparing the halves: each is fitted by itself.
+  if (std::min(in_first, all - in_first) >= kMinSamples / 2) return "";
+  return format(
+      "of the training part %zu samples of the first half and %zu of the second are measurements "
+      "(the others are cut off, stuck, repeated or next to a step of the current), at least %zu "
+      "are needed in each",
+      in_first, all - in_first, kMinSamples / 2);
 }
 
 Screening screenInstruments(const Recording& recording, const Series& train) {

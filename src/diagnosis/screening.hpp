@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
+#include "model/input_sequence.hpp"
 #include "recording/current_flicker.hpp"
 #include "recording/fit_mask.hpp"
 
@@ -23,9 +24,14 @@ struct Screening {
 };
 
 /// @param holdout_share of the recording, which is not in its training part.
-/// @return why a training part cannot be diagnosed and how long a recording must be; empty when it
-/// can.
-std::string lackOf(const Series& train, double holdout_share);
+/// @param anyway problems (findProblems()) are none.
+/// @return why a training part cannot be diagnosed, and how long a recording must be or what is to
+/// be corrected; empty when it can.
+std::string lackOf(const Series& train, double holdout_share, bool anyway = false);
+
+/// @param inputs of a training part, as a fit takes them.
+/// @return why they cannot be fitted: too few are measurements; empty when they can.
+std::string lackOfMeasurements(const InputSequence& inputs);
 
 /// @param train the recording's training part.
 Screening screenInstruments(const Recording& recording, const Series& train);

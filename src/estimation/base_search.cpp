@@ -136,13 +136,18 @@ CompositionFit searchWindow(const WindowSamples& samples, const BaseNormalEquati
   point.parameters << r_discharge, r_charge, c2, beta, equations.offset();
   CompositionSearch search;
   search.max_iterations = options.max_iterations;
+  int approached = 0;
   if (samples.size() >= kCoarseFrom) {
     const BaseNormalEquations coarse(coarsened(samples, kCoarseFactor), BaseParameters{}.i0);
     search.trusted_gain = 0.0;
-    point = fitComposition(BaseProblem(coarse, point), {point}, search).point;
+    const CompositionFit approach = fitComposition(BaseProblem(coarse, point), {point}, search);
+    point = approach.point;
+    approached = approach.iterations;
   }
   search.trusted_gain = kTrustedGain;
-  return fitComposition(BaseProblem(equations, point), {point}, search);
+  CompositionFit fit = fitComposition(BaseProblem(equations, point), {point}, search);
+  fit.iterations += approached;
+  return fit;
 }
 
 CompositionFit searchAsInPaper(const WindowSamples& samples, const IdentifyOptions& options,

@@ -224,10 +224,13 @@ CompositionFit searchFrom(const LeastSquaresProblem& problem, const Eigen::Vecto
   fit.x = elimination.full();
   fit.at = *at;
   // Where implicit steps change their number the cost has steps of its own, far below what a
-  // parameter is known to.
-  if (fit.status == FitStatus::kStalled &&
-      promisedGain(problem, fit.x, fit.at) < problem.negligibleShare() * fit.at.cost)
-    fit.status = FitStatus::kConverged;
+  // parameter is known to. The limit may stop a search that is as good as there: within a standard
+  // error, whose square is four times that of half of one.
+  if (fit.status == FitStatus::kStalled || fit.status == FitStatus::kIterationLimit) {
+    const double errors = fit.status == FitStatus::kStalled ? 1.0 : 4.0;
+    if (promisedGain(problem, fit.x, fit.at) < errors * problem.negligibleShare() * fit.at.cost)
+      fit.status = FitStatus::kConverged;
+  }
   fit.passes += elimination.passes();
   fit.point = problem.pointAt(fit.x);
   return fit;

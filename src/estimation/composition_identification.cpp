@@ -50,6 +50,13 @@ struct Fitted {
   FitCost cost;
 };
 
+/// Goes on from where a search ended; iterations add up.
+void searchOn(Fitted& fitted, const CompositionProblem& problem, const CompositionSearch& search) {
+  const int before = fitted.fit.iterations;
+  fitted.fit = fitComposition(problem, {fitted.fit.point}, search);
+  fitted.fit.iterations += before;
+}
+
 FitCost costOf(const IdentifyOptions& options) {
   FitCost cost;
   cost.crank_weight = options.crank_weight;
@@ -98,7 +105,7 @@ Fitted search(const BatteryModel& model, const InputSequence& inputs,
     fitted.cost.noise = fitNoise(weighted.residual(fitted.fit.x), inputs.samples,
                                  std::max(kMinWhite, options.voltage_lsb_std));
     const CompositionProblem whitened(model, inputs, fitted.cost, nested);
-    fitted.fit = fitComposition(whitened, {fitted.fit.point}, search);
+    searchOn(fitted, whitened, search);
   }
   return fitted;
 }
@@ -119,7 +126,7 @@ Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
   fitted.fit = fitComposition(problem, starts, search);
   search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
   problem.reweigh(fitted.fit.point);
-  fitted.fit = fitComposition(problem, {fitted.fit.point}, search);
+  searchOn(fitted, problem, search);
   return fitted;
 }
 
@@ -159,7 +166,7 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
 
 /// Scores of a residual that is a voltage's or, where the voltage is the input, a current's.
 FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequence& inputs,
-                         const Eigen::VectorXd& residual, double crank_current) {
+                         const Eigen::VectorXd& residual, const CrankLimits& limits) {
   Eigen::VectorXd of_voltage = residual;
   double squares_a = 0.0, currents = 0.0;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
@@ -170,7 +177,7 @@ FitScores scoresBothWays(const Series& series, IndexRange range, const InputSequ
     error = 0.0;
   }
   const double rho = lagOneCorrelation(of_voltage);
-  FitScores scores = scoresOf(series, range, of_voltage, rho, crank_current);
+  FitScores scores = scoresOf(series, range, of_voltage, rho, limits);
   if (currents == 0.0) return scores;
   scores.current_rmse = std::sqrt(squares_a / currents);
   const double voltages = static_cast<double>(residual.size()) - currents;
@@ -186,7 +193,7 @@ FitScores scoresFromCurrent(const BatteryModel& model, const Series& series, Ind
   const InputSequence inputs = inputSequence(series, range, options.masked);
   const CompositionProblem problem(model, inputs, FitCost(), point);
   return scoresBothWays(series, range, inputs, problem.residual(problem.coordinatesOf(point)),
-                        options.crank_weight_current);
+                        crankLimitsOf(options));
 }
 
 FittedModel completed(const BatteryModel& model, const Window& on, const IdentifyOptions& options,
@@ -213,7 +220,7 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   const Eigen::MatrixXd covariance =
       covarianceOf(problem, fitted, on.searched().samples.size(), pass, weights, rho);
   found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
-  found.fit.scores = scoresBothWays(series, range, full, residual, options.crank_weight_current);
+  found.fit.scores = scoresBothWays(series, range, full, residual, crankLimitsOf(options));
   if (fitted.cost.channels)
     found.fit.scores.q_dyn_percent =
         scoresFromCurrent(model, series, range, options, fitted.fit.point).q_dyn_percent;
@@ -427,7 +434,7 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
     const CompositionProblem over_all(model, window.full, fitted.cost, fitted.fit.point);
     CompositionSearch last;
     last.max_iterations = kLastIterations;
-    fitted.fit = fitComposition(over_all, {fitted.fit.point}, last);
+    searchOn(fitted, over_all, last);
   }
   return completed(model, window, options, fitted);
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "estimation/window.hpp"
+#include "state/posterior.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -90,7 +91,7 @@ FittedModel modelOf(const Series& series, IndexRange range, const BatteryModel& 
 }
 
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
-                   double rho, double crank_current) {
+                   double rho, const CrankLimits& limits) {
   FitScores scores;
   scores.q_dyn_percent =
       explained({series.voltage.data() + range.first, static_cast<Eigen::Index>(range.size())},
@@ -99,10 +100,13 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
   scores.rmse = std::sqrt(residual.squaredNorm() / static_cast<double>(range.size()));
   scores.residual_correlation_time = medianInterval(series) * (1.0 + rho) / (1.0 - rho);
   double squares = 0.0;
-  for (const Event& crank : detectCranks(series, range, EventLimits{crank_current})) {
+  for (const Event& crank : detectCranks(series, range, EventLimits{limits.current})) {
     double modelled = std::numeric_limits<double>::infinity();
     for (std::size_t n = crank.range.first; n < crank.range.last; ++n)
       modelled = std::min(modelled, series.voltage[n] - residual[n - range.first]);
+    const bool is_bound =
+        limits.sensor_min_current && crank.peak_current <= *limits.sensor_min_current;
+    if (is_bound && crank.min_voltage <= modelled) continue;
     squares += std::pow(crank.min_voltage - modelled, 2);
     ++scores.cranks;
   }
@@ -126,6 +130,28 @@ void conclude(Fit& fit) {
     if (!estimate.determined && !estimate.held)
       weak.push_back(estimate.name + (estimate.at_bound ? " (at a bound)" : ""));
   fit.message = weak.empty() ? text : text + "; the window does not determine " + join(weak);
+}
+
+void requirePlausible(Fit& fit) {
+  constexpr double kLeast = 1e-6;  // of determinedBelow()
+  constexpr double kUsual = 1e-3;  // [V], of what a fit leaves
+  if (!isUsable(fit)) return;
+  const double least = kLeast * std::min(1.0, fit.scores.rmse / kUsual);
+  std::string why;
+  if (fit.iterations == 0)
+    why = "the search did not move from its start, the window determined nothing";
+  for (std::size_t j = 0; j < fit.estimates.size() && why.empty(); ++j) {
+    const ParameterEstimate& estimate = fit.estimates[j];
+    if (estimate.std && *estimate.std < least * determinedBelow(fit, j))
+      why = format(
+          "the fit failed: a standard error of %s of %.2g %s is none that %zu samples, "
+          "missed by %.3g mV RMS, can give",
+          estimate.name.c_str(), *estimate.std, estimate.unit.c_str(), fit.window.samples,
+          1e3 * fit.scores.rmse);
+  }
+  if (why.empty()) return;
+  fit.status = FitStatus::kImplausible;
+  fit.message = why;
 }
 
 double lagOneCorrelation(const Eigen::VectorXd& residual) {

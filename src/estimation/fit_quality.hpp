@@ -7,6 +7,7 @@
 
 #include "battery_sof/series.hpp"
 #include "estimation/composition_fit.hpp"
+#include "recording/events.hpp"
 #include "state/fitted_model.hpp"
 
 namespace battery_sof {
@@ -40,18 +41,34 @@ FittedModel modelOf(const Series& series, IndexRange range, const BatteryModel& 
                     const CompositionFit& fit,
                     const std::optional<ExcitedRange>& excited = std::nullopt);
 
+/// What a crank is, and where the sensor cuts it off.
+struct CrankLimits {
+  double current = kCrankCurrent;            ///< [A], a crank falls to this or below
+  std::optional<double> sensor_min_current;  ///< [A], ExcitedRange
+};
+
 /**
  * @brief Scores of a fit over its window.
  * @param residual u_b - u_m, one a sample of the range [V].  @param rho its lag-one
  * autocorrelation.
- * @param crank_current [A], a crank falls to this or below.
+ * @param limits of cranks: those that are cut off and do not violate the bound are not scored.
  */
 FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd& residual,
-                   double rho, double crank_current);
+                   double rho, const CrankLimits& limits);
 
 /// Takes the standard errors and says how a fit ended and what it did not determine, once estimates
 /// and covariance are there: kNotExcited where none of the base circuit's dynamics is determined.
 void conclude(Fit& fit);
+
+/**
+ * @brief Makes a usable fit one that failed (kImplausible, with the reason) where nothing was
+ * determined or its standard errors are none that data can give.
+ *
+ * The search never moved from its start; or a standard error is below a millionth of what a
+ * parameter counts as determined with (determinedBelow()) for each millivolt that the fit leaves,
+ * one at most: 10^12 independent samples would be needed.
+ */
+void requirePlausible(Fit& fit);
 
 /// @return lag-one autocorrelation of a residual, at most 0.9999 in magnitude; 0 for fewer than
 /// three samples.

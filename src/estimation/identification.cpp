@@ -7,6 +7,7 @@
 #include "estimation/base_search.hpp"
 #include "estimation/fit_quality.hpp"
 #include "estimation/window.hpp"
+#include "recording/checks.hpp"
 #include "recording/fit_mask.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"
@@ -19,6 +20,7 @@ namespace {
 // A window whose current moves less than this cannot distinguish a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
 constexpr const char* kChargingPhysics = "fresh_sulphate";
+constexpr int kBoundRounds = 4;         // of a fit and the bounds that it violates
 constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
 
 /// A window, and what several steps ask of its samples.
@@ -46,6 +48,9 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
   if (!options.masked.empty() && options.masked.size() != series.size())
     throw std::invalid_argument(format("masked has %zu entries for a recording of %zu",
                                        options.masked.size(), series.size()));
+  if (!options.bounded.empty() && options.bounded.size() != series.size())
+    throw std::invalid_argument(format("bounded has %zu entries for a recording of %zu",
+                                       options.bounded.size(), series.size()));
   if (options.source && options.source->voltage_controlled.size() != series.size())
     throw std::invalid_argument(format("source has %zu entries for a recording of %zu",
                                        options.source->voltage_controlled.size(), series.size()));
@@ -89,7 +94,7 @@ void carryCovariance(Eigen::MatrixXd& covariance, const Overpotential& carried) 
 
 /// Fills in everything that follows from where the search ended.
 FittedModel describeFit(const Window& window, const CompositionFit& fit,
-                        const BaseNormalEquations& equations, double crank_current) {
+                        const BaseNormalEquations& equations, const CrankLimits& limits) {
   const auto& [series, range, max_gap, excited] = window;
   const BaseParameters p = baseParameters(fit.point.parameters);
   BaseJacobian left =
@@ -101,7 +106,7 @@ FittedModel describeFit(const Window& window, const CompositionFit& fit,
   for (std::size_t j = 0; j < kRowUDc; ++j)
     estimates[j].at_bound = atBound(tableOne()[j], estimates[j].value);
   model.fit.covariance = covarianceOf(estimates, left, rho);
-  model.fit.scores = scoresOf(series, range, left.residual, rho, crank_current);
+  model.fit.scores = scoresOf(series, range, left.residual, rho, limits);
   conclude(model.fit);
   model.state.states[0] = left.last.value;
   carryCovariance(model.fit.covariance, left.last);
@@ -139,7 +144,8 @@ double windowQualityOf(const Fit& fit, const WindowSamples& samples) {
                        windowExcitation(samples));
 }
 
-FittedModel fitted(const Window& window, const IdentifyOptions& options) {
+/// The fit with what is masked at no cost.
+FittedModel fittedTo(const Window& window, const IdentifyOptions& options) {
   const auto& [series, range, max_gap, excited] = window;
   const WindowSamples samples{
       series, range, {options.crank_weight, options.crank_weight_current}, max_gap, options.masked};
@@ -151,10 +157,55 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
     fit = searchWindow(samples, equations, options);
   const bool is_base =
       options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
-  FittedModel model = is_base ? describeFit(window, fit, equations, options.crank_weight_current)
+  FittedModel model = is_base ? describeFit(window, fit, equations, crankLimitsOf(options))
                               : identifyComposition(series, range, options, fit.point);
+  if (!is_base) model.fit.iterations += fit.iterations;
   if (!model.fit.source) model.fit.baseline = fitBaselineDrivenByCurrent(series, range);
   model.fit.window_quality = windowQualityOf(model.fit, samples);
+  return model;
+}
+
+/// Bounds of a window that a model violates: where the current is cut off the true one lay beyond,
+/// and the voltage cannot be above what the model makes of the limit (below, of a charge).
+std::vector<char> violatedBounds(const FittedModel& model, const Window& window,
+                                 const std::vector<char>& bounded) {
+  const auto& [series, range, max_gap, excited] = window;
+  std::vector<char> violated(series.size(), 0);
+  const FittedModel at_first = atFirstState(model, series.current[range.first]);
+  Simulation simulation = simulationOf(at_first);
+  const InputSequence inputs = inputsOf(model.fit, series, range);
+  for (std::size_t n = range.first; n < range.last; ++n) {
+    const InputSample& sample = inputs.samples[n - range.first];
+    const double error = simulation.follow(sample);
+    const bool is_above = series.current[n] < 0.0 ? error > 0.0 : error < 0.0;
+    violated[n] = bounded[n] && !sample.voltage_controlled && is_above;
+  }
+  return violated;
+}
+
+/// The fit with errors of one side where the current is cut off: such a sample costs something
+/// where its bound is violated, and nothing elsewhere. Which those are is found in turns with the
+/// fit.
+FittedModel fitted(const Window& window, const IdentifyOptions& options) {
+  const auto begin = options.bounded.begin();
+  const bool has_bounds =
+      !options.bounded.empty() && std::any_of(begin + window.range.first, begin + window.range.last,
+                                              [](char bounded) { return bounded; });
+  if (!has_bounds) return fittedTo(window, options);
+  IdentifyOptions one_sided = options;
+  one_sided.masked.resize(window.series.size(), 0);
+  const std::vector<char> masked = one_sided.masked;
+  std::vector<char> violated(window.series.size(), 0);
+  FittedModel model;
+  for (int round = 0; round < kBoundRounds; ++round) {
+    for (std::size_t n = 0; n < masked.size(); ++n)
+      one_sided.masked[n] = masked[n] || (options.bounded[n] && !violated[n]);
+    model = fittedTo(window, one_sided);
+    if (!isUsable(model.fit)) return model;
+    const std::vector<char> now = violatedBounds(model, window, options.bounded);
+    if (now == violated) return model;
+    violated = now;
+  }
   return model;
 }
 
@@ -171,6 +222,7 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
   const Window window{series, range, max_gap, excitedRange(series, range, max_gap)};
   const std::optional<FittedModel> refusal = refused(window, options);
   FittedModel model = refusal ? *refusal : fitted(window, options);
+  model.fit.excited.sensor_min_current = options.sensor_min_current;
   model.fit.start = options.start == FitStart::kPaper ? "paper" : "robust";
   return model;
 }
@@ -187,6 +239,17 @@ std::optional<ChargerControl> chargerControl(const Series& series,
   return source;
 }
 
+void takeLimits(IdentifyOptions& options, const Series& series, const InstrumentLimits& limits) {
+  options.masked = limits.withoutClipped();
+  options.bounded.assign(series.size(), 0);
+  for (const double limit : limits.current_limits) {
+    for (std::size_t n = 0; n < series.size(); ++n)
+      if (series.current[n] == limit) options.bounded[n] = 1;
+    if (limit < 0.0) options.sensor_min_current = limit;
+  }
+  options.voltage_lsb_std = limits.voltage_lsb_std;
+}
+
 void carryState(FittedModel& model, const Series& series, std::size_t last) {
   const auto at = std::lower_bound(series.time.begin(), series.time.end(), model.state.time);
   if (at == series.time.end() || *at != model.state.time || last >= series.size() ||
@@ -200,15 +263,27 @@ void carryState(FittedModel& model, const Series& series, std::size_t last) {
   estimator.saveTo(model);
 }
 
+namespace {
+
+/// Whether problems keep a recording from being fitted, and what the plan says then: without
+/// excitation there is no window, everything else has to be corrected first.
+bool refuses(FitPlan& plan, const std::vector<Finding>& problems) {
+  const bool is_excited = std::none_of(problems.begin(), problems.end(),
+                                       [](const Finding& one) { return one.id == "excitation"; });
+  (is_excited ? plan.refusal : plan.window.message) = format(problems);
+  return !problems.empty();
+}
+
+}  // namespace
+
 FitPlan planFit(const Series& series, const FitRequest& request) {
   const IndexRange searched = samplesBetween(series, request.from, request.to);
   FitPlan plan{{searched, 0.0, ""}, request.options};
+  if (!request.anyway && refuses(plan, findProblems(series))) return plan;
   if (!request.from || !request.to || request.chooses_window)
     plan.window = chooseWindow(series, searched);
   if (!plan.window.range) return plan;
-  const InstrumentLimits limits = instrumentLimits(series);
-  plan.options.masked = limits.withoutClipped();
-  plan.options.voltage_lsb_std = limits.voltage_lsb_std;
+  takeLimits(plan.options, series, instrumentLimits(series));
   if (plan.options.start != FitStart::kPaper)
     plan.options.source = chargerControl(series, plan.window.range->last);
   return plan;
@@ -216,12 +291,18 @@ FitPlan planFit(const Series& series, const FitRequest& request) {
 
 FittedModel fitPlanned(const Series& series, const FitPlan& plan) {
   FittedModel model;
+  if (!plan.refusal.empty()) {
+    model.fit.status = FitStatus::kRefused;
+    model.fit.message = plan.refusal;
+    return model;
+  }
   if (!plan.window.range) {
     model.fit.status = FitStatus::kNotExcited;
     model.fit.message = plan.window.message;
     return model;
   }
   model = identify(series, *plan.window.range, plan.options);
+  requirePlausible(model.fit);
   if (isUsable(model.fit)) fitErrors(model, series, *plan.window.range);
   return model;
 }

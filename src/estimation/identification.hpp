@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
+#include "estimation/fit_quality.hpp"
 #include "estimation/parameter_space.hpp"
 #include "estimation/window.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/events.hpp"
+#include "recording/fit_mask.hpp"
 #include "recording/voltage_repair.hpp"
 #include "state/fitted_model.hpp"
 
@@ -39,7 +41,12 @@ struct IdentifyOptions {
   /// Samples of the series that are no measurement, 1 each: they are inputs of the model and cost
   /// nothing. Empty for none.
   std::vector<char> masked = {};  ///< see InstrumentLimits
-  double voltage_lsb_std = 0.0;   ///< [V], what rounding adds at least to the white noise
+  /// Samples at which the current is cut off, 1 each: the true one lay beyond, so that the model's
+  /// voltage at the limit bounds the measured one. They cost something where that is violated.
+  std::vector<char> bounded = {};
+  /// [A], where the sensor's range of discharge ends; goes into ExcitedRange
+  std::optional<double> sensor_min_current = std::nullopt;
+  double voltage_lsb_std = 0.0;  ///< [V], what rounding adds at least to the white noise
 
   /// Operating mode in the series. Set: where the voltage is controlled it is the input, the fit
   /// has errors in both variables (ChannelErrors), what the equations miss is estimated
@@ -67,6 +74,11 @@ struct IdentifyOptions {
   std::vector<CompositionPoint> starts = {};
 };
 
+/// @return what counts as a crank, and where it is cut off.
+inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {
+  return {options.crank_weight_current, options.sensor_min_current};
+}
+
 /**
  * @brief Fits the base model, or a composition of it with effects, to a window by
  * Levenberg-Marquardt (paper, section IV).
@@ -82,6 +94,9 @@ struct IdentifyOptions {
  * search ends at full rate but with `whiten`, and standard errors come from it. kPaper searches the
  * four tunables, normalised by Table I's magnitudes, with an exponential penalty beyond the bounds,
  * eq. 4 for u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous iteration's.
+ *
+ * A current that is cut off (options.bounded) is a bound: the residual of such a sample costs
+ * something only where it has the sign that the true current could not give it.
  *
  * Standard errors are those of the sandwich J'W^2J with a Bartlett kernel over the residual's
  * correlation length (Newey and West 1987), so neither the weights nor autocorrelated residuals
@@ -131,6 +146,10 @@ FittedModel completedModel(const Series& series, IndexRange range, const Identif
 std::optional<ChargerControl> chargerControl(const Series& series,
                                              std::optional<std::size_t> last = std::nullopt);
 
+/// What a fit takes of a recording's instruments: samples that are no measurement, and currents
+/// that are cut off as bounds.
+void takeLimits(IdentifyOptions& options, const Series& series, const InstrumentLimits& limits);
+
 /**
  * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance
  * and residual state with it.
@@ -144,6 +163,7 @@ struct FitRequest {
   std::optional<double> from;   ///< [s], recording's clock; none: its first sample
   std::optional<double> to;     ///< [s]; none: its last sample
   bool chooses_window = false;  ///< the best window inside from..to even where both are given
+  bool anyway = false;  ///< a recording with a problem (findProblems()) is fitted all the same
   /// masked, voltage_lsb_std and source are found from the recording.
   IdentifyOptions options;
 };
@@ -153,12 +173,15 @@ struct FitPlan {
   WindowChoice window;  ///< without a range there is nothing to fit; its message says why
   /// with what the recording says of its instrument and of operating mode
   IdentifyOptions options;
+  std::string refusal = {};  ///< why the recording must not be fitted as it is; empty for none
 };
 
 /**
  * @brief The window and the settings of a fit: the whole of from..to where both are given, else the
- * best window inside (chooseWindow()); stuck and repeated samples are masked (instrumentLimits()),
- * the voltage is the input where a source is seen (chargerControl(); not with FitStart::kPaper).
+ * best window inside (chooseWindow()); stuck and repeated samples are masked and currents that are
+ * cut off taken as bounds (instrumentLimits(), takeLimits()), the voltage is the input where a source is seen (chargerControl(); not with FitStart::kPaper).
+ *
+ * A recording with a problem (findProblems()) is refused unless the request says anyway.
  *
  * @param series at the rate to fit at, see atDesignRate(); not empty.
  * @throws std::invalid_argument when there is no sample from `from` to `to`.
@@ -167,8 +190,8 @@ FitPlan planFit(const Series& series, const FitRequest& request);
 
 /**
  * @brief Fits what was planned (identify()) and describes its errors (fitErrors()).
- * @return the model with its state at the window's last sample; FitStatus::kNotExcited for a plan
- * without a window.
+ * @return the model with its state at the window's last sample; FitStatus::kRefused for a plan with
+ * a refusal, kNotExcited without a window, kImplausible as of requirePlausible().
  */
 FittedModel fitPlanned(const Series& series, const FitPlan& plan);
 

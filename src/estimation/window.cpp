@@ -72,6 +72,8 @@ void appendWindows(const Series& series, IndexRange stretch, double length,
     const double to = end - k * length / kHopsPerWindow;
     windows.push_back(indexRange(series, to - length, to));
   }
+  // So that the first sample is in one, too.
+  windows.push_back(indexRange(series, begin, begin + length));
 }
 
 std::vector<IndexRange> candidates(const Series& series, IndexRange searched, double length) {
@@ -85,6 +87,20 @@ std::vector<IndexRange> candidates(const Series& series, IndexRange searched, do
   }
   if (windows.empty()) windows = stretches;  // nothing is as long as wanted: whole stretches then
   return windows;
+}
+
+/// Whether a window draws enough for a model of it to answer for the largest discharge of what was
+/// searched.
+std::vector<char> reaching(const Series& series, IndexRange searched,
+                           const std::vector<IndexRange>& windows) {
+  const auto lowestOf = [&](IndexRange range) {
+    return *std::min_element(series.current.begin() + range.first,
+                             series.current.begin() + range.last);
+  };
+  const double enough = std::min(0.0, lowestOf(searched)) / kCurrentReach;
+  std::vector<char> reaches;
+  for (const IndexRange window : windows) reaches.push_back(lowestOf(window) <= enough);
+  return reaches;
 }
 
 }  // namespace
@@ -122,9 +138,16 @@ WindowChoice chooseWindow(const Series& series, IndexRange searched, std::option
   std::vector<double> window_quality;
   for (const IndexRange window : windows)
     window_quality.push_back(windowExcitation(series, window));
-  const double best = *std::max_element(window_quality.begin(), window_quality.end());
+  double best = *std::max_element(window_quality.begin(), window_quality.end());
+  const std::vector<char> reaches = reaching(series, searched, windows);
+  double best_reaching = 0.0;
+  for (std::size_t k = 0; k < windows.size(); ++k)
+    if (reaches[k]) best_reaching = std::max(best_reaching, window_quality[k]);
+  // The largest discharge is worth as much as one parameter that is not excited costs.
+  const bool must_reach = best_reaching >= std::pow(kNotExcited, 0.25) * best;
+  if (must_reach) best = best_reaching;
   for (std::size_t k = 0; best > 0.0 && k < windows.size(); ++k) {
-    if (window_quality[k] < kNearlyBest * best) continue;
+    if (window_quality[k] < kNearlyBest * best || (must_reach && !reaches[k])) continue;
     if (choice.range && windows[k].last < choice.range->last) continue;
     choice.range = windows[k];
     choice.excitation = window_quality[k];

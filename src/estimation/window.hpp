@@ -45,6 +45,11 @@ double windowExcitation(const WindowSamples& samples);
 /**
  * @brief Chooses the best excited window of the wanted length without a gap inside; of windows
  * within 5 % of the best excitation, the latest, because the battery's state moves on.
+ *
+ * Where a window draws so much that a model of it answers for the largest discharge that was
+ * searched (kCurrentReach), such a window is chosen, because an engine start is what most questions
+ * are about; but for one whose excitation is less than 0.18 of the best, which is what a parameter
+ * costs that is not excited at all.
  * @param searched samples that it lies in.  @param length [s]; none: defaultWindowLength().
  */
 WindowChoice chooseWindow(const Series& series, IndexRange searched,

@@ -33,8 +33,10 @@ double halfWidth(const std::vector<double>& errors) {
   return kNinetyPercent * std::sqrt(squares / n) * (1.0 + 1.0 / n);
 }
 
-/// The sensor's end of range, if past cranks show one.
-std::optional<double> endOfRange(const std::vector<PastEvent>& cranks) {
+/// The sensor's end of range: the recording showed it, or past cranks do.
+std::optional<double> endOfRange(const FittedModel& model) {
+  if (const auto limit = model.fit.excited.sensor_min_current) return limit;
+  const std::vector<PastEvent>& cranks = model.intervals.event_history.cranks;
   if (cranks.size() < 2) return std::nullopt;
   double lowest = cranks.front().current;
   for (const PastEvent& crank : cranks) lowest = std::min(lowest, crank.current);
@@ -44,31 +46,56 @@ std::optional<double> endOfRange(const std::vector<PastEvent>& cranks) {
   return there >= 2 ? std::optional<double>(lowest) : std::nullopt;
 }
 
-Eigen::Vector3d featuresOf(double current, const std::optional<double>& end) {
-  const bool clipped = end && std::abs(current - *end) < kSameCurrent;
-  return {1.0, clipped ? 1.0 : 0.0, clipped ? 0.0 : (current + 200.0) / 100.0};
-}
-
-/// Corrections of one base of cranks, estimated from all past ones or all but one.
+/// Past cranks of one kind, and what the equations and the line missed of them.
 class CrankCorrection {
  public:
-  /// @param bases [V], one a past crank.
-  CrankCorrection(const std::vector<PastEvent>& cranks, const std::vector<double>& bases)
-      : end_(endOfRange(cranks)) {
-    for (std::size_t k = 0; k < cranks.size(); ++k)
-      sums_.add(featuresOf(cranks[k].current, end_), cranks[k].measured - bases[k]);
+  /// @param line none: too few cranks for it.  @param cut_off by the sensor: their current is not
+  /// known.
+  CrankCorrection(std::vector<PastEvent> cranks, const std::optional<BaselineLine>& line,
+                  bool cut_off)
+      : cranks_(std::move(cranks)), cut_off_(cut_off) {
+    if (line && cranks_.size() >= kMinForLine) line_ = line;
+    for (const PastEvent& crank : cranks_) {
+      of_model_.add(featuresOf(crank.current), crank.measured - crank.modelled);
+      if (line_) of_line_.add(featuresOf(crank.current), crank.measured - line_->at(crank.current));
+    }
   }
-  double at(double current) const { return sums_.at(featuresOf(current, end_)); }
-  double without(const PastEvent& crank, double base) const {
-    const Eigen::Vector3d f = featuresOf(crank.current, end_);
-    RidgeSums<3> others = sums_;
-    others.add(f, crank.measured - base, -1.0);
-    return others.at(f);
+
+  bool empty() const { return cranks_.empty(); }
+
+  /// @param modelled [V], by the equations.
+  double at(double current, double modelled) const {
+    return answer(current, modelled, of_model_, of_line_);
+  }
+
+  /// What was missed of each crank with the correction by the others.
+  std::vector<double> errors() const {
+    std::vector<double> errors;
+    for (const PastEvent& crank : cranks_) {
+      const Eigen::Vector2d f = featuresOf(crank.current);
+      RidgeSums<2> model = of_model_, line = of_line_;
+      model.add(f, crank.measured - crank.modelled, -1.0);
+      if (line_) line.add(f, crank.measured - line_->at(crank.current), -1.0);
+      errors.push_back(crank.measured - answer(crank.current, crank.modelled, model, line));
+    }
+    return errors;
   }
 
  private:
-  std::optional<double> end_;
-  RidgeSums<3> sums_{kPenalty};
+  Eigen::Vector2d featuresOf(double current) const {
+    return {1.0, cut_off_ ? 0.0 : (current + 200.0) / 100.0};
+  }
+  double answer(double current, double modelled, const RidgeSums<2>& of_model,
+                const RidgeSums<2>& of_line) const {
+    const Eigen::Vector2d f = featuresOf(current);
+    const double by_model = modelled + of_model.at(f);
+    return line_ ? 0.5 * (by_model + line_->at(current) + of_line.at(f)) : by_model;
+  }
+
+  std::vector<PastEvent> cranks_;
+  bool cut_off_;
+  std::optional<BaselineLine> line_;
+  RidgeSums<2> of_model_{kPenalty}, of_line_{kPenalty};
 };
 
 std::vector<PastEvent> alike(const EventHistory& event_history, double voltage, double duration,
@@ -124,9 +151,10 @@ double regressedError(const std::vector<PastEvent>& charges, const ChargeBeginni
   return sums.at(chargeFeatures(at.voltage, at.first_voltage, modelled));
 }
 
+/// @param enough errors for an interval of their own.
 Interval around(double value, const std::vector<double>& errors, const IntervalCalibration& scale,
-                const Interval& otherwise) {
-  if (errors.size() >= kMinForInterval) {
+                const Interval& otherwise, std::size_t enough = kMinForInterval) {
+  if (errors.size() >= enough) {
     const double half = scale.factor * halfWidth(errors);
     return {value, value - half, value + half};
   }
@@ -161,25 +189,25 @@ std::optional<double> usualVoltage(const std::vector<PastEvent>& charges) {
 
 Interval correctCrankPrediction(const FittedModel& model, double current,
                                 const Interval& modelled) {
-  const std::vector<PastEvent>& cranks = model.intervals.event_history.cranks;
-  if (cranks.empty()) return modelled;
+  const std::optional<double> end = endOfRange(model);
+  std::vector<PastEvent> whole, cut_off;
+  for (const PastEvent& crank : model.intervals.event_history.cranks) {
+    const bool is_bound = end && crank.current < *end + kSameCurrent;
+    if (is_bound) cut_off.push_back(crank);
+    // A bound that is violated says as much as a crank that was measured whole.
+    if (!is_bound || crank.measured > crank.modelled) whole.push_back(crank);
+  }
   const auto& line = model.fit.baseline.voltage_from_current;
-  const bool takes_line = line && cranks.size() >= kMinForLine;
-  std::vector<double> by_model, by_line;
-  for (const PastEvent& crank : cranks) {
-    by_model.push_back(crank.modelled);
-    by_line.push_back(takes_line ? line->at(crank.current) : 0.0);
-  }
-  const CrankCorrection of_model(cranks, by_model), of_line(cranks, by_line);
-  double value = modelled.value + of_model.at(current);
-  if (takes_line) value = 0.5 * (value + line->at(current) + of_line.at(current));
-  std::vector<double> errors;
-  for (std::size_t k = 0; k < cranks.size() && cranks.size() >= kMinForInterval; ++k) {
-    double without = by_model[k] + of_model.without(cranks[k], by_model[k]);
-    if (takes_line) without = 0.5 * (without + by_line[k] + of_line.without(cranks[k], by_line[k]));
-    errors.push_back(cranks[k].measured - without);
-  }
-  return around(value, errors, model.intervals.crank_calibration, modelled);
+  const IntervalCalibration& calibration = model.intervals.crank_calibration;
+  const auto answer = [&](const CrankCorrection& past, std::size_t enough) {
+    return around(past.at(current, modelled.value), past.errors(), calibration, modelled, enough);
+  };
+  const Interval exact = answer({whole, line, false}, kMinForInterval);
+  const bool is_at_end = end && std::abs(current - *end) < kSameCurrent;
+  if (!is_at_end || cut_off.empty()) return exact;
+  // What the sensor shows as its end is this current or more.
+  const Interval beyond = answer({cut_off, line, true}, 1);
+  return {beyond.value, std::min(beyond.lower, exact.lower), std::max(beyond.upper, exact.upper)};
 }
 
 Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning& charge,

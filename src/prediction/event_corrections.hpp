@@ -41,13 +41,18 @@ inline Interval ninetyPercent(double value, double std, double factor = 1.0) {
 /**
  * @brief A crank's lowest voltage, the equations' corrected by past cranks.
  *
- *     u_1 = u_m + w_1' f(i),   u_2 = line(i) + w_2' f(i),   f = [1, clipped, (1 - clipped) (i + 200 A) / 100 A]
+ *     u_1 = u_m + w_1' f(i),   u_2 = line(i) + w_2' f(i),   f = [1, (i + 200 A) / 100 A]
  *     u = (u_1 + u_2) / 2 with four past cranks or more, else u_1
  *
- * w by ridge regression (penalty 0.3) on what equations and the baseline line missed of past
- * cranks. clipped: the sensor's end of range, where several past cranks stand; what the terminals
- * see below it is not known. The interval is that of leaving each past crank out, at least three of
- * them; the equations' own otherwise.
+ * w by ridge regression (penalty 0.3) on what equations and the baseline line missed of past cranks
+ * that were measured whole. The interval is that of leaving each of them out, at least three; the
+ * equations' own otherwise.
+ *
+ * Where the sensor's range ends (ExcitedRange::sensor_min_current, or two past cranks that end
+ * alike), what it shows is a bound: this current or more. A query at that end is answered by the
+ * past cranks that ended there (f = [1, 0]), with an interval that holds theirs and that of exactly
+ * this current. Cranks cut off say nothing of others, but where they stayed above what the
+ * equations make of the bound.
  *
  * @param current  lowest of the crank [A].   @param modelled [V], by the equations, with its interval.
  */

@@ -50,8 +50,7 @@ struct JobWindow {
 IdentificationTrial tryFit(const Series& series, const JobWindow& window, IdentifyOptions options,
                            const std::optional<FittedModel>& incumbent) {
   IdentificationTrial trial;
-  options.masked = window.limits.withoutClipped();
-  options.voltage_lsb_std = window.limits.voltage_lsb_std;
+  takeLimits(options, series, window.limits);
   if (options.start != FitStart::kPaper) options.source = window.source;
   options.chooses_effects = true;
   trial.model = fitPlanned(series, {window.choice, options});

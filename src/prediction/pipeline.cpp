@@ -28,6 +28,9 @@ constexpr double kMaxOfBlock = 16.0;  // [V], of six lead-acid cells, above any 
 // Widest interval of a charge's current that is of use: [A], and of the window's largest charge.
 constexpr double kUsefulWidth = 10.0, kUsefulShare = 0.5;
 constexpr double kSpanOfBlock = 10.0;  // [V], from 1 V a cell, empty under load, up to kMaxOfBlock
+constexpr std::size_t kCranksThatSupport = 3;  // as of a charge (ChargeEvidence)
+// windowQuality() of an error of 1 V, about a crank's whole drop of voltage
+constexpr double kUsefulQuality = 0.05;
 // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 constexpr double kShortCharge = 10.0;
 
@@ -53,6 +56,18 @@ bool knowsOpenCircuitSlope(const Fit& fit, double capacity) {
 
 /// Blocks in series: those that were given, times those that the voltage shows.
 double blocksOf(const Fit& fit) { return fit.series_blocks * seriesBlocksAt(fit.parameters.u_dc); }
+
+/// Why the equations are no description of the window's own cranks; empty when they are.
+std::string missesItsCranks(const Fit& fit) {
+  const auto& line = fit.baseline.cranks;
+  if (fit.scores.cranks < static_cast<int>(kCranksThatSupport) || !line) return "";
+  const double of_line = 0.5 * (line->error.upper - line->error.lower) / kNinetyPercent;
+  if (!(fit.scores.crank_error_std > of_line)) return "";
+  return format(
+      "it misses the lowest voltages of the window's %d cranks by %.0f mV RMS, the baseline "
+      "by %.0f mV",
+      fit.scores.cranks, 1e3 * fit.scores.crank_error_std, 1e3 * of_line);
+}
 
 /// The voltage above which no battery of as many blocks is [V].
 double maxVoltage(const Fit& fit) { return kMaxOfBlock * blocksOf(fit); }
@@ -194,11 +209,26 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   if (range.charges && range.evidence.is_supported) return reasons;
   // With fresh_sulphate one resistance serves both signs.
   const bool of_charging = range.charges && !contains(fit.effects, "fresh_sulphate");
-  const char* needed = of_charging ? "r_charge" : "r_discharge";
-  const ParameterEstimate* resistance = estimateOf(fit, needed);
-  if (resistance && !resistance->determined)
-    addReason(reasons, format("the window did not determine %s", needed));
+  const std::size_t past_cranks = model.intervals.event_history.cranks.size();
+  if (!range.charges && past_cranks >= kCranksThatSupport) return reasons;
+  if (!range.charges) addReason(reasons, missesItsCranks(fit));
+  // With a source it is a share of explained variation, and the node's first model has none.
+  if (!range.charges && !fit.source && fit.window.samples > 0 &&
+      fit.window_quality < kUsefulQuality)
+    addReason(reasons, format("the window quality is %.2f, at least %.2f is of use",
+                              fit.window_quality, kUsefulQuality));
+  std::vector<const char*> needed = {of_charging ? "r_charge" : "r_discharge"};
+  if (!range.charges) needed.push_back("u_dc");
+  for (const char* name : needed) {
+    const ParameterEstimate* estimate = estimateOf(fit, name);
+    if (estimate && !estimate->determined)
+      addReason(reasons, format("the window did not determine %s", name));
+  }
   return reasons;
+}
+
+std::string whyNoCrank(const FittedModel& model) {
+  return extrapolationOf(model, QueryRange(), 1.0);
 }
 
 std::string voltageSaysNothing(const Fit& fit, const Interval& u) {

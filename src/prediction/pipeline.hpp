@@ -36,9 +36,6 @@ void addReason(std::string& reasons, bool ok, const char* name, double value, co
 /// The longest stop or profile that a query may take [s]: a day.
 inline constexpr double kLongestQuery = 86400.0;
 
-/// How far beyond the currents of its window a model is relied on [1].
-inline constexpr double kCurrentReach = 1.25;
-
 /// What a query takes the battery through, for comparison with what its model's window did.
 struct QueryRange {
   std::optional<double> min_current;      ///< [A], largest discharge
@@ -102,9 +99,18 @@ ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity);
  * that says nothing is no answer (voltageSaysNothing()). A discrepancy model that would differ by
  * more than 10 mV if it were not held inside its range is outside the identified range.
  *
+ * A crank or a stop needs r_discharge and u_dc determined, a window whose own cranks the equations
+ * miss by no more than the baseline does (BaselineCranks), and, without a source, a
+ * window quality of 0.05. Three past cranks answer for themselves: they correct the answer and make
+ * its interval.
+ *
  * @return reasons, joined by "; "; empty when there is none.
  */
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity);
+
+/// @return why a model answers no crank and no stop, whatever its current; empty when it answers
+/// some.
+std::string whyNoCrank(const FittedModel& model);
 
 /**
  * @brief Why the 90 % interval of a voltage says nothing; empty when it says something.

@@ -100,6 +100,8 @@ std::vector<IndexRange> apparentRests(const Evidence& evidence) {
 
 std::vector<Finding> findSign(const Evidence& evidence) {
   if (!evidence.excited || !evidence.edges || evidence.edges->edges < kEdgesForSign) return {};
+  // Of a voltage whose own sign is flipped nothing follows for the current's.
+  if (typicalVoltage(evidence) < 0.0) return {};
   const std::size_t edges = evidence.edges->edges;
   const double correlation = evidence.edges->correlation;
   const bool is_reversed = correlation <= -clearCorrelation(edges);
@@ -158,6 +160,14 @@ std::vector<Finding> findOffset(const Evidence& evidence) {
 std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
   if (isTwelveVoltBlock(evidence)) return {};
   const double typical = typicalVoltage(evidence);
+  if (typical < 0.0)
+    return {Finding{"voltage_level", Severity::kProblem,
+                    "the voltage is negative: typically " + number(typical) + " V (" +
+                        number(evidence.voltage.lowest) + " V to " +
+                        number(evidence.voltage.highest) + " V)",
+                    "its sign is flipped, or the column is no voltage: negate the column, or name "
+                    "another one (--voltage-column)",
+                    typical, "V", evidence.series.size()}};
   return {Finding{
       "voltage_level", Severity::kProblem,
       "the voltage is typically " + number(typical) + " V (" + number(evidence.voltage.lowest) +

@@ -40,6 +40,7 @@ struct Evidence {
   std::size_t hold = 1;  ///< samples from one update of the current channel to the next
 };
 
+std::vector<Finding> findTimeUnit(const Evidence& evidence);
 std::vector<Finding> findSlowRate(const Evidence& evidence);
 std::vector<Finding> findUnevenRate(const Evidence& evidence);
 std::vector<Finding> findHeldValues(const Evidence& evidence);

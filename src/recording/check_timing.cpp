@@ -4,6 +4,7 @@
 
 #include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
+#include "util/constants.hpp"
 #include "util/text.hpp"
 
 /// Findings about when samples were taken, and which were not.
@@ -19,6 +20,26 @@ constexpr double kAlikeShare = 0.8;
 constexpr double kLargeGapShare = 0.1;  // of the recording
 // [s], a clock set back by less disturbs nothing slower than a crank
 constexpr double kHarmlessStep = 1.0;
+
+// Of a time column in another unit than seconds.
+constexpr double kSlowestOfFine = 0.5;   // [s]; the milliseconds that loggers count would be 1 s
+constexpr double kLargestBlock = 250.0;  // [Ah], of the largest 12 V blocks, those of heavy trucks
+constexpr double kDailyOffset = 5.0;     // [Ah] a day, of a sensor whose zero is off by 0.2 A
+constexpr double kSecondsPerDay = 86400.0;
+
+/// Between the highest and the lowest charge counted [Ah]; gaps count as none.
+double chargeSwing(const Evidence& evidence) {
+  double charge = 0.0, lowest = 0.0, highest = 0.0;
+  const Series& series = evidence.series;
+  for (const IndexRange& stretch : evidence.stretches)
+    for (std::size_t k = stretch.first + 1; k < stretch.last; ++k) {
+      charge += 0.5 * (series.current[k - 1] + series.current[k]) *
+                (series.time[k] - series.time[k - 1]) / kSecondsPerHour;
+      lowest = std::min(lowest, charge);
+      highest = std::max(highest, charge);
+    }
+  return highest - lowest;
+}
 
 struct Gaps {
   std::vector<double> from, length;
@@ -97,6 +118,19 @@ Losses lossesOf(const Evidence& evidence) {
 }
 
 }  // namespace
+
+std::vector<Finding> findTimeUnit(const Evidence& evidence) {
+  const double swing = chargeSwing(evidence);
+  const double days = durationOf(evidence, {0, evidence.series.size()}) / kSecondsPerDay;
+  const double most = kLargestBlock + kDailyOffset * days;
+  if (evidence.interval < kSlowestOfFine || !(swing > most)) return {};
+  return {Finding{"time_unit", Severity::kProblem,
+                  number(swing) + " Ah flow one way in " + number(days) + " days, more than the " +
+                      number(most) + " Ah that a 12 V block may seem to move in that time",
+                  "its time column probably counts milliseconds or microseconds, not seconds; read "
+                  "the file as such (--time-unit ms or --time-unit us)",
+                  swing, "Ah", evidence.series.size()}};
+}
 
 std::vector<Finding> findSlowRate(const Evidence& evidence) {
   const double interval = evidence.interval;

@@ -17,10 +17,14 @@ namespace {
 
 using Part = std::vector<Finding> (*)(const Evidence&);
 
-constexpr Part kParts[] = {
-    findVoltageLevel, findDeepDischarge, findSign,  findExcitation,   findSlowRate, findUnevenRate,
-    findHeldValues,   findSkew,          findStuck, findRepeated,     findClipping, findRefused,
-    findLost,         findClock,         findGaps,  findQuantisation, findOffset,   findAliasing};
+constexpr Part kParts[] = {findVoltageLevel, findDeepDischarge, findSign,       findTimeUnit,
+                           findExcitation,   findSlowRate,      findUnevenRate, findHeldValues,
+                           findSkew,         findStuck,         findRepeated,   findClipping,
+                           findRefused,      findLost,          findClock,      findGaps,
+                           findQuantisation, findOffset,        findAliasing};
+
+/// Those that find problems; they need no more than the series.
+constexpr Part kProblemParts[] = {findVoltageLevel, findSign, findTimeUnit, findExcitation};
 
 constexpr double kFastInterval = 0.05;  // [s], 20 Hz
 constexpr double kFewestSigmas = 12.0;  // noise alone spans 9 sigma in 1e5 samples
@@ -114,6 +118,23 @@ CheckReport checkRecording(const Recording& recording) {
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   report.not_judged = check_parts::listNotJudged(evidence);
   return report;
+}
+
+std::vector<Finding> findProblems(const Series& series) {
+  std::vector<Finding> problems;
+  if (series.empty()) return problems;
+  const check_parts::Evidence evidence(series);
+  for (const check_parts::Part part : check_parts::kProblemParts)
+    for (Finding& finding : part(evidence))
+      if (finding.severity == Severity::kProblem) problems.push_back(std::move(finding));
+  return problems;
+}
+
+std::string format(const std::vector<Finding>& problems) {
+  std::string text;
+  for (const Finding& problem : problems)
+    text += (text.empty() ? "" : "; ") + problem.what + ": " + problem.meaning;
+  return text;
 }
 
 }  // namespace battery_sof

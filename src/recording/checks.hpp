@@ -19,7 +19,7 @@ enum class Severity {
 /// One thing found in a recording, and what it means to somebody who is to use it.
 struct Finding {
   /// rate, gaps, clock, missing, clipping, quantisation, sign, offset, skew, stuck, aliasing,
-  /// voltage_level, deep_discharge, excitation
+  /// voltage_level, deep_discharge, time_unit, excitation
   std::string id;
   Severity severity = Severity::kNote;
   std::string what;             ///< what was found, with numbers and units
@@ -57,6 +57,7 @@ std::string toString(Severity severity);
  *   below it. A current that a source holds at its limit, and a voltage that a regulator holds, are
  *   not clipped.
  * - quantisation: the greatest step of which nearly all changes are multiples.
+ * - time_unit: more charge moves one way than any 12 V block holds.
  * - sign: that of the correlation of voltage with current changes at edges.
  * - offset: one small current at every apparent rest. A consumer looks the same: always a note.
  * - skew: the sub-sample shift between voltage and current changes at edges, alike in both halves
@@ -77,5 +78,16 @@ std::string toString(Severity severity);
  * resistance leave no trace in current and voltage: nothing here can find them.
  */
 CheckReport checkRecording(const Recording& recording);
+
+/**
+ * @brief The problems alone of a series: what it must not be fitted with unless somebody means it.
+ *
+ * Voltage level, sign, time unit and excitation of checkRecording().
+ * @return nothing for an empty series.
+ */
+std::vector<Finding> findProblems(const Series& series);
+
+/// @return each problem with what follows from it, joined by "; "; empty for none.
+std::string format(const std::vector<Finding>& problems);
 
 }  // namespace battery_sof

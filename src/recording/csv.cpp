@@ -136,9 +136,10 @@ struct Row {
     return *value;
   }
 
-  double time() const {
+  /// @param unit [s], of a number.
+  double time(double unit) const {
     const std::string text = withPoint(cells[layout.time], layout.separator);
-    if (const auto seconds = parseNumber(text)) return *seconds;
+    if (const auto number = parseNumber(text)) return unit * *number;
     if (const auto seconds = parseDateTime(text)) return *seconds;
     refuse(layout.time, "a number of seconds or a date and time like 2017-03-25 07:00:06.900");
   }
@@ -152,8 +153,8 @@ struct Row {
 
 RawSample toSample(const Row& row, const CsvColumns& columns) {
   const double sign = columns.discharge_positive ? -1.0 : 1.0;
-  return {row.time(), sign * row.number(row.layout.current), row.number(row.layout.voltage),
-          row.temperature()};
+  return {row.time(columns.time_unit), sign * row.number(row.layout.current),
+          row.number(row.layout.voltage), row.temperature()};
 }
 
 void requireWholeRow(const Row& row) {

@@ -16,13 +16,15 @@ struct NormalEquations {
 /// then refused).
 using EvaluateNormalEquations = std::function<bool(const Eigen::VectorXd& x, NormalEquations&)>;
 
-/// How a search or an identification ended; the last two are an identification's alone.
+/// How a search or an identification ended; the last four are an identification's alone.
 enum class FitStatus {
   kConverged,       ///< the relative step or the relative gain fell below its tolerance
   kIterationLimit,  ///< stopped by the iteration limit, still improving
   kStalled,         ///< no step lowers the cost and the gradient is not small
   kWindowTooShort,  ///< fewer samples than parameters need
   kNotExcited,      ///< the current never changes, or none of the four tunables is determined
+  kImplausible,     ///< the search never moved, or its standard errors are none that data can give
+  kRefused,  ///< the recording has a problem that has to be corrected first, see findProblems()
 };
 
 struct MinimizeOptions {

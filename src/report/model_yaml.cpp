@@ -180,6 +180,7 @@ void describeWindow(File& file, Model& fit) {
   file.number("longest_discharge_s", excited.longest_discharge, kDurations);
   file.number("longest_charge_s", excited.longest_charge, kDurations);
   file.number("charge_swing_ah", excited.charge_swing, kCharges);
+  file.number("sensor_min_current_a", excited.sensor_min_current, kCurrents);
   std::optional<double> celsius;
   if (excited.temperature) celsius = *excited.temperature - kZeroCelsius;
   file.number("temperature_c", celsius, {-kZeroCelsius, 1000.0});
@@ -189,9 +190,10 @@ void describeWindow(File& file, Model& fit) {
 
 template <typename File, typename Model>
 void describeFit(File& file, Model& model) {
-  constexpr FitStatus kAll[] = {FitStatus::kConverged, FitStatus::kIterationLimit,
-                                FitStatus::kStalled, FitStatus::kWindowTooShort,
-                                FitStatus::kNotExcited};
+  constexpr FitStatus kAll[] = {FitStatus::kConverged,  FitStatus::kIterationLimit,
+                                FitStatus::kStalled,    FitStatus::kWindowTooShort,
+                                FitStatus::kNotExcited, FitStatus::kImplausible,
+                                FitStatus::kRefused};
   auto& scores = model.fit.scores;
   file.oneOf("status", model.fit.status, kAll, [](FitStatus one) { return toString(one); });
   file.text("message", model.fit.message);

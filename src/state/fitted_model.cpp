@@ -55,13 +55,15 @@ void EventHistory::moveBy(double moved) {
 }
 
 std::string toString(FitStatus status) {
-  constexpr std::array kNames = {"converged", "iteration_limit", "stalled", "window_too_short",
-                                 "not_excited"};
+  constexpr std::array kNames = {"converged",   "iteration_limit", "stalled", "window_too_short",
+                                 "not_excited", "implausible",     "refused"};
   return kNames.at(static_cast<std::size_t>(status));
 }
 
 bool isUsable(const Fit& fit) {
-  return fit.status == FitStatus::kConverged || fit.status == FitStatus::kIterationLimit;
+  const bool is_fitted = fit.window.samples > 0;
+  return fit.status == FitStatus::kConverged ||
+         (fit.status == FitStatus::kIterationLimit && !is_fitted);
 }
 
 BatteryModel compositionOf(const Fit& fit) { return BatteryModel(fit.effects, fit.discrepancy); }

@@ -68,7 +68,8 @@ struct EventHistory {
   ErrorForecast nextStop(double usual_error) const;
 };
 
-/// @return "converged", "iteration_limit", "stalled", "window_too_short", "not_excited".
+/// @return "converged", "iteration_limit", "stalled", "window_too_short", "not_excited",
+/// "implausible", "refused".
 std::string toString(FitStatus status);
 
 /// What the model was seen to miss when its state stands where it does; see ResidualFilter.
@@ -134,7 +135,13 @@ struct ExcitedRange {
   /// [Ah], between the highest and the lowest charge counted; gaps count as none
   double charge_swing = 0.0;
   std::optional<double> temperature;  ///< [K], mean
+  /// [A], below 0: where the current sensor's range ends, as the recording shows it. A current there
+  /// is a bound: the true one is this or more.
+  std::optional<double> sensor_min_current;
 };
+
+/// How far beyond the currents of its window a model is relied on [1].
+inline constexpr double kCurrentReach = 1.25;
 
 /// Factor on the width of a kind of interval, from its own past; see update().
 struct IntervalCalibration {
@@ -211,8 +218,9 @@ struct FittedModel {
 /// Rows of a base model's covariance behind the parameters (BaseRow).
 enum BaseCovarianceRow { kRowState = kBaseRows, kCovarianceRows };
 
-/// @return true when the fit may be used for predictions: it converged, or stopped at the iteration
-/// limit.
+/// @return true when the fit may be used for predictions: it converged, or nothing was fitted yet
+/// (populationPrior()). Standard errors are those of an optimum: a search that the iteration limit
+/// stopped before it has none.
 bool isUsable(const Fit& fit);
 
 /// @return the composition a model was fitted with.

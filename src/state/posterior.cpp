@@ -42,6 +42,10 @@ void setParameter(Fit& fit, Eigen::Index row, double value) {
 
 }  // namespace
 
+double determinedBelow(const Fit& fit, std::size_t row) {
+  return row == kRowUDc ? 0.5 : 0.5 * std::abs(fit.estimates[row].value);
+}
+
 void takeStandardErrors(Fit& fit) {
   for (std::size_t j = 0; j < fit.estimates.size(); ++j) {
     ParameterEstimate& estimate = fit.estimates[j];
@@ -49,8 +53,7 @@ void takeStandardErrors(Fit& fit) {
     const double variance = fit.covariance(row, row);
     if (estimate.held || !(variance > 0.0) || !std::isfinite(variance)) continue;
     estimate.std = std::sqrt(variance);
-    const double enough = row == kRowUDc ? 0.5 : 0.5 * std::abs(estimate.value);
-    estimate.determined = *estimate.std < enough;
+    estimate.determined = *estimate.std < determinedBelow(fit, j);
     estimate.at_bound = false;
   }
 }

@@ -33,8 +33,11 @@ std::vector<KnownParameter> knownOf(const std::vector<KnownPopulation>& populati
 /// @return what is known of a parameter; nullptr: nothing.
 const KnownParameter* find(const std::vector<KnownParameter>& known, const std::string& name);
 
-/// Takes standard errors from the covariance, and what they determine: a parameter whose error is
-/// below half of it (0.5 V of u_dc). One without a variance stays as it is.
+/// @return the standard error below which a parameter counts as determined: half of its value, 0.5 V
+/// of u_dc.
+double determinedBelow(const Fit& fit, std::size_t row);
+
+/// Takes standard errors from the covariance, and what they determine (determinedBelow()). One without a variance stays as it is.
 void takeStandardErrors(Fit& fit);
 
 /// An error of a model and how it follows from the directions in which parameters and state are

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "support/base_drive.hpp"
@@ -11,6 +12,13 @@ namespace {
 
 class RecordingFit : public ::testing::Test {
  protected:
+  InstrumentLimits cutOffAt(double limit) const {
+    InstrumentLimits limits;
+    limits.masked.assign(series_.size(), 0);
+    limits.current_limits = {limit};
+    return limits;
+  }
+
   Series series_ = test::baseDrive(1, 400.0);
   FitRequest request_;
 };
@@ -73,6 +81,90 @@ TEST_F(RecordingFit, ARangeWithoutSamplesIsRefusedWithWhatThereIs) {
         << error.what();
   }
   EXPECT_THROW(samplesBetween({}, 0.0, 1.0), std::invalid_argument);
+}
+
+TEST_F(RecordingFit, ARecordingWithAProblemIsRefusedUnlessItIsMeant) {
+  for (double& current : series_.current) current = -current;
+  const FittedModel refused = fitPlanned(series_, planFit(series_, request_));
+  EXPECT_EQ(refused.fit.status, FitStatus::kRefused);
+  EXPECT_NE(refused.fit.message.find("--discharge-positive"), std::string::npos);
+  request_.anyway = true;
+  EXPECT_NE(fitPlanned(series_, planFit(series_, request_)).fit.status, FitStatus::kRefused);
+}
+
+/// Cranks of which the sensor showed -200 A at most, and the same with their currents taken for
+/// true.
+TEST_F(RecordingFit, ACurrentThatIsCutOffBoundsTheResistance) {
+  const double truth = test::drivenBattery().r_discharge;
+  double cut_off = 0.0;
+  for (double& current : series_.current) {
+    cut_off += current < -200.0;
+    current = std::max(current, -200.0);
+  }
+  ASSERT_GT(cut_off, 100.0);
+  request_.from = 0.0;
+  request_.to = 400.0;
+  FitPlan plan = planFit(series_, request_);
+  takeLimits(plan.options, series_, cutOffAt(-200.0));
+  const FittedModel bounded = fitPlanned(series_, plan);
+  ASSERT_TRUE(isUsable(bounded.fit)) << bounded.fit.message;
+  EXPECT_EQ(bounded.fit.excited.sensor_min_current, -200.0);
+  plan.options.bounded.clear();
+  const FittedModel counted = fitPlanned(series_, plan);
+  EXPECT_NEAR(bounded.fit.parameters.r_discharge, truth, 0.02 * truth);
+  EXPECT_GT(counted.fit.parameters.r_discharge, 1.1 * truth);
+}
+
+/// The samples without the bound determine a resistance that is too small: then the bound counts.
+TEST_F(RecordingFit, ABoundThatIsViolatedCostsSomething) {
+  for (std::size_t n = 0; n < series_.size(); ++n) {
+    if (series_.current[n] >= -200.0) continue;
+    series_.current[n] = -200.0;
+    series_.voltage[n] += 1.0;
+  }
+  request_.from = 0.0;
+  request_.to = 400.0;
+  FitPlan plan = planFit(series_, request_);
+  takeLimits(plan.options, series_, cutOffAt(-200.0));
+  const FittedModel bounded = fitPlanned(series_, plan);
+  plan.options.bounded.clear();
+  const FittedModel counted = fitPlanned(series_, plan);
+  EXPECT_NEAR(bounded.fit.parameters.r_discharge, counted.fit.parameters.r_discharge, 1e-4);
+}
+
+TEST_F(RecordingFit, ASearchThatNeverMovedIsNoModel) {
+  Fit fit;
+  fit.window.samples = 900;
+  fit.iterations = 0;
+  requirePlausible(fit);
+  EXPECT_EQ(fit.status, FitStatus::kImplausible);
+  EXPECT_NE(fit.message.find("did not move"), std::string::npos);
+}
+
+TEST_F(RecordingFit, StandardErrorsThatNoDataCanGiveAreAFailedFit) {
+  const FittedModel sound = fitPlanned(series_, planFit(series_, request_));
+  ASSERT_EQ(sound.fit.status, FitStatus::kConverged) << sound.fit.message;
+  Fit fit = sound.fit;
+  fit.estimates[0].std = 1e-14;
+  requirePlausible(fit);
+  EXPECT_EQ(fit.status, FitStatus::kImplausible);
+  EXPECT_NE(fit.message.find("r_discharge"), std::string::npos) << fit.message;
+  EXPECT_FALSE(isUsable(fit));
+}
+
+/// Even without noise: what rounding leaves is an error that data can give.
+TEST_F(RecordingFit, ADriveWithoutNoiseIsAModel) {
+  const Series clean = test::baseDrive(2, 300.0, 0.0);
+  const FittedModel model = fitPlanned(clean, planFit(clean, request_));
+  EXPECT_EQ(model.fit.status, FitStatus::kConverged) << model.fit.message;
+}
+
+TEST_F(RecordingFit, ASearchThatTheLimitStoppedIsNoModel) {
+  request_.options.max_iterations = 1;
+  request_.options.initial = {0.05, 0.05, 200.0, 100.0};
+  const FittedModel model = fitPlanned(series_, planFit(series_, request_));
+  EXPECT_EQ(model.fit.status, FitStatus::kIterationLimit) << model.fit.message;
+  EXPECT_FALSE(isUsable(model.fit));
 }
 
 }  // namespace

@@ -50,6 +50,18 @@ TEST(ChooseWindow, PrefersTheStretchThatExcitesTheBattery) {
   EXPECT_GT(choice.excitation, 0.5);
 }
 
+/// The only crank lies in the first four minutes; later ones have the better changes of current.
+TEST(ChooseWindow, HoldsTheLargestDischargeWhereThatCostsLittle) {
+  auto current = test::dataSetOneCurrent(900.0, 0.01, 6);
+  for (std::size_t n = 0; n < current.size(); ++n)
+    if (n < 10000 || n >= 10100) current[n] = std::max(current[n], -60.0);
+  for (std::size_t n = 10000; n < 10100; ++n) current[n] = -280.0;
+  const Series series = test::answered(test::drivenBattery(), current, 0.01, 0.002, 6);
+  const WindowChoice choice = chooseWindow(series, {0, series.size()});
+  ASSERT_TRUE(choice.range);
+  EXPECT_EQ(excitedRange(series, *choice.range).min_current, -280.0);
+}
+
 TEST(ChooseWindow, TakesTheLatestOfWindowsThatAreEquallyGood) {
   const Series series = test::baseDrive(5, 900.0);
   const WindowChoice choice = chooseWindow(series, {0, series.size()});

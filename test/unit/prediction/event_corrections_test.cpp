@@ -119,6 +119,45 @@ TEST(CorrectCrankPrediction, TheSensorsEndOfRangeHasACorrectionOfItsOwn) {
   EXPECT_NEAR(correctCrankPrediction(model, -200.0, kModelled).value, 10.0, 0.03);
 }
 
+/// Cranks measured whole just inside the range, and others that the sensor cut off at -250 A.
+FittedModel crankedBeyondTheSensor() {
+  Random random(4);
+  FittedModel model = knownModel();
+  model.fit.excited.sensor_min_current = -250.0;
+  for (int k = 0; k < 8; ++k) {
+    const double current = -235.0 - 2.0 * (k % 7);
+    model.intervals.event_history.add(pastCrank(2.0 * k, current, 11.36 + 0.03 * random.normal(),
+                                                11.3 + 0.004 * (current + 240.0)));
+    model.intervals.event_history.add(
+        pastCrank(2.0 * k + 1.0, -250.0, 10.5 + 0.3 * random.normal(), 11.26));
+  }
+  return model;
+}
+
+TEST(CorrectCrankPrediction, AtTheSensorsEndHoldsCranksOfExactlyThisCurrentAndThoseBeyond) {
+  const FittedModel model = crankedBeyondTheSensor();
+  const Interval at_end = correctCrankPrediction(model, -250.0, {11.26, 11.1, 11.4});
+  EXPECT_GT(at_end.upper, 11.36);
+  EXPECT_LT(at_end.lower, 10.3);
+  EXPECT_NEAR(at_end.value, 10.5, 0.3);
+}
+
+TEST(CorrectCrankPrediction, WhatWasCutOffSaysNothingOfCranksThatAreMeasuredWhole) {
+  const FittedModel model = crankedBeyondTheSensor();
+  const Interval whole = correctCrankPrediction(model, -240.0, {11.3, 11.1, 11.5});
+  EXPECT_NEAR(whole.value, 11.36, 0.05);
+  EXPECT_GT(whole.lower, 11.2);
+  // Of more current than the sensor shows it is the model's that the whole ones correct.
+  EXPECT_NEAR(correctCrankPrediction(model, -280.0, {11.1, 11.0, 11.2}).value, 11.15, 0.1);
+}
+
+TEST(CorrectCrankPrediction, ABoundThatIsViolatedCorrectsEveryCrank) {
+  FittedModel model = knownModel();
+  model.fit.excited.sensor_min_current = -250.0;
+  for (int k = 0; k < 20; ++k) model.intervals.event_history.add(pastCrank(k, -250.0, 10.4, 10.0));
+  EXPECT_NEAR(correctCrankPrediction(model, -200.0, kModelled).value, kModelled.value + 0.4, 0.1);
+}
+
 TEST(CorrectCrankPrediction, ItsIntervalHoldsNineOfTenNextCranks) {
   Random random(9);
   int inside = 0, cases = 0;

@@ -114,5 +114,46 @@ TEST(Answered, IsValidUnlessTheQueryGoesBeyondItsWindow) {
   EXPECT_EQ(drawing(-550.0).message.rfind("9 V; outside the identified range: ", 0), 0u);
 }
 
+CrankingAnswer drawnFrom(const FittedModel& model, double current = -200.0) {
+  return answered<CrankingAnswer>(model, "", 50.0, [&](CrankingAnswer&) {
+    QueryRange range;
+    range.min_current = current;
+    return std::optional<QueryRange>(range);
+  });
+}
+
+FittedModel withCranks(FittedModel model, int cranks) {
+  for (int k = 0; k < cranks; ++k)
+    model.intervals.event_history.add(
+        {PastEvent::Kind::kCrank, 100.0 * k, 0.0, -200.0, 0.0, 0.0, 10.0, 10.1});
+  return model;
+}
+
+TEST(Extrapolation, ACrankNeedsItsResistanceAndOpenCircuitVoltageDeterminedOrThreePastCranks) {
+  for (const std::size_t row : {std::size_t{kRowRDischarge}, std::size_t{kRowUDc}}) {
+    FittedModel model = test::knownModel();
+    model.fit.estimates[row].determined = false;
+    EXPECT_TRUE(drawnFrom(test::knownModel()).valid);
+    EXPECT_FALSE(drawnFrom(model).valid);
+    EXPECT_TRUE(test::holds(drawnFrom(model).message, model.fit.estimates[row].name));
+    EXPECT_FALSE(drawnFrom(withCranks(model, 2)).valid);
+    EXPECT_TRUE(drawnFrom(withCranks(model, 3)).valid);
+  }
+}
+
+TEST(Extrapolation, AModelThatMissesItsCranksByMoreThanTheBaselineSupportsNone) {
+  FittedModel model = test::knownModel();
+  model.fit.scores.cranks = 24;
+  model.fit.scores.crank_error_std = 0.476;
+  model.fit.baseline.cranks.emplace();
+  model.fit.baseline.cranks->events = 24;
+  model.fit.baseline.cranks->error = {-0.231 * kNinety, 0.231 * kNinety};
+  EXPECT_FALSE(drawnFrom(model).valid);
+  EXPECT_TRUE(test::holds(drawnFrom(model).message, "by 476 mV RMS, the baseline by"))
+      << drawnFrom(model).message;
+  model.fit.scores.crank_error_std = 0.1;
+  EXPECT_TRUE(drawnFrom(model).valid);
+}
+
 }  // namespace
 }  // namespace battery_sof

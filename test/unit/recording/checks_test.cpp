@@ -766,5 +766,45 @@ TEST_F(RealChecks, LithiumCellIsNotATwelveVoltBlock) {
             "voltage_level:problem rate:warning excitation:note rate:note gaps:note");
 }
 
+// ---------------------------------------------------------------------------------------------
+// problems
+
+TEST(TimeUnitCheck, FindsMillisecondsReadAsSecondsAtAnyRate) {
+  for (const std::size_t stride : {1u, 10u, 100u}) {
+    Series series = everyNth(cleanDrive(3), stride);
+    EXPECT_TRUE(findingsOf(series, "time_unit").empty()) << stride;
+    for (double& time : series.time) time *= 1e3;
+    const std::vector<Finding> found = findingsOf(series, "time_unit");
+    ASSERT_EQ(found.size(), 1u) << stride;
+    EXPECT_EQ(found[0].severity, Severity::kProblem);
+    EXPECT_TRUE(says(found[0].meaning, "--time-unit ms")) << found[0].meaning;
+  }
+}
+
+TEST(TimeUnitCheck, LeavesWeeksWithAnOffsetOfTheCurrent) {
+  Series series;
+  for (int k = 0; k < 40 * 1440; ++k)  // 40 days, a sample a minute
+    series.append({60.0 * k, 0.15 + 4.0 * std::sin(0.01 * k), 12.7 + 0.02 * std::sin(0.01 * k)});
+  EXPECT_TRUE(findingsOf(series, "time_unit").empty());
+}
+
+TEST(VoltageLevelCheck, SaysThatANegativeVoltageHasItsSignFlippedAndNothingOfTheCurrents) {
+  Series series = cleanDrive(2);
+  for (double& voltage : series.voltage) voltage = -voltage;
+  const std::vector<Finding> problems = findProblems(series);
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(problems[0].id, "voltage_level");
+  EXPECT_TRUE(says(format(problems), "its sign is flipped")) << format(problems);
+}
+
+TEST(FindProblems, AreThoseOfTheWholeCheck) {
+  Series flipped = cleanDrive(2);
+  EXPECT_TRUE(findProblems(flipped).empty());
+  EXPECT_TRUE(findProblems({}).empty());
+  for (double& current : flipped.current) current = -current;
+  ASSERT_EQ(findProblems(flipped).size(), 1u);
+  EXPECT_EQ(findProblems(flipped)[0].what, findingsOf(flipped, "sign").at(0).what);
+}
+
 }  // namespace
 }  // namespace battery_sof

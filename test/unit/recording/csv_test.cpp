@@ -419,5 +419,15 @@ TEST_F(RealCsv, CellTesterFileIsReadThoughOtherHeadersRepeat) {
   EXPECT_EQ(recording.rejected.total(), 0U);
 }
 
+TEST_F(Csv, ATimeColumnMayCountMillisecondsButADateDoesNot) {
+  CsvColumns columns;
+  columns.time_unit = 1e-3;
+  const Recording counted = read(std::string(kHeader) + "1000,1,12\n1500,1,12\n", columns);
+  EXPECT_EQ(counted.series.time, (std::vector<double>{1.0, 1.5}));
+  const Recording dated =
+      read(std::string(kHeader) + "2017-03-25 07:00:06,1,12\n2017-03-25 07:00:07,1,12\n", columns);
+  EXPECT_EQ(dated.series.time[1] - dated.series.time[0], 1.0);
+}
+
 }  // namespace
 }  // namespace battery_sof
