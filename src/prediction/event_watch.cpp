@@ -55,7 +55,10 @@ std::optional<EventComparison> CrankWatch::compare() const {
   EventComparison comparison{measuredCrank(crank_, {0, crank_.size()}), *answer.u_min};
   FittedModel unexperienced = *model_;
   unexperienced.intervals.event_history = {};
-  comparison.modelled = predictCranking(unexperienced, query).u_min->value;
+  unexperienced.state.residual_state.present.current.reset();
+  const CrankingAnswer by_model = predictCranking(unexperienced, query);
+  if (!by_model.u_min) return std::nullopt;
+  comparison.modelled = by_model.u_min->value;
   return comparison;
 }
 

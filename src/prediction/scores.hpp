@@ -30,8 +30,14 @@ FittedModel drivenByCurrent(FittedModel model);
  * runs on from the state it ended with. Otherwise, or for a range before that, it runs from the
  * first sample, whose state is taken from the first second's voltage (paper, eq. 5, median), so
  * inside a later range nothing is used but its inputs. Across gaps the battery is taken to rest.
+ *
+ * What the model misses by itself grows with its age: its error over the window is a mean over the
+ * window's duration W, and as a walk has the variance sigma^2 (1 + age / W) later (ageOf()).
  */
 FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range);
+
+/// @return [s], by how much a time is later than the model's window; 0 inside or before it.
+double ageOf(const Fit& fit, double time);
 
 /// How cranks were predicted.
 struct CrankScores {
@@ -120,6 +126,8 @@ struct PredictionReport {
   BothWaysScores baseline;
   /// of the baseline line; none without one
   std::optional<PredictionScores> baseline_from_current;
+  /// [s], from the end of the model's window to the end of the range; 0 inside the window
+  double model_age = 0.0;
 };
 
 /// A model's course through a range of a recording, and how well it did.

@@ -147,6 +147,24 @@ void describeResidual(File& now, Residual& d) {
                      d.p_dd, d.p_da, d.p_aa));
 }
 
+/// What it misses at the present load, and how far such errors missed later voltages.
+template <typename File, typename Present>
+void describePresent(File& file, Present& present) {
+  file.number("current_a", present.current, kCurrents);
+  file.number("level_v", present.level, kVoltages);
+  file.number("largest_current_a", present.largest, kCurrents);
+  auto& [next, middle, last] = present.squares;
+  auto& [of_next, of_middle, of_last] = present.weights;
+  file.row("missed_v2", next, middle, last);
+  file.row("comparisons", of_next, of_middle, of_last);
+  constexpr double kMost = 1e4;  // [V^2]
+  for (const double square : present.squares)
+    file.require(square >= 0.0 && square <= kMost, "missed_v2",
+                 format("has %g, expected 0 to %g", square, kMost));
+  for (const double weight : present.weights)
+    file.require(weight >= 0.0, "comparisons", format("has %g, expected at least 0", weight));
+}
+
 /// What the model misses, and how wide its intervals must be.
 template <typename File, typename Model>
 void describeErrors(File& file, Model& model) {
@@ -159,6 +177,14 @@ void describeErrors(File& file, Model& model) {
     file.number("ar_time_s", noise->ar_time, {1e-6, 1e9});
     file.number("walk_std_v_per_sqrt_s", noise->walk_std, kStd);
     file.map("now", [&](auto& now) { describeResidual(now, model.state.residual_state); });
+  }
+  auto& present = model.state.residual_state.present;
+  if (file.has("present", present.weights[0] > 0.0))
+    file.map("present", [&](auto& part) { describePresent(part, present); });
+  auto& missed = model.intervals.missed_answer;
+  if (file.has("missed_answer", missed.has_value())) {
+    if constexpr (File::kReads) missed.emplace();
+    file.row("missed_answer", missed->time, missed->measured, missed->lower, missed->upper);
   }
   describeCalibration(file, "crank_intervals", model.intervals.crank_calibration);
   describeCalibration(file, "charge_intervals", model.intervals.charge_calibration);

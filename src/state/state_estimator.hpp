@@ -3,6 +3,7 @@
 #include "battery_sof/series.hpp"
 #include "model/input_sequence.hpp"
 #include "state/fitted_model.hpp"
+#include "state/present_error.hpp"
 
 namespace battery_sof {
 
@@ -20,6 +21,8 @@ inline constexpr double kOhmsOfCurrentError = 0.01;
  * Where a charger controls the model's voltage, d is the level of stops alone (isStopLoad()), a is
  * zero: between stops what past ones say (EventHistory::nextStop()), in a stop the mean of its own
  * samples, which forgets within ten seconds. What a crank misses says nothing of it.
+ *
+ * What is missed at the load that flows is followed beside them (PresentErrorFilter).
  *
  *     1 / p <- 1 / p + w,   w = duration / (s^2 T),   p >= (20 mV)^2,   s = 50 mV,   T = 5 s
  *     level <- level + max(p w, 1 - exp(-duration / 8 s)) (error - level)
@@ -61,6 +64,7 @@ class ResidualFilter {
   std::optional<double> min_current_;  // [A], of a charger's rule
   ErrorForecast next_stop_;
   bool in_stop_ = false;
+  PresentErrorFilter present_;
 };
 
 /**

@@ -181,6 +181,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
   model.state.time = time;
   model.state.current = current;
   model.state.missed_crank = {};
+  model.state.residual_state.present.current.reset();
   Simulation here = uncertainSimulationOf(model);
   here.hold(current, 0.0);
   const double missing = voltage - here.voltage();
