@@ -255,10 +255,13 @@ Interval beginAtPresent(const FittedModel& model, const Interval& modelled, doub
   const ErrorForecast expected = expectedPresentError(model);
   const double excess =
       std::max(0.0, std::abs(present.level - expected.mean) - halfWidthOf(expected));
-  const double own = std::pow(half / kNinetyPercent, 2), prior = own + excess * excess,
-               share = present.share * present.share;
+  const double own = std::pow(half / kNinetyPercent, 2), share = present.share * present.share;
+  // What both say may differ by their variances; what is beyond their interval is the model's.
+  const double apart = equations + present.level - modelled.value;
+  const double beyond = std::pow(apart / kNinetyPercent, 2) - own / share - present.variance;
+  const double prior = own + excess * excess + std::max(0.0, beyond);
   const double weight = share * prior / (prior + share * present.variance);
-  const double value = modelled.value + weight * (equations + present.level - modelled.value),
+  const double value = modelled.value + weight * apart,
                factor = std::sqrt((1.0 - weight) * prior / own);
   return {value, value - factor * (modelled.value - modelled.lower),
           value + factor * (modelled.upper - modelled.value)};

@@ -35,9 +35,9 @@ void ResidualFilter::expectStop() {
   if (min_current_) setLevel(next_stop_);
 }
 
-void ResidualFilter::follow(const InputSample& sample, double error) {
+void ResidualFilter::follow(const InputSample& sample, double error, double physics_error) {
   const double duration = sample.step.duration;
-  present_.follow(sample, error);
+  present_.follow(sample, physics_error);
   if (!min_current_) return sample.voltage_controlled ? wait(duration) : update(duration, error);
   const bool in_stop = !sample.voltage_controlled && isStopLoad(sample.step.current, *min_current_);
   if (in_stop != in_stop_) setLevel(next_stop_);
@@ -201,7 +201,7 @@ FollowedSample StateEstimator::predict(InputSample sample) {
 
 FollowedSample StateEstimator::follow(const InputSample& sample) {
   FollowedSample followed = predict(sample);
-  update(sample, sample.voltage - followed.voltage);
+  update(sample, sample.voltage - followed.voltage, followed.physics_error);
   return followed;
 }
 

@@ -38,8 +38,8 @@ class ResidualFilter {
   void setNextStop(const ErrorForecast& level) { next_stop_ = level; }
 
   /// Moves on to a sample. @param error [V], measured - modelled; not looked at where the voltage is
-  /// the input.
-  void follow(const InputSample& sample, double error);
+  /// the input.  @param physics_error [V], the same of the equations alone, which answers use.
+  void follow(const InputSample& sample, double error, double physics_error);
   /// Takes in the error of a sample. @param duration [s] since the sample before.  @param error
   /// [V], measured - modelled.
   void update(double duration, double error);
@@ -111,8 +111,11 @@ class StateEstimator {
   /// Moves to a sample, driven by what is controlled there.
   FollowedSample predict(InputSample sample);
   /// Takes in what the model misses of the sample it moved to. @param error [V], measured - modelled;
-  /// not looked at where the voltage is the input.
-  void update(const InputSample& sample, double error) { errors_.follow(sample, error); }
+  /// not looked at where the voltage is the input.  @param physics_error the same of the equations
+  /// alone.
+  void update(const InputSample& sample, double error, double physics_error) {
+    errors_.follow(sample, error, physics_error);
+  }
   /// Both.
   FollowedSample follow(const InputSample& sample);
 

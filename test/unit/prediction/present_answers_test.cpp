@@ -29,7 +29,8 @@ FittedModel missing(double offset, double drift = 0.0, double rmse = 0.01) {
     sample.step = estimator.stepTo(estimator.state().time + 1.0, -10.0, 10.0);
     const FollowedSample followed = estimator.predict(sample);
     sample.voltage = followed.voltage + offset + drift * n + 0.002 * random.normal();
-    estimator.update(sample, sample.voltage - followed.voltage);
+    const double error = sample.voltage - followed.voltage;
+    estimator.update(sample, error, error);
   }
   estimator.saveTo(model);
   return model;
