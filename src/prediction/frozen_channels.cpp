@@ -17,19 +17,26 @@ constexpr double kLearnt = 300.0;  // [s]
 
 }  // namespace
 
-void FrozenChannels::Run::add(bool repeats, double interval, double moved) {
-  if (!repeats) return end();
+void FrozenChannels::Run::add(bool repeats, double interval, double other) {
+  if (!repeats) end();
+  if (samples == 0 && !repeats) {
+    lowest = highest = other;
+    return;
+  }
   duration += interval;
-  path += moved;
+  rise = std::max(rise, other - lowest);
+  fall = std::max(fall, highest - other);
+  lowest = std::min(lowest, other);
+  highest = std::max(highest, other);
   ++samples;
 }
 
 void FrozenChannels::Run::end() {
-  if (!isLong() || (duration <= kBeyond * longest && path <= kBeyond * longest_path)) {
+  if (!isLong() || (duration <= kBeyond * longest && moved() <= kBeyond * most_moved)) {
     longest = std::max(longest, duration);
-    longest_path = std::max(longest_path, path);
+    most_moved = std::max(most_moved, moved());
   }
-  duration = path = 0.0;
+  duration = rise = fall = 0.0;
   samples = 0;
 }
 
@@ -45,8 +52,8 @@ void FrozenChannels::add(const Sample& sample, bool is_gap) {
     const bool at_rest = std::abs(sample.current) < EventLimits::kRestCurrent;
     learnt_ += interval;
     both_.add(current_moved == 0.0 && voltage_moved == 0.0 && !at_rest, interval, 0.0);
-    current_.add(current_moved == 0.0, interval, voltage_moved);
-    voltage_.add(voltage_moved == 0.0, interval, current_moved);
+    current_.add(current_moved == 0.0, interval, sample.voltage);
+    voltage_.add(voltage_moved == 0.0, interval, sample.current);
   }
   last_ = sample;
   reason_ = judge();
@@ -57,9 +64,9 @@ std::string FrozenChannels::judge() const {
     return format("current and voltage have repeated themselves for %.0f s", both_.duration);
   if (learnt_ < kLearnt) return "";
   for (const auto& [run, name] : {std::pair{&voltage_, "voltage"}, std::pair{&current_, "current"}})
-    if (run->isLong() && run->path > kBeyond * run->longest_path)
-      return format("the %s has been stuck for %.0f s while the other channel moved", name,
-                    run->duration);
+    if (run->isLong() && run->moved() > kBeyond * run->most_moved)
+      return format("the %s has been stuck for %.0f s while the other channel moved up and down",
+                    name, run->duration);
   return "";
 }
 

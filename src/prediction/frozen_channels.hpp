@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -12,9 +13,9 @@ namespace battery_sof {
  *
  * Current and voltage under load flicker by noise and steps of the sensor. Both are frozen when
  * they repeat themselves exactly, away from rest, for half a minute and ten times as long as the
- * longest such stretch before. One of them is stuck when it does so while the other moves by ten
- * times as much (the sum of its changes) as in the most that it took before; five minutes are
- * learnt from first. What was judged frozen teaches nothing.
+ * longest such stretch before. One of them is stuck when it does so while the other moves up and
+ * down by ten times as much as in any such stretch before; five minutes are learnt from first. What
+ * was judged frozen teaches nothing.
  */
 class FrozenChannels {
  public:
@@ -27,11 +28,14 @@ class FrozenChannels {
  private:
   /// A stretch in which a value repeats, and the longest of those that ended.
   struct Run {
-    double duration = 0.0, longest = 0.0;   // [s]
-    double path = 0.0, longest_path = 0.0;  // of the other channel
+    double duration = 0.0, longest = 0.0;  // [s]
+    // by which the other channel rose and fell, the lesser of both; of the past
+    double rise = 0.0, fall = 0.0, most_moved = 0.0;
+    double lowest = 0.0, highest = 0.0;  // of the other channel
     int samples = 0;
-    /// Takes a sample. @param moved by the other channel.
-    void add(bool repeats, double interval, double moved);
+    double moved() const { return std::min(rise, fall); }
+    /// Takes a sample. @param other channel's value.
+    void add(bool repeats, double interval, double other);
     void end();
     bool isLong() const;
   };

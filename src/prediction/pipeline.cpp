@@ -30,6 +30,8 @@ constexpr double kSpanOfBlock = 10.0;  // [V], from 1 V a cell, empty under load
 // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 constexpr double kShortCharge = 10.0;
 
+constexpr double kKeepsMissing = 8.0;  // [s], as the present level's memory
+
 // Of an IntervalCalibration, see update().
 constexpr double kRate = 0.25;      // eta: an outlier widens by a quarter
 constexpr double kMissShare = 0.1;  // of a 90 % interval
@@ -40,10 +42,11 @@ double halfWidthOf(const ErrorForecast& error) {
   return kNinetyPercent * std::sqrt(error.variance);
 }
 
-/// Whether it misses the present voltage by more than the whole interval in which that was expected.
+/// Whether it keeps missing the voltage of the present load by more than the whole interval in which
+/// that was expected. A crank's own error is MissedAnswer's.
 std::string presentlyMissed(const FittedModel& model) {
   const PresentError& present = model.state.residual_state.present;
-  if (!present.current) return "";
+  if (!present.current || present.since < kKeepsMissing) return "";
   const ErrorForecast expected = expectedPresentError(model);
   const double missed = present.level - expected.mean, width = 2.0 * halfWidthOf(expected);
   if (std::abs(missed) <= width) return "";
@@ -262,7 +265,7 @@ Interval beginAtPresent(const FittedModel& model, const Interval& modelled, doub
   const double prior = own + excess * excess + std::max(0.0, beyond);
   const double weight = share * prior / (prior + share * present.variance);
   const double value = modelled.value + weight * apart,
-               factor = std::sqrt((1.0 - weight) * prior / own);
+               factor = std::sqrt((1.0 - weight) * (prior + weight * apart * apart) / own);
   return {value, value - factor * (modelled.value - modelled.lower),
           value + factor * (modelled.upper - modelled.value)};
 }

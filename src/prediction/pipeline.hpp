@@ -162,12 +162,14 @@ Interval crankAnswer(const FittedModel& model, double current, const LowestVolta
  * @brief An answer that begins at what is measured: the present error, taken into it by what it
  * says of the load that is asked for.
  *
- *     R = D + (1 / rho^2 - 1) V,   w = V / (V + R),   u = (1 - w) u + w (u_m + level),   V <- (1 - w) V
+ *     R = D + (1 / rho^2 - 1) V,   w = V / (V + R),   d = u_m + level - u,
+ *     u <- u + w d,   V <- (1 - w) (V + w d^2)
  *
  * V is the interval's variance, D and rho those of PresentForecast. At the present load (rho = 1)
  * the answer is the measured voltage as far as such a level lasted in the past; far from it what
- * the model and its past events say. A level that the model was not expected to miss, beyond the
- * interval of expectedPresentError(), adds its square to V first.
+ * the model and its past events say. What both say differs by d: beyond the interval of their
+ * variances the model is off, and V grows first until it is not; a level beyond the interval of
+ * expectedPresentError() adds the square of what is beyond.
  *
  * @param modelled of a block [V].  @param equations [V], the same by equations alone.
  */

@@ -151,6 +151,7 @@ void describeResidual(File& now, Residual& d) {
 template <typename File, typename Present>
 void describePresent(File& file, Present& present) {
   file.number("current_a", present.current, kCurrents);
+  file.number("since_s", present.since, kDurations);
   file.number("level_v", present.level, kVoltages);
   file.number("largest_current_a", present.largest, kCurrents);
   auto& [next, middle, last] = present.squares;

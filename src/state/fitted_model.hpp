@@ -76,6 +76,7 @@ std::string toString(FitStatus status);
 /// see PresentErrorFilter.
 struct PresentError {
   std::optional<double> current = std::nullopt;  ///< [A], the load; none: the voltage is controlled
+  double since = 0.0;                            ///< [s], that this load has lasted
   double level = 0.0;                            ///< [V], measured minus modelled
   double largest = 0.0;                          ///< [A], current that was seen
   /// [V^2], mean squares over the next sample, 30 and 120 s, and the comparisons that they count as

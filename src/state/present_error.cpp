@@ -91,6 +91,7 @@ void PresentErrorFilter::follow(const InputSample& sample, double error) {
   clock_ += duration;
   if (sample.voltage_controlled || sample.step.gap) {
     now_.current.reset();
+    now_.since = 0.0;
     snapshots_.clear();
   }
   if (sample.voltage_controlled) return;
@@ -101,6 +102,7 @@ void PresentErrorFilter::follow(const InputSample& sample, double error) {
     const double alike = correlationOfLoads(current, *now_.current, now_.largest);
     if (alike >= kSameLoad && duration > 0.0) compare(0, duration, error - now_.level, duration);
     compareSnapshots(duration, error, current);
+    now_.since = alike >= kSameLoad ? now_.since + duration : 0.0;
     now_.level +=
         std::max(1.0 - std::exp(-duration / kLevelMemory), 1.0 - alike) * (error - now_.level);
   }
