@@ -472,6 +472,25 @@ TEST(OnlineSession, RestoredModelOfAnotherClockIsRefusedWithTheReason) {
   EXPECT_THAT(refusal(0.0), HasSubstr("ahead of the first sample"));
 }
 
+TEST(IdentificationJob, ComparesBothModelsInOneDirectionOverTheSameSamples) {
+  OnlineSession session;
+  Feeder feeder(session);
+  InputSequence inputs(0.01);
+  feeder.inputs(inputs, 30000);
+  auto job = session.takeJob();
+  ASSERT_TRUE(job);
+  const IdentificationResult first = runIdentification(*job);
+  ASSERT_TRUE(first.model);
+  job->incumbent = *first.model;
+  ControlModeRule rule;
+  rule.present = true;
+  job->incumbent->fit.source = rule;
+  EXPECT_NEAR(runIdentification(*job).worsening, 1.0, 1e-9);
+  job->incumbent->fit.parameters.u_dc += 0.3;
+  job->incumbent->fit.parameters.r_discharge *= 2.0;
+  EXPECT_LT(runIdentification(*job).worsening, 0.9);
+}
+
 TEST(OnlineSession, WorseModelIsRefusedAndTheOldOneKept) {
   OnlineSession session;
   Feeder feeder(session);

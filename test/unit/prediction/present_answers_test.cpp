@@ -7,6 +7,7 @@
 #include "prediction/model_monitor.hpp"
 #include "prediction/online_session.hpp"
 #include "prediction/questions.hpp"
+#include "prediction/scores.hpp"
 #include "state/state_estimator.hpp"
 #include "support/base_circuit.hpp"
 #include "support/known_model.hpp"
@@ -35,8 +36,6 @@ FittedModel missing(double offset, double drift = 0.0, double rmse = 0.01) {
   estimator.saveTo(model);
   return model;
 }
-
-double voltageNow(const FittedModel& model) { return simulationOf(model).voltage(); }
 
 TEST(PresentAnswers, AnswerForThePresentLoadBeginsAtTheMeasuredVoltage) {
   for (const double offset : {-1.5, -0.2, 0.0, 0.3}) {
@@ -110,6 +109,21 @@ TEST(PresentAnswers, ACrankMissedByMoreThanItsIntervalEndsValidityAtOnce) {
   const CrankingAnswer answer = behindACrankOffBy(-3.0);
   EXPECT_FALSE(answer.valid);
   EXPECT_THAT(answer.message, HasSubstr("the last crank measured"));
+}
+
+TEST(PredictRange, IntervalsGrowWithTheAgeOfTheModelWhichIsReported) {
+  FittedModel model = test::knownModel();
+  model.fit.scores.rmse = 0.02;
+  Series series;
+  for (int n = 0; n <= 1100; ++n) series.append({static_cast<double>(n), -10.0, 12.5});
+  const RangePrediction predicted =
+      predictRange(model, series, {100, 1101}, PredictionMode::kCurrent);
+  EXPECT_NEAR(predicted.report.model_age, 1000.0, 1e-9);
+  const auto width = [&](std::size_t n) {
+    return predicted.course.voltage_upper[n] - predicted.course.voltage_lower[n];
+  };
+  EXPECT_NEAR(width(1000) / width(0), std::sqrt(1.0 + 1000.0 / 100.0), 1e-6);
+  EXPECT_EQ(ageOf(model.fit, 50.0), 0.0);
 }
 
 /// Flickering channels of a load, frozen from a moment on.
