@@ -133,7 +133,7 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
 /// measured a minute later where the load is still the same (to a tenth).
 void askPresent(const std::string& path, const CsvColumns& columns, const SessionOptions& options,
                 double every) {
-  constexpr double kLeastLoad = -0.05, kLater = 60.0;  // [A], [s]
+  constexpr double kLeastLoad = -0.05, kLater = 60.0, kInstant = 0.05;  // [A], [s], [s]
   const Recording recording = readCsv(path, columns);
   const Series& series = recording.series;
   OnlineSession session(options);
@@ -152,7 +152,7 @@ void askPresent(const std::string& path, const CsvColumns& columns, const Sessio
     const auto holds = [](const CrankingAnswer& answer, double voltage) {
       return answer.u_min->lower <= voltage && voltage <= answer.u_min->upper;
     };
-    const CrankingAnswer one = model.predictCranking({current, 1.0, current, 1.0, 10.5});
+    const CrankingAnswer one = model.predictCranking({current, 0.0, current, kInstant, 10.5});
     if (one.u_min && verbose)
       std::printf("%s,%.1f,%.2f,%.3f,%.3f,%.3f,%.3f,%d,%s\n", recording.name.c_str(), time, current,
                   u, one.u_min->value, one.u_min->lower, one.u_min->upper, one.valid,

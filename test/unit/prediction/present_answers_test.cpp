@@ -138,7 +138,9 @@ std::string frozenAfter(double seconds, bool current, bool voltage) {
     if (!voltage || time < 500.0) sample.voltage = 12.4 + std::round(random.normal() * 10.0) / 1e3;
     sample.time = time;
     channels.add(sample, false);
-    if (time < 500.0) EXPECT_EQ(channels.reason(), "");
+    if (time < 500.0) {
+      EXPECT_EQ(channels.reason(), "");
+    }
     if (time >= 500.0 + seconds) break;
   }
   return channels.reason();
