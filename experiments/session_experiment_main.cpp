@@ -144,9 +144,9 @@ void askPresent(const std::string& path, const CsvColumns& columns, const Sessio
     const double time = series.time[n], current = series.current[n], u = series.voltage[n];
     session.push({time, current, u, std::nullopt});
     if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
-    if (time - asked_at < every || current > kLeastLoad || session.status().voltage_controlled)
-      continue;
+    if (time - asked_at < every) continue;
     asked_at = time;
+    if (current > kLeastLoad || session.status().voltage_controlled) continue;
     ++asked;
     const ModelSnapshot model = session.live();
     const auto holds = [](const CrankingAnswer& answer, double voltage) {
