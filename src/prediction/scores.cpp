@@ -93,7 +93,12 @@ double ageOf(const Fit& fit, double time) {
 
 namespace {
 
-/// Of what a model misses by itself: the variance at an age in units of the window's.
+/// [V^2], by which the error of a voltage walked since the window.
+double walkedBy(const Fit& fit, double time) {
+  return fit.noise ? std::pow(fit.noise->walk_std, 2) * ageOf(fit, time) : 0.0;
+}
+
+/// Of what a model misses of a current: the variance at an age in units of the window's.
 double ageing(const Fit& fit, double time) {
   const double duration = fit.window.to - fit.window.from;
   return duration > 0.0 ? 1.0 + ageOf(fit, time) / duration : 1.0;
@@ -113,9 +118,10 @@ FollowedPrediction predictSeries(const FittedModel& model, const Series& series,
     const FollowedSample at = estimator.predict(inputs.samples[n - first]);
     if (n < range.first) continue;
     const bool is_current = at.voltage_controlled;
-    const double own = is_current ? own_current : own_voltage;
-    const double deviation =
-        std::sqrt(at.variance + own * ageing(start.fit, estimator.state().time));
+    const double time = estimator.state().time;
+    const double own = is_current ? own_current * ageing(start.fit, time)
+                                  : own_voltage + walkedBy(start.fit, time);
+    const double deviation = std::sqrt(at.variance + own);
     const Interval voltage = ninetyPercent(at.voltage, is_current ? 0.0 : deviation),
                    current = ninetyPercent(at.current, is_current ? deviation : 0.0);
     predicted.voltage_controlled.push_back(at.voltage_controlled);

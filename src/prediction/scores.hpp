@@ -31,8 +31,9 @@ FittedModel drivenByCurrent(FittedModel model);
  * first sample, whose state is taken from the first second's voltage (paper, eq. 5, median), so
  * inside a later range nothing is used but its inputs. Across gaps the battery is taken to rest.
  *
- * What the model misses by itself grows with its age: its error over the window is a mean over the
- * window's duration W, and as a walk has the variance sigma^2 (1 + age / W) later (ageOf()).
+ * What the model misses by itself grows with its age (ageOf()). The error of a voltage walks as its
+ * noise model says. Of a current no noise is fitted: its mean square over the window's duration W is
+ * taken for a walk's, sigma^2 (1 + age / W).
  */
 FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range);
 
