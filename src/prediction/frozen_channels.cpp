@@ -13,6 +13,7 @@ namespace {
 constexpr double kLeast = 30.0;    // [s]
 constexpr int kLeastSamples = 10;  // as the stuck check of a recording
 constexpr double kBeyond = 10.0;   // times what was seen before
+constexpr double kMoved = 3.0;     // times, beyond what noise adds in a longer stretch
 constexpr double kLearnt = 300.0;  // [s]
 
 }  // namespace
@@ -32,7 +33,8 @@ void FrozenChannels::Run::add(bool repeats, double interval, double other) {
 }
 
 void FrozenChannels::Run::end() {
-  if (!isLong() || (duration <= kBeyond * longest && moved() <= kBeyond * most_moved)) {
+  if (!isLong() || duration <= kBeyond * longest ||
+      (moved() > 0.0 && moved() <= kMoved * most_moved)) {
     longest = std::max(longest, duration);
     most_moved = std::max(most_moved, moved());
   }
@@ -64,7 +66,8 @@ std::string FrozenChannels::judge() const {
     return format("current and voltage have repeated themselves for %.0f s", both_.duration);
   if (learnt_ < kLearnt) return "";
   for (const auto& [run, name] : {std::pair{&voltage_, "voltage"}, std::pair{&current_, "current"}})
-    if (run->isLong() && run->moved() > kBeyond * run->most_moved)
+    if (run->isLong() && run->duration > kBeyond * run->longest &&
+        run->moved() > kMoved * run->most_moved)
       return format("the %s has been stuck for %.0f s while the other channel moved up and down",
                     name, run->duration);
   return "";

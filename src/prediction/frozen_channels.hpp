@@ -14,7 +14,7 @@ namespace battery_sof {
  * Current and voltage under load flicker by noise and steps of the sensor. Both are frozen when
  * they repeat themselves exactly, away from rest, for half a minute and ten times as long as the
  * longest such stretch before. One of them is stuck when it does so while the other moves up and
- * down by ten times as much as in any such stretch before; five minutes are learnt from first. What
+ * down by three times as much as in any such stretch before; five minutes are learnt from first. What
  * was judged frozen teaches nothing.
  */
 class FrozenChannels {

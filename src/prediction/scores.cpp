@@ -336,7 +336,7 @@ BothWaysScores bothWays(const Series& series, IndexRange range, const std::vecto
 
 namespace {
 
-/// An interval that past events replaced is of their age; one that they left alone has its own.
+/// A charge's interval that past ones replaced is of their age; one that they left has its own.
 Interval agedAsExpected(const Interval& corrected, const Interval& expected, double factor) {
   const double width = corrected.upper - corrected.lower;
   if (std::abs(width - (expected.upper - expected.lower)) <= 1e-9 * width) return corrected;
@@ -352,11 +352,10 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
       series, range, overSeries(series, range, predicted.voltage_controlled), predicted,
       {predicted.equations_voltage, predicted.voltage_lower, predicted.voltage_upper},
       [&](const EventComparison& event) -> std::optional<Interval> {
-        const Interval corrected =
-            event.kind == PastEvent::Kind::kCrank
-                ? correctCrankPrediction(model, event.current, event.expected)
-                : correctChargePrediction(
-                      model, {event.voltage, event.first_voltage, event.duration}, event.expected);
+        if (event.kind == PastEvent::Kind::kCrank)
+          return correctCrankPrediction(model, event.current, event.expected);
+        const Interval corrected = correctChargePrediction(
+            model, {event.voltage, event.first_voltage, event.duration}, event.expected);
         return agedAsExpected(corrected, event.expected, std::sqrt(ageing(model.fit, event.time)));
       });
 }

@@ -114,6 +114,7 @@ TEST(PresentAnswers, ACrankMissedByMoreThanItsIntervalEndsValidityAtOnce) {
 TEST(PredictRange, IntervalsGrowWithTheAgeOfTheModelWhichIsReported) {
   FittedModel model = test::knownModel();
   model.fit.scores.rmse = 0.02;
+  model.fit.noise = NoiseModel{0.002, 0.0, 1.0, 1e-3};
   Series series;
   for (int n = 0; n <= 1100; ++n) series.append({static_cast<double>(n), -10.0, 12.5});
   const RangePrediction predicted =
@@ -122,26 +123,27 @@ TEST(PredictRange, IntervalsGrowWithTheAgeOfTheModelWhichIsReported) {
   const auto width = [&](std::size_t n) {
     return predicted.course.voltage_upper[n] - predicted.course.voltage_lower[n];
   };
-  EXPECT_NEAR(width(1000) / width(0), std::sqrt(1.0 + 1000.0 / 100.0), 1e-6);
+  EXPECT_NEAR(width(1000) / width(0), std::hypot(0.02, 1e-3 * std::sqrt(1000.0)) / 0.02, 1e-6);
   EXPECT_EQ(ageOf(model.fit, 50.0), 0.0);
 }
 
-/// Flickering channels of a load, frozen from a moment on.
+/// Flickering channels of a load that changes every five seconds, frozen from a moment on.
 std::string frozenAfter(double seconds, bool current, bool voltage) {
   FrozenChannels channels;
   test::Random random(1);
   Sample sample{0.0, 0.0, 0.0};
   for (int n = 0; n < 60000; ++n) {
-    const double time = 0.01 * n;
-    if (!current || time < 500.0)
-      sample.current = -10.0 + std::round(random.normal() * 10.0) / 10.0;
-    if (!voltage || time < 500.0) sample.voltage = 12.4 + std::round(random.normal() * 10.0) / 1e3;
-    sample.time = time;
+    sample.time = 0.01 * n;
+    const double load = std::fmod(sample.time, 10.0) < 5.0 ? -10.0 : 20.0;
+    const bool is_sound = sample.time < 500.0;
+    if (!current || is_sound) sample.current = load + 0.1 * std::round(10.0 * random.normal());
+    if (!voltage || is_sound)
+      sample.voltage = 12.4 + 0.006 * load + 1e-3 * std::round(10.0 * random.normal());
     channels.add(sample, false);
-    if (time < 500.0) {
+    if (is_sound) {
       EXPECT_EQ(channels.reason(), "");
     }
-    if (time >= 500.0 + seconds) break;
+    if (sample.time >= 500.0 + seconds) break;
   }
   return channels.reason();
 }
