@@ -110,7 +110,7 @@ SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
     updateFrom(event);
   };
   if (const auto crank = watch_.cranks.add(at)) {
-    judgeAnswer(*crank);
+    tracker_->setMissedAnswer(watch_.cranks.missed());
     take(*crank, calibrations_.crank_calibration, events.cranks);
   }
   if (const auto charge = watch_.charges.add(at)) {
@@ -125,14 +125,6 @@ SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
   }
   if (const auto charge = watch_.long_charges.add(at)) updateFrom(*charge);
   return events;
-}
-
-void ModelMonitor::judgeAnswer(const EventComparison& crank) {
-  const Interval& answer = crank.expected;
-  const bool is_missed = crank.absError() > answer.upper - answer.lower;
-  tracker_->setMissedAnswer(is_missed ? std::optional<MissedAnswer>({crank.time, crank.measured,
-                                                                     answer.lower, answer.upper})
-                                      : std::nullopt);
 }
 
 void ModelMonitor::updateFrom(const PastEvent& event) {

@@ -87,9 +87,6 @@ class ModelMonitor {
 
   SessionEvents watch(const Sample& sample, double max_gap);
   void updateFrom(const PastEvent& event);
-  /// Holds an answer that was given against its crank.
-  void judgeAnswer(const EventComparison& crank);
-
   AnswerSteps steps_;
   EventWatch watch_;
   IntervalCalibrations calibrations_;
