@@ -38,7 +38,15 @@ struct IntakeLimits {
   static constexpr double kMaxAbsTime = 1e10;
   /// [s], nearer stamps are one instant; the step of a stamp since 1970 is 2.4e-7 s
   static constexpr double kMinInterval = 1e-7;
+  /// [K], -60 and 150 degrees Celsius: wider than the range of any sensor on a vehicle's battery
+  static constexpr double kMinTemperature = 213.15, kMaxTemperature = 423.15;
 };
+
+/// Whether a temperature [K] can be a battery's.
+inline bool isTemperature(double temperature) {
+  return temperature >= IntakeLimits::kMinTemperature &&
+         temperature <= IntakeLimits::kMaxTemperature;
+}
 
 /// @return why samples were refused, e.g. "10 duplicate stamp, 2 not finite"; empty without any.
 std::string reasonsOf(const RejectedCounts& rejected);
@@ -52,8 +60,9 @@ std::string toString(const RejectedCounts& rejected);
  * Refuses and counts; never repairs. A sample is refused when time, current or voltage is missing
  * or not finite, when its stamp is not after the last accepted one by IntakeLimits::kMinInterval
  * (nearer ones are duplicates), or when a stamp or value lies beyond IntakeLimits. A temperature
- * without current and voltage has a clock of its own: only its stamp is judged, against the last
- * such temperature.
+ * without current and voltage has a clock of its own: its stamp is judged against the last such
+ * temperature. A temperature that none can be is refused and counted by itself; what it came with
+ * is a sample all the same.
  */
 class Intake {
  public:
@@ -67,15 +76,19 @@ class Intake {
   void resumeAt(const std::optional<double>& time);
 
   const RejectedCounts& rejected() const { return rejected_; }
+  /// Temperatures that were refused; the samples they came with are not among rejected().
+  std::size_t rejectedTemperatures() const { return rejected_temperatures_; }
   double largestStepBack() const { return largest_step_back_; }  ///< [s]
 
  private:
   SampleFate judgeOrder(double time, const std::optional<double>& last);
   void count(SampleFate fate);
+  void countTemperature(const RawSample& sample);
 
   std::optional<double> last_time_;
   std::optional<double> last_temperature_time_;
   RejectedCounts rejected_;
+  std::size_t rejected_temperatures_ = 0;
   double largest_step_back_ = 0.0;
 };
 

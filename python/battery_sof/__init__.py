@@ -7,7 +7,10 @@ the recording's own clock.
 
     recording = battery_sof.Recording(time_s, current_a, voltage_v)
     model = battery_sof.identify(recording, from_s=0.0, to_s=240.0)
-    answer = battery_sof.crank(model, i_load=-15.0, t_stop=60.0, i_cranking=-400.0, u_required=7.2)
+    answer = battery_sof.crank(model, i_load=-15.0, t_stop=60.0, i_cranking=-250.0, u_required=7.2)
+    print(answer.u_min, answer.capable if answer.valid else answer.message)
+
+A question is only answered as far as the window went: an answer that is not valid is an extrapolation, and its message says why.
 
 In a build with ROS the messages are in the same package (battery_sof.msg, battery_sof.srv); who imports those alone does
 not load the core.
@@ -30,11 +33,13 @@ __all__ = sorted(_PLACES)
 
 
 def __getattr__(name: str) -> Any:
+    from importlib import import_module
+    if name in _PLACES.values():
+        return import_module("." + name, __name__)
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
     return getattr(import_module("." + _PLACES[name], __name__), name)
 
 
 def __dir__() -> List[str]:
-    return sorted([*globals(), *__all__])
+    return sorted({*globals(), *__all__, *_PLACES.values()})

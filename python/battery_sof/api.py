@@ -160,35 +160,38 @@ def predict(model: Model, recording: Recording, *, from_s: Optional[float] = Non
 
 
 def crank(model: Model, *, i_load: float, t_stop: float, i_cranking: float, t_cranking: float = 1.0,
-          u_required: Optional[float] = None, capacity_ah: float = 50.0) -> CrankAnswer:
+          u_required: Optional[float] = None, capacity_ah: float = 50.0, rested: bool = False) -> CrankAnswer:
     """SOF1: lowest voltage of a crank of i_cranking [A, below 0] for t_cranking [s] after a stop of t_stop [s] at i_load [A, at
-    most 0], and whether it holds u_required [V]. The event begins where the model's state stands.
+    most 0], and whether it holds u_required [V]. Rely on the answer where it is valid; else its message says why not.
 
-    capacity_ah: nominal [Ah], above 0. Raises ValueError for a question outside these ranges.
+    The event begins where the model's state stands; rested: from a rested battery. capacity_ah: nominal [Ah], above 0. Raises
+    ValueError for a question outside these ranges.
     """
-    return made(CrankAnswer, json.loads(_core.crank(model._core, i_load, t_stop, i_cranking, t_cranking, u_required,
+    return made(CrankAnswer, json.loads(_core.crank(_begun(model, rested), i_load, t_stop, i_cranking, t_cranking, u_required,
                                                     capacity_ah)))
 
 
 def stop_time(model: Model, *, i_load: float, i_cranking: float, u_required: float, t_cranking: float = 1.0,
-              capacity_ah: float = 50.0) -> StopTimeAnswer:
+              capacity_ah: float = 50.0, rested: bool = False) -> StopTimeAnswer:
     """Longest stop [s] at i_load [A, at most 0] after which a crank of i_cranking [A, below 0] for t_cranking [s] still holds
     u_required [V].
 
-    capacity_ah: nominal [Ah], above 0. Raises ValueError for a question outside these ranges.
+    The stop begins where the model's state stands; rested: from a rested battery. capacity_ah: nominal [Ah], above 0. Raises
+    ValueError for a question outside these ranges.
     """
-    return made(StopTimeAnswer, json.loads(_core.stop_time(model._core, i_load, i_cranking, t_cranking, u_required,
+    return made(StopTimeAnswer, json.loads(_core.stop_time(_begun(model, rested), i_load, i_cranking, t_cranking, u_required,
                                                            capacity_ah)))
 
 
 def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float = 5000.0,
-           capacity_ah: float = 50.0) -> ChargeAnswer:
+           capacity_ah: float = 50.0, rested: bool = False) -> ChargeAnswer:
     """SOF2: mean current [A, positive into the battery] over t_sof2 [s] at the held voltage u_boost [V] from a source that gives
     at most i_limit [A].
 
-    capacity_ah: nominal [Ah], above 0. Raises ValueError for a question outside these ranges.
+    The charge begins where the model's state stands; rested: from a rested battery. capacity_ah: nominal [Ah], above 0. Raises
+    ValueError for a question outside these ranges.
     """
-    return made(ChargeAnswer, json.loads(_core.charge(model._core, u_boost, t_sof2, i_limit, capacity_ah)))
+    return made(ChargeAnswer, json.loads(_core.charge(_begun(model, rested), u_boost, t_sof2, i_limit, capacity_ah)))
 
 
 def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
@@ -216,6 +219,11 @@ def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
 def version() -> str:
     """The version of the core."""
     return _core.version()
+
+
+def _begun(model: Model, rested: bool) -> _core.Model:
+    """The model with the state that a question begins from."""
+    return model._core.rested() if rested else model._core
 
 
 def _numbers(values: Numbers) -> np.ndarray:

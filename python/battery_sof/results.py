@@ -47,8 +47,8 @@ class CrankAnswer:
     u_min: Optional[float]  #: [V]
     lower: Optional[float]  #: [V], of the 90 % interval
     upper: Optional[float]  #: [V]
-    capable: Optional[bool]  #: lower is at least u_required; None when that was not given
-    valid: bool  #: the model may be relied on for this question; the message says why not
+    capable: Optional[bool]  #: lower is at least u_required; None when that was not given. Worth nothing unless valid
+    valid: bool  #: the model may be relied on for this question; else it is an extrapolation, and the message says why
     code: int  #: 0 ok, else as in the services
     message: str
 
@@ -81,10 +81,14 @@ class ChargeAnswer:
 
 @dataclass(frozen=True)
 class CrankScore:
-    """A measured crank with its prediction."""
+    """A measured crank with its prediction, an entry of Prediction.cranks.
 
-    time_s: float
-    current_a: float  #: [A], negative
+    Attributes: time_s [s], of the lowest measured voltage; current_a [A], the crank's lowest, negative; measured_min_v and
+    predicted_min_v [V], the lowest voltages; lower_v and upper_v [V], of the 90 % interval.
+    """
+
+    time_s: float  #: [s], of the lowest measured voltage
+    current_a: float  #: [A], the crank's lowest, negative
     measured_min_v: float
     predicted_min_v: float
     lower_v: float  #: of the 90 % interval
@@ -112,7 +116,7 @@ class Prediction:
     max_abs_v: float  #: [V]
     coverage_90: float  #: share of the samples inside the 90 % band
     crank_mae_v: Optional[float]  #: [V]; None without cranks
-    cranks: List[CrankScore]
+    cranks: List[CrankScore]  #: one a crank, in order of time
     details: Dict[str, Any] = field(repr=False)  #: the whole JSON of `sof predict`
 
 

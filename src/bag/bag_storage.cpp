@@ -111,6 +111,8 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
   recording.name = printable(path.filename().string());
   try {
     rosbag::View all(bag);
+    if (all.size() == 0)
+      throw RecordingError(path.string() + ": the bag is empty: no message is in it");
     const auto connections = connectionsOf(all, topic, path);
     requireBatteryState(connections, path);
     readMessages(recording, bag, connections);

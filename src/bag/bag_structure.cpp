@@ -139,7 +139,8 @@ class Walk {
         checkInfo(record);
       }
     }
-    if (records_.count(index_) == 0)
+    const bool is_empty = records_.empty() && index_ == bytes_.size();
+    if (!is_empty && records_.count(index_) == 0)
       reader_.fail("the bag's header points to byte " + std::to_string(index_) +
                    ", where no record begins");
   }

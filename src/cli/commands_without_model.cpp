@@ -1,6 +1,7 @@
 #include <filesystem>
 
 #include "command.hpp"
+#include "recording/channel_shift.hpp"
 #include "recording/checks.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/results.hpp"
@@ -31,9 +32,22 @@ int runCheck(const CommandLine& line, const CheckArguments& arguments) {
 
 struct ConvertArguments {
   RecordingArguments recording;
+  double shift_current = 0.0;  // [s]
   std::string out;
   std::string json;
 };
+
+/// @throws UsageError where nothing is left.
+Series shifted(const Series& series, double shift) {
+  if (shift == 0.0) return series;
+  Series moved = withShiftedCurrent(series, shift);
+  if (moved.empty())
+    throw UsageError(
+        format("--shift-current %g leaves no sample, expected less than the recording's "
+               "%g s",
+               shift, series.time.back() - series.time.front()));
+  return moved;
+}
 
 int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const std::string extension = std::filesystem::path(arguments.out).extension();
@@ -41,21 +55,27 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
     throw UsageError(arguments.out + ": expected a name ending in .bag or .csv");
   Progress progress(line.err);
   const Recording recording = loadRecording(arguments.recording);
+  const Series series = shifted(recording.series, arguments.shift_current);
   progress.stage("writing");
   if (extension == ".bag")
-    writeBag(arguments.out, recording.series, arguments.recording.topic);
+    writeBag(arguments.out, series, arguments.recording.topic);
   else
-    writeCsv(arguments.out, recording.series);
+    writeCsv(arguments.out, series);
   progress.end();
-  const std::size_t samples = recording.series.size();
+  const std::size_t samples = series.size(), without = recording.series.size() - samples;
   const std::size_t rejected = recording.rejected.total();
-  emit(line,
-       std::to_string(samples) + " samples written to " + printable(arguments.out) + ", " +
-           std::to_string(rejected) + " rejected (sof check says why)\n",
+  std::string text = std::to_string(samples) + " samples written to " + printable(arguments.out) +
+                     ", " + std::to_string(rejected) + " rejected (sof check says why)\n";
+  if (arguments.shift_current != 0.0)
+    text += format("the current moved by %g s; %zu samples left out, whose current it moved away\n",
+                   arguments.shift_current, without);
+  emit(line, text,
        {{"schema", "battery_sof/conversion/1"},
         {"out", printable(arguments.out)},
         {"samples", samples},
-        {"rejected", rejected}},
+        {"rejected", rejected},
+        {"shift_current_s", arguments.shift_current},
+        {"left_out", without}},
        arguments.json);
   return kExitDone;
 }
@@ -94,6 +114,11 @@ void addConvertCommand(CLI::App& app, CommandLine& line) {
   addFile(options, kReadFile, "IN", values.recording.path, kRecording)->required();
   addFile(options, kWrittenFile, "OUT", values.out, "file to write: .bag or .csv")->required();
   addRecordingOptions(options, values.recording, false);
+  addOption(
+      options, "--shift-current", values.shift_current,
+      "move the current against the voltage [s]: above 0 to later times, where the voltage "
+      "comes late; below 0 to earlier ones, where the current does. sof check and sof diagnose "
+      "say by how much");
   addJsonOption(options, values.json);
 }
 

@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "estimation/identification.hpp"
 #include "recording/checks.hpp"
+#include "recording/control_mode.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
 #include "state/posterior.hpp"
@@ -82,7 +83,10 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   progress.end();
   const bool is_usable = isUsable(model.fit);
   if (is_usable) writeModelFile(arguments.out, model);
-  emit(line, resultText(model), resultJson(model), arguments.json);
+  const ControlModes mode = detectControlMode(series);
+  nlohmann::json json = resultJson(model);
+  json["operating_mode"] = {{"seen", mode.seen}, {"share", mode.share}, {"summary", mode.summary}};
+  emit(line, resultText(model, mode), json, arguments.json);
   if (is_usable) return kExitDone;
   complain(line.err, "no model: " + model.fit.message);
   return kExitNegative;

@@ -8,6 +8,7 @@
 #include "diagnosis/model_selection.hpp"
 #include "diagnosis/parameter_bias.hpp"
 #include "diagnosis/verdict.hpp"
+#include "recording/deep_discharge.hpp"
 
 namespace battery_sof {
 namespace {
@@ -31,10 +32,17 @@ void requireValid(const DiagnoseOptions& options) {
     for (const std::string& id : *list) effectInfo(id);
 }
 
+/// No instrument's fault, and no effect's either: a fact that a reader must know first.
+void addDeepDischarge(Diagnosis& found, const Series& series) {
+  const std::string deep = findDeepDischarges(series).toString(1.0);
+  if (!deep.empty()) found.instrument.insert(found.instrument.begin(), deep);
+}
+
 Diagnosis insufficient(const Series& series, const std::string& lack) {
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
   found.summary = "The recording cannot answer: " + lack + ".";
+  addDeepDischarge(found, series);
   found.source = detectControlMode(series);
   found.next_experiment = nextExperiment(found);
   return found;
@@ -51,6 +59,7 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
   found.instrument = residuals.screened.sentences;
+  addDeepDischarge(found, recording.series);
   tell(options, "locating where model and measurement deviate");
   const std::vector<Regime> regimes = regimesOf(residuals.quiet);
   found.regimes = regimeFindings(residuals.base, residuals.quiet, regimes);

@@ -75,6 +75,8 @@ struct Candidate {
   std::string mechanism;         ///< mechanismId()
   /// fall of the error on the hold-out, of what was accepted
   std::optional<double> holdout_gain_percent = std::nullopt;
+  /// on left-out blocks over what had been accepted before, where a charger controls the voltage
+  std::optional<ScoreGain> score = std::nullopt;
 };
 
 /// A stretch where model and measurement deviate.
@@ -152,7 +154,7 @@ struct DiscrepancyFinding {
   LeftOutErrors left_out;
   bool is_used = false;                    ///< in the extended model's voltage
   std::vector<std::string> terms;          ///< what it follows most, in words
-  double answer_current = 20.0;            ///< [A], of answers
+  std::optional<double> answer_current;    ///< [A], of answers: one that was driven
   std::vector<DiscrepancyAnswer> answers;  ///< what it adds under that current
   /// the same over the currents of the training part, ascending
   std::vector<DiscrepancyAtCurrent> curve;
@@ -193,9 +195,9 @@ struct Diagnosis {
   std::vector<DetectionLimit> detection_limits;
   std::vector<std::string> outside;  ///< what no recording of current and voltage can show
   Comparison fit;
-  /// [V], RMS on the hold-out of an extended model that predicts it worse than the base model:
-  /// extended is the base model then. Where a source controls the voltage, extended answers in the
-  /// other direction and stays; its errors here are the base model's.
+  /// [V], RMS on the hold-out of an extended model that is no improvement there: it predicts it worse
+  /// than the base model, or worse than its mean. Its errors in `fit` are its own; `extended`, the
+  /// model that is handed on, is the base model then.
   std::optional<double> withheld_rmse;
   std::string next_experiment;
 

@@ -131,7 +131,7 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
   const auto keepsPromise = [&] { return next.evidence - state.evidence > kPromised * gain; };
   const auto tryFrom = [&](ExplanationState other) {
     fits_.begin(other, kTasteIterations);
-    if (fits_.fitsBetter(other, next)) next = std::move(other);
+    if (other.evidence > next.evidence) next = std::move(other);
   };
   if (!keepsPromise() || isDistorted(state)) {
     // A circuit that has taken the effect up is far from where it belongs: once more from Table I.

@@ -40,18 +40,9 @@ class StepwiseSelection {
     search_.takeGrid();
     tell(options_, "weighing mechanisms");
     ExplanationState now = start;
-    std::vector<double> charging;
-    if (given_.empty() && fits_.isVoltageControlled()) charging = takeCharging(now);
     const auto effects = search_.bestGains(now);
     for (const LinearProblem& half : fits_.halfSamples(fits_.sumsOf(now, true)))
       found_.mechanisms.push_back(evidenceFrom(half, effects));
-    for (std::size_t k = 0; k < charging.size(); ++k) {
-      MechanismSupport& acceptance =
-          found_.mechanisms[k][static_cast<std::size_t>(Mechanism::kAcceptance)];
-      for (const auto part :
-           {&MechanismSupport::alone, &MechanismSupport::lost, &MechanismSupport::effect})
-        acceptance.*part += charging[k];
-    }
     for (const std::string& id : given_) take(now, id);
     while (given_.empty() &&
            static_cast<int>(now.members.size() + now.estimated.size()) < kMaxTerms && extend(now)) {
@@ -64,6 +55,22 @@ class StepwiseSelection {
     return std::move(found_);
   }
 
+  /// The rows linearised where a composition was fitted in another way: what the regressors say of
+  /// mechanisms in addition to the circuit, and what is left of the composition.
+  Explanation around(const CompositionPoint& circuit, const BatteryModel& model,
+                     const CompositionPoint& point) {
+    ExplanationState start = fits_.baseState();
+    moveTo(BatteryModel(), circuit, start);
+    for (const LinearProblem& half : fits_.halfSamples(fits_.sumsOf(start, true)))
+      found_.mechanisms.push_back(evidenceFrom(half, {}));
+    ExplanationState state = start;
+    moveTo(model, point, state);
+    found_.model = model;
+    found_.point = point;
+    takeRest(state);
+    return std::move(found_);
+  }
+
   MechanismEvidence mechanisms() {
     const ExplanationState start = circuit();
     search_.takeGrid();
@@ -71,6 +78,19 @@ class StepwiseSelection {
   }
 
  private:
+  /// Puts a state where another fit ended; it stays where the rows have no finite voltage there.
+  void moveTo(const BatteryModel& model, const CompositionPoint& point, ExplanationState& state) {
+    ExplanationState there = state;
+    there.model = model;
+    there.members = model.effects();
+    there.point = point;
+    there.coordinates = fits_.coordinatesOf(model);
+    if (!fits_.linearize(there)) return;
+    state = std::move(there);
+    fits_.takeEffectiveSampleFraction(state);
+    fits_.evaluateEvidence(state);
+  }
+
   /// The base circuit where it fits best.
   ExplanationState circuit() {
     ExplanationState start = fits_.baseState();
@@ -126,30 +146,6 @@ class StepwiseSelection {
     fits_.evaluateEvidence(state);
   }
 
-  /// While a charger regulates the voltage the physics of charging that predictions use there comes
-  /// first, where it is worth it: without it no regulated current follows from a state.
-  /// @return gain of ln evidence on each half-sample of the rows; none where it is not taken.
-  std::vector<double> takeCharging(ExplanationState& state) {
-    for (const EffectInfo& effect : effectCatalogue()) {
-      if (!effect.on_request || !contains(search_.ids(), effect.id)) continue;
-      std::optional<ExplanationState> with = search_.with(state, effect.id);
-      if (!with) continue;
-      fits_.takeEffectiveSampleFraction(*with);
-      fits_.evaluateEvidence(*with);
-      fits_.evaluateEvidence(state);
-      const double gain = with->evidence - state.evidence;
-      if (gain >= kMinGain && isRelevant(*with, state)) {
-        const std::vector<double> gains = fits_.halfSampleGains(*with, state);
-        with->explained[mechanismOf(effect.id)] = ExplanationFits::beyond(*with, state);
-        state = std::move(*with);
-        return gains;
-      }
-      fits_.takeEffectiveSampleFraction(state);
-      fits_.evaluateEvidence(state);
-    }
-    return {};
-  }
-
   /// What the effects of a mechanism that a state has explain [V].
   static double explainedBy(Mechanism mechanism, const ExplanationState& state) {
     const bool named =
@@ -159,8 +155,7 @@ class StepwiseSelection {
   }
 
   /// Whether effects represent their mechanism's regressors: as evident, or these add nothing above
-  /// the relevance threshold, or no more than a battery's own law differs from the catalogue's, or
-  /// predict no better while a charger regulates the voltage.
+  /// the relevance threshold, or no more than a battery's own law differs from the catalogue's.
   /// @param without the mechanism.
   bool doesAsWell(const ExplanationState& member, const ExplanationState& regressors,
                   Mechanism mechanism, const ExplanationState& without) const {
@@ -170,8 +165,7 @@ class StepwiseSelection {
     const double mechanism_brings =
         std::hypot(ExplanationFits::beyond(both, without), explainedBy(mechanism, without));
     return ExplanationFits::beyond(both, member) <
-               std::max(fits_.relevanceLimit(both), kCatalogueTolerance * mechanism_brings) ||
-           fits_.predictsAsWell(member, regressors);
+           std::max(fits_.relevanceLimit(both), kCatalogueTolerance * mechanism_brings);
   }
 
   /// What represents a mechanism in addition to a state: the best of its effects where that does as
@@ -208,12 +202,6 @@ class StepwiseSelection {
            fits_.crankOf(part) >= std::max(options_.relevance.crank, 0.5 * with.fit.noise);
   }
 
-  /// While a charger regulates the voltage the rows are those of a linearised battery: what is in
-  /// the model goes only where blocks that a fit has not seen are then missed by less.
-  bool mayReplace(const ExplanationState& other, const ExplanationState& state) const {
-    return !fits_.isVoltageControlled() || fits_.leftOutError(other) < fits_.leftOutError(state);
-  }
-
   /// Gain of ln evidence that a mechanism must bring. A battery's own structure is never quite the
   /// catalogue's: the residual of it is no physics.
   double needed(const ExplanationState& state, Mechanism mechanism) const {
@@ -228,19 +216,6 @@ class StepwiseSelection {
     return ExplanationFits::beyond(regressors, state) <
            kCatalogueTolerance * std::hypot(ExplanationFits::beyond(regressors, state),
                                             explainedBy(mechanism, state));
-  }
-
-  /// Which of two is to be taken into a state: by evidence, but an effect in front of regressors
-  /// that predict no better.
-  bool isBetter(const ExplanationState& one, const ExplanationState& other,
-                const ExplanationState& state) const {
-    const bool is_effect = one.members.size() > state.members.size(),
-               other_is_effect = other.members.size() > state.members.size();
-    if (is_effect && other.estimated.size() > state.estimated.size() &&
-        fits_.predictsAsWell(one, other))
-      return true;
-    if (other_is_effect && !is_effect && fits_.predictsAsWell(other, one)) return false;
-    return search_.rankOf(one) > search_.rankOf(other);
   }
 
   static std::set<std::string> partsOf(const ExplanationState& state) {
@@ -260,8 +235,8 @@ class StepwiseSelection {
       if (state.estimated.count(mechanism) || tried_.count({parts, mechanism})) continue;
       const ExplanationState of_mechanism = standingFor(mechanism, state, members);
       if (of_mechanism.evidence - state.evidence < needed(state, mechanism)) continue;
-      if (!isBetter(of_mechanism, best, state) || !isRelevant(of_mechanism, state) ||
-          isRestOfNamed(of_mechanism, state, mechanism))
+      if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) ||
+          !isRelevant(of_mechanism, state) || isRestOfNamed(of_mechanism, state, mechanism))
         continue;
       best = of_mechanism;
       chosen = mechanism;
@@ -307,9 +282,7 @@ class StepwiseSelection {
       if (state.members.size() + state.estimated.size() < 2) return;
       ExplanationState without = fits_.withoutMembers(state, {id});
       const double gain = state.evidence - without.evidence;
-      if (gain < kMinGain ||
-          ((gain < needed(state, mechanismOf(id)) || !isRelevant(state, without)) &&
-           mayReplace(without, state)))
+      if (gain < needed(state, mechanismOf(id)) || !isRelevant(state, without))
         state = std::move(without);
     }
   }
@@ -365,8 +338,7 @@ class StepwiseSelection {
   void weighRival(const ExplanationState& rival, const ExplanationState& state) {
     if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_)
                                                                         : search_.rankOf(state)) +
-                                    kSettled &&
-        mayReplace(rival, state))
+                                    kSettled)
       better_ = rival;
   }
 
@@ -436,6 +408,12 @@ class StepwiseSelection {
 MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids) {
   const DiagnoseOptions options;
   return StepwiseSelection(fits, ids, options).mechanisms();
+}
+
+Explanation explanationAround(ExplanationFits& fits, const CompositionPoint& circuit,
+                              const BatteryModel& model, const CompositionPoint& point,
+                              const DiagnoseOptions& options) {
+  return StepwiseSelection(fits, model.effects(), options).around(circuit, model, point);
 }
 
 Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,

@@ -8,6 +8,7 @@
 
 #include "diagnosis/mechanism_evidence.hpp"
 #include "diagnosis/row_simulation.hpp"
+#include "estimation/block_score.hpp"
 #include "regression/discrepancy_fit.hpp"
 
 namespace battery_sof {
@@ -33,6 +34,8 @@ struct SelectedTerm {
 struct WeighedMember {
   std::string id;
   double gain = 0.0;  ///< of ln evidence over what had been accepted before, at best [1]
+  /// on left-out blocks, over what had been accepted before; none where it was not scored
+  std::optional<ScoreGain> score = std::nullopt;
 };
 
 /// A battery's own law is never quite the catalogue's: a smaller share of what something explains
@@ -119,6 +122,17 @@ struct Explanation {
  */
 Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
                     const DiagnoseOptions& options);
+
+/**
+ * @brief What the rows say, linearised, of a selection that was made in another way
+ * (selectByScore()): of each mechanism's regressors in addition to the circuit, and of what is left.
+ *
+ * Terms, evidence and weighed members are the selection's and stay empty.
+ * @param circuit, point where the circuit and the composition with the effects were fitted.
+ */
+Explanation explanationAround(ExplanationFits& fits, const CompositionPoint& circuit,
+                              const BatteryModel& model, const CompositionPoint& point,
+                              const DiagnoseOptions& options);
 
 /// @return what the rows say for each mechanism; parameters as explain()'s.
 MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids);

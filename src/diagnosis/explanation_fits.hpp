@@ -106,15 +106,10 @@ class ExplanationFits {
   /// @return the sums that it stands on.
   ExplanationSums evaluateEvidence(ExplanationState& state) const;
   /// Gauss-Newton steps in all coordinates within their bounds, the columns solved along, while ln
-  /// evidence grows. Where a source controls the voltage the rows bend, and ln evidence, that of a
-  /// linear fit, promises what no step holds: there a step stands, too, where the rows themselves
-  /// are missed by less.
+  /// evidence grows.
   /// @param state with its evidence.  @param settled ln evidence that a step has to gain.
   void improve(ExplanationState& state, int iterations = kMaxIterations,
                double settled = 0.1) const;
-  /// Which of two starts of one composition: by ln evidence, or where the rows bend by how far they
-  /// are missed.
-  bool fitsBetter(const ExplanationState& one, const ExplanationState& other) const;
   /// The first steps of a search.
   void begin(ExplanationState& state, int iterations) const;
   /// Fits a state to the end, from where it stands or from the best that another path has come to
@@ -132,16 +127,6 @@ class ExplanationFits {
   /// Fits a state closely and takes the effective sample fraction there: one score for one set,
   /// whichever way led to it.
   void refine(ExplanationState& state);
-  /// RMS of the counted rows in blocks, each predicted by a linear fit of a state to the others,
-  /// from where it stands [V].
-  double leftOutError(const ExplanationState& state) const;
-  /// Where a source controls the voltage, regressors are columns of a linearised battery and no
-  /// model that answers: whether an effect misses blocks that a fit has not seen as little as they
-  /// do, but for what a battery's own law differs from the catalogue's. False without a source.
-  bool predictsAsWell(const ExplanationState& effect, const ExplanationState& regressors) const {
-    return isVoltageControlled() &&
-           leftOutError(effect) < (1.0 + kCatalogueTolerance) * leftOutError(regressors);
-  }
   /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
   ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
   /// A state without some of its parts, fitted to the end.
@@ -185,11 +170,6 @@ class ExplanationFits {
   const Linearization& response() const { return response_; }
   /// rows that are estimated from and have a measurement
   const std::vector<Eigen::Index>& counted() const { return counted_; }
-  /// Whether a source controls the voltage of any row.
-  bool isVoltageControlled() const {
-    const std::vector<char>& controlled = response_.voltage_controlled;
-    return std::find(controlled.begin(), controlled.end(), 1) != controlled.end();
-  }
   double effectiveSampleFraction() const { return effective_sample_fraction_; }
   const TimingJitterNoise& timingJitterNoise() const { return noise_; }
   bool isSpent() const { return spent_ > kBudget; }

@@ -93,15 +93,4 @@ double ExplanationFits::leastGain(const ExplanationState& more,
   return least;
 }
 
-double ExplanationFits::leftOutError(const ExplanationState& state) const {
-  const ExplanationSums sums = sumsOf(state, false);
-  double square = 0.0;
-  for (std::size_t block = 0; block < kLeftOutBlocks; ++block) {
-    const IndexRange out = blocks(sums, block, block + 1);
-    const Eigen::VectorXd z = fitOf(without(sums, out)).z;
-    square += (sums.targets(rowsOf(out)) - sums.columns.ofRows(out) * z).squaredNorm();
-  }
-  return std::sqrt(square / static_cast<double>(counted_.size()));
-}
-
 }  // namespace battery_sof

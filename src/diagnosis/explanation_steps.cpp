@@ -36,12 +36,6 @@ class ExplanationFits::StepCost {
     target_ =
         rows.targets.head(known) - across * columns_.solve(rows.targets.tail(free)) + H_ * expected;
     in_evidence_ = 0.5 * fits.effectiveSampleFraction() / (state.fit.noise * state.fit.noise);
-    here_ = at(state, sums);
-  }
-
-  /// ln evidence that a state elsewhere gains, the rows as they are there.  @param sums of it.
-  double gainFrom(const ExplanationState& next, const ExplanationSums& sums) const {
-    return in_evidence_ * (here_ - at(next, sums));
   }
 
   /// ln evidence that a step gains as far as the rows are linear in it.
@@ -76,25 +70,11 @@ class ExplanationFits::StepCost {
   }
 
  private:
-  double at(const ExplanationState& state, const ExplanationSums& sums) const {  // [V^2]
-    Eigen::VectorXd std;
-    const Eigen::VectorXd expected = expectedFrom(state, std);
-    const LinearProblem& rows = sums.problem;
-    const Eigen::Index known = rows.known();
-    // The targets are the rows' errors less what is expected of the coordinates.
-    const Eigen::VectorXd moved = rows.products.leftCols(known) * expected;
-    const Eigen::VectorXd h = (rows.targets + moved).tail(columns_.rows());
-    return rows.square + (2.0 * rows.targets + moved).head(known).dot(expected) +
-           0.5 * expected.cwiseQuotient(std).squaredNorm() / in_evidence_ -
-           h.dot(columns_.solve(h));
-  }
-
   const ExplanationState& state_;
   Eigen::VectorXd target_;
   Eigen::MatrixXd H_;  // of the coordinates, the columns eliminated
   Eigen::LDLT<Eigen::MatrixXd> columns_;
   double in_evidence_ = 0.0;  // [1/V^2]
-  double here_ = 0.0;         // [V^2]
 };
 
 void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
@@ -115,7 +95,6 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
       if (!linearize(next)) continue;
       there = evaluateEvidence(next);
       gained = next.evidence - state.evidence;
-      if (isVoltageControlled()) gained = std::max(gained, cost.gainFrom(next, there));
       if (gained > 0.0) break;
     }
     if (!(gained > 0.0)) return;
@@ -123,12 +102,6 @@ void ExplanationFits::improve(ExplanationState& state, int iterations, double se
     sums = std::move(there);
     if (gained < settled) return;
   }
-}
-
-bool ExplanationFits::fitsBetter(const ExplanationState& one, const ExplanationState& other) const {
-  if (!isVoltageControlled() || !std::isfinite(one.evidence) || !std::isfinite(other.evidence))
-    return one.evidence > other.evidence;
-  return StepCost(*this, other, sumsOf(other, false)).gainFrom(one, sumsOf(one, false)) > 0.0;
 }
 
 }  // namespace battery_sof

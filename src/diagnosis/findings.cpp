@@ -136,6 +136,7 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
     Candidate& candidate = candidates.emplace_back();
     candidate.id = one.id;
     candidate.evidence = one.gain;
+    candidate.score = one.score;
     candidate.mechanism = mechanismId(mechanismOf(one.id));
     const auto accepted = std::find_if(terms.begin(), terms.end(), [&](const SelectedTerm& term) {
       return term.member == one.id;
@@ -144,7 +145,7 @@ std::vector<Candidate> candidatesOf(const std::vector<WeighedMember>& weighed,
       candidate.rejected_because = rejection(candidate, terms);
       continue;
     }
-    candidate.evidence = accepted->gain;
+    candidate.evidence = std::max(one.gain, accepted->gain);
     candidate.confidence = accepted->probability;
   }
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -238,25 +239,11 @@ FittedModel completed(const WhitenedFit& fit, const Residuals& residuals,
   return model;
 }
 
-/// Where a source controls the voltage, both models are fitted in the direction that is controlled;
-/// the extended one with what its window teaches.
-void takeBothWays(const Residuals& residuals, const std::string& recording,
-                  ModelSelection& selected, Diagnosis& found) {
-  const Explained& explained = selected.explained;
-  IdentifyOptions options;
-  options.masked = residuals.screened.limits.masked;
-  options.source = explained.driving;
-  options.priors = residuals.search.priors;
-  FittedModel base = identify(residuals.screened.series, residuals.parts.train, options);
-  options.effects = explained.explanation.model.effects();
-  options.chooses_effects = !explained.hasEffects();
-  const bool lacks_something = !explained.explanation.terms.empty();
-  found.extended =
-      lacks_something ? identify(residuals.screened.series, residuals.parts.train, options) : base;
-  found.extended.provenance.recording = recording;
-  base.fit.residual_regression = ResidualRegression();
-  base.intervals.event_history = EventHistory();
-  selected.base_both_ways = std::move(base);
+/// Where a charger controls the voltage both models are those that were selected.
+FittedModel completed(FittedModel model, const Recording& recording, IndexRange train) {
+  fitErrors(model, recording.series, train);
+  model.provenance.recording = recording.name;
+  return model;
 }
 
 /// Interval by profile likelihood; by the standard error where the model was fitted in the other
@@ -336,19 +323,22 @@ void takeEffect(const SelectedTerm& one, const WhitenedFit& fit, const InputSequ
 
 /// @param terms that are reported, the likeliest mechanism's first.
 void nameEffects(const Recording& recording, const Residuals& residuals,
-                 const std::vector<SelectedTerm>& terms, ModelSelection& selected,
+                 const std::vector<SelectedTerm>& terms, const ModelSelection& selected,
                  Diagnosis& found) {
   const FinalFit& last = selected.last;
-  const bool is_driven = selected.explained.driving.has_value();
-  found.base = completed(residuals.base, residuals, recording.name);
-  if (is_driven)
-    takeBothWays(residuals, recording.name, selected, found);
-  else if (selected.with_discrepancy)
-    found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
-  else
-    found.extended = selected.explained.hasEffects()
-                         ? completed(last.fit, residuals, recording.name)
-                         : found.base;
+  const std::optional<ScoreSelection>& selection = selected.explained.selection;
+  const bool is_driven = selection.has_value();
+  if (selection) {
+    found.base = completed(selection->circuit, recording, residuals.parts.train);
+    found.extended = completed(selection->extended, recording, residuals.parts.train);
+  } else {
+    found.base = completed(residuals.base, residuals, recording.name);
+    found.extended = found.base;
+    if (selected.with_discrepancy)
+      found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
+    else if (selected.explained.hasEffects())
+      found.extended = completed(last.fit, residuals, recording.name);
+  }
   if (hasNoEquation(found.verdict) || found.verdict == Verdict::kNoMismatch) return;
   for (const SelectedTerm& one : terms)
     if (!one.member.empty()) takeEffect(one, last.fit, last.inputs(residuals), is_driven, found);

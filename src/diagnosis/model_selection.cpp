@@ -78,12 +78,43 @@ std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
   return std::make_unique<ExplanationFits>(inputs, residuals.base.point, options);
 }
 
+CompositionPoint pointOfFit(const FittedModel& model) {
+  const ModelPoint first = pointOf(atFirstState(model));
+  return {first.parameters, first.state};
+}
+
+/// Where a charger controls the voltage, effects are those that predict left-out blocks; the rows
+/// are linearised there for what regressors say of mechanisms and of the rest.
+/// @param train as it was recorded: circuit and effects are what identify() makes of it.
+void explainByScore(const Series& train, const std::vector<std::string>& ids,
+                    const DiagnoseOptions& options, ExplanationFits& fits, Explained& explained) {
+  const InstrumentLimits limits = instrumentLimits(train);
+  IdentifyOptions fit;
+  fit.masked = limits.withoutClipped();
+  fit.voltage_lsb_std = limits.voltage_lsb_std;
+  fit.source = explained.driving;
+  if (std::optional<ChargerControl> as_recorded = chargerControl(train))
+    fit.source = std::move(as_recorded);
+  fit.priors = options.priors;
+  tell(options, "weighing effects by the blocks that they predict");
+  ScoreSelection selection = selectByScore(train, {0, train.size()}, fit, ids, options);
+  tell(options, "weighing mechanisms");
+  explained.explanation =
+      explanationAround(fits, pointOfFit(selection.circuit), compositionOf(selection.extended.fit),
+                        pointOfFit(selection.extended), options);
+  Explanation& explanation = explained.explanation;
+  explanation.terms = selection.terms;
+  explanation.weighed = selection.weighed;
+  for (const SelectedTerm& term : explanation.terms) explanation.evidence += term.gain;
+  explained.selection = std::move(selection);
+}
+
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
 /// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
 /// source, and a voltage that is controlled although it is not brings its noise into the battery's
 /// state.
-Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& options,
-                        std::vector<std::string>& notes) {
+Explained explainErrors(const Recording& recording, const Residuals& residuals,
+                        const DiagnoseOptions& options, std::vector<std::string>& notes) {
   Explained explained;
   explained.driving = chargerControl(residuals.screened.series);
   explained.is_lead_acid = isLeadAcid(residuals.screened.series);
@@ -102,7 +133,10 @@ Explained explainErrors(const Residuals& residuals, const DiagnoseOptions& optio
   const std::vector<std::string> ids =
       idsToWeigh(residuals.screened, options.hypotheses, explained.driving.has_value(),
                  explained.is_lead_acid, notes);
-  explained.explanation = explain(*fits, ids, options);
+  if (explained.driving)
+    explainByScore(slice(recording.series, residuals.parts.train), ids, options, *fits, explained);
+  else
+    explained.explanation = explain(*fits, ids, options);
   return explained;
 }
 
@@ -132,11 +166,20 @@ WhitenedFit composedWith(const WhitenedFit& without,
   return fit;
 }
 
+/// A curve that bends beyond the currents that were driven is a line within them.
+std::string termText(const Regressor& regressor, const DrivenTime& driven) {
+  const bool is_curve =
+      regressor.kind == RegressorKind::kCompressed || regressor.kind == RegressorKind::kSaturating;
+  const bool is_reached = driven(regressor.scale) > 0.0 || driven(-regressor.scale) > 0.0;
+  return is_curve && !is_reached ? "a line in the current" : toString(regressor);
+}
+
 /// Ids of regressors in words, those of most weight first.
-std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy) {
+std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy,
+                                       const DrivenTime& driven) {
   std::vector<std::pair<double, std::string>> terms;
   for (Eigen::Index k = 0; k < discrepancy.weight.size(); ++k)
-    terms.push_back({std::abs(discrepancy.weight[k]), toString(discrepancy.regressors[k])});
+    terms.push_back({std::abs(discrepancy.weight[k]), termText(discrepancy.regressors[k], driven)});
   std::stable_sort(terms.begin(), terms.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::string> words;
@@ -146,9 +189,13 @@ std::vector<std::string> heaviestTerms(const DiscrepancyModel& discrepancy) {
   return words;
 }
 
-void describeDiscrepancy(DiscrepancyFinding& discrepancy) {
-  discrepancy.answers = answersOf(discrepancy.discrepancy, discrepancy.answer_current);
-  discrepancy.terms = heaviestTerms(discrepancy.discrepancy);
+/// @param driven in the training part: what it did not hold, no answer is given for.
+void describeDiscrepancy(DiscrepancyFinding& discrepancy, const DrivenTime& driven) {
+  discrepancy.answer_current = answerCurrentOf(driven);
+  if (discrepancy.answer_current)
+    discrepancy.answers = answersOf(discrepancy.discrepancy, *discrepancy.answer_current, driven);
+  discrepancy.curve = curveOf(discrepancy.discrepancy, driven);
+  discrepancy.terms = heaviestTerms(discrepancy.discrepancy, driven);
   discrepancy.description = format(
       "The discrepancy, a function of the currents and their memory, moves the voltage by %.1f mV "
       "RMS. On left-out blocks the error goes from %.1f to %.1f mV.",
@@ -197,11 +244,7 @@ std::optional<WhitenedFit> estimateDiscrepancy(const Residuals& residuals,
   finding.is_used =
       is_relevant && is_evident && finding.left_out.discrepancy < finding.left_out.base;
   if (!finding.is_used && finding.left_out.base <= kPlausible) return std::nullopt;
-  describeDiscrepancy(finding);
-  const std::vector<double>& current = residuals.screened.series.current;
-  const auto [least, most] = std::minmax_element(
-      current.begin(), current.begin() + static_cast<std::ptrdiff_t>(residuals.parts.train.last));
-  finding.curve = curveOf(finding.discrepancy, *least, *most);
+  describeDiscrepancy(finding, drivenTimeOf(residuals.screened.series, residuals.parts.train));
   found.discrepancy = std::move(finding);
   if (!found.discrepancy->is_used) return std::nullopt;
   return composedWith(last.fit,
@@ -217,7 +260,7 @@ MechanismEvidence weighMechanisms(const Residuals& residuals) {
 ModelSelection selectModel(const Recording& recording, const Residuals& residuals,
                            const DiagnoseOptions& options, Diagnosis& found) {
   ModelSelection selected;
-  selected.explained = explainErrors(residuals, options, found.instrument);
+  selected.explained = explainErrors(recording, residuals, options, found.instrument);
   const Explanation& explanation = selected.explained.explanation;
   found.evidence_base = explanation.base_evidence;
   found.evidence_extended = explanation.evidence;

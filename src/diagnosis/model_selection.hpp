@@ -6,6 +6,7 @@
 
 #include "diagnosis/explanation.hpp"
 #include "diagnosis/residuals.hpp"
+#include "diagnosis/score_selection.hpp"
 #include "estimation/identification.hpp"
 
 namespace battery_sof {
@@ -16,6 +17,8 @@ struct Explained {
   /// a charger that controls the voltage
   std::optional<ChargerControl> driving;
   Explanation explanation;
+  /// where a charger does: circuit and extended model as they were selected
+  std::optional<ScoreSelection> selection;
   bool is_lead_acid = true;  ///< the voltage is that of blocks of six lead-acid cells
   bool hasEffects() const { return !explanation.model.effects().empty(); }
 };
@@ -27,7 +30,7 @@ struct FinalFit {
   InputSequence quiet;
   bool at_edges = false;  ///< an effect shows at edges: fitted to Residuals::inputs
   /// the base circuit's where there is no effect, and where a source controls the voltage: effects
-  /// are fitted in that direction then (judgeFindings())
+  /// are fitted in that direction then (selectByScore())
   WhitenedFit fit;
   const InputSequence& inputs(const Residuals& residuals) const {
     return at_edges ? residuals.inputs : quiet;
@@ -40,8 +43,6 @@ struct ModelSelection {
   FinalFit last;
   /// with the discrepancy of the voltage by currents and their memory, where it is used
   std::optional<WhitenedFit> with_discrepancy;
-  /// the base model in the direction that is controlled, where a source controls the voltage
-  std::optional<FittedModel> base_both_ways;
 };
 
 /// @param found takes the verdict and all that speaks for it, the models that are handed on, and

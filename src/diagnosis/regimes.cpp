@@ -19,15 +19,23 @@ constexpr double kLongChargeCurrent = 2.0;   // [A]
 constexpr double kHighVoltage = 13.8;        // [V]
 constexpr double kLongDischargeTime = 20.0;  // [s]
 constexpr double kMoved = 1.0;               // [As], a load that rest remembers: 1 mV on 1 kF
+constexpr double kRestShare = 0.02;          // of the largest current, where that is small
 
 enum class Load { kRest, kCharge, kDischarge, kCrank };
 
-Load loadOf(double current, Load before) {
-  const EventLimits limits;
-  if (current < limits.crank_current) return Load::kCrank;
-  if (current > limits.kRestCurrent) return Load::kCharge;
-  if (current < -limits.kRestCurrent) return Load::kDischarge;
-  const double half = 0.5 * limits.kRestCurrent;
+/// Below which a current is rest [A]: that of a vehicle, or of a small battery's range.
+double restLimit(const InputSequence& inputs) {
+  double largest = 0.0;
+  for (const InputSample& sample : inputs.samples)
+    largest = std::max(largest, std::abs(sample.step.current));
+  return std::min(EventLimits::kRestCurrent, kRestShare * largest);
+}
+
+Load loadOf(double current, Load before, double rest) {
+  if (current < EventLimits{}.crank_current) return Load::kCrank;
+  if (current > rest) return Load::kCharge;
+  if (current < -rest) return Load::kDischarge;
+  const double half = 0.5 * rest;
   if (before == Load::kCharge && current > half) return Load::kCharge;
   if (before == Load::kDischarge && current < -half) return Load::kDischarge;
   return Load::kRest;
@@ -44,9 +52,11 @@ struct Run {
 
 std::vector<Run> runsOf(const InputSequence& inputs) {
   std::vector<Run> runs;
+  const double rest = restLimit(inputs);
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     const InputSample& sample = inputs.samples[n];
-    const Load load = loadOf(sample.step.current, runs.empty() ? Load::kRest : runs.back().load);
+    const Load load =
+        loadOf(sample.step.current, runs.empty() ? Load::kRest : runs.back().load, rest);
     if (!runs.empty() && !sample.step.gap) {
       runs.back().duration += sample.step.duration;
       runs.back().charge += sample.step.duration * sample.step.held;
@@ -72,6 +82,7 @@ Regime regimeOf(const Run& run, Load before) {
       return run.duration > kLongDischargeTime ? Regime::kLongDischarge : Regime::kDischarge;
     case Load::kRest: break;
   }
+  if (before == Load::kRest) return Regime::kFirstRest;
   return before == Load::kCharge ? Regime::kPostChargeRest : Regime::kPostDischargeRest;
 }
 
@@ -96,9 +107,16 @@ bool isEdge(const InputSequence& inputs, std::size_t n) {
 }  // namespace
 
 std::string regimeName(Regime regime) {
-  static constexpr std::array<const char*, kRegimes> kNames = {
-      "edge",           "crank",     "long charge",      "high-voltage charge", "short charge",
-      "long discharge", "discharge", "post-charge rest", "post-discharge rest"};
+  static constexpr std::array<const char*, kRegimes> kNames = {"edge",
+                                                               "crank",
+                                                               "long charge",
+                                                               "high-voltage charge",
+                                                               "short charge",
+                                                               "long discharge",
+                                                               "discharge",
+                                                               "post-charge rest",
+                                                               "post-discharge rest",
+                                                               "rest before any load"};
   return kNames.at(static_cast<std::size_t>(regime));
 }
 

@@ -20,12 +20,13 @@ enum class Regime {
   kDischarge,
   kPostChargeRest,
   kPostDischargeRest,
+  kFirstRest,
 };
-inline constexpr std::size_t kRegimes = 9;
+inline constexpr std::size_t kRegimes = 10;
 
 /// @return "edge", "crank", "long charge", "high-voltage charge", "short charge", "long discharge",
 /// "discharge",
-///   "post-charge rest", "post-discharge rest".
+///   "post-charge rest", "post-discharge rest", "rest before any load".
 std::string regimeName(Regime regime);
 
 /**
@@ -41,9 +42,11 @@ std::string regimeName(Regime regime);
  * | long discharge | of a discharge longer than 20 s |
  * | discharge | of any other discharge |
  * | post-charge rest, post-discharge rest | by the last load before it that moved more than 1 As |
+ * | rest before any load | of a rest that no such load comes before |
  *
- * Charge, discharge and rest are runs: a load begins beyond 0.5 A (EventLimits) and ends below half
- * of that, so that noise does not cut it up; a crank or a gap ends it. Voltages of 12 V blocks.
+ * Charge, discharge and rest are runs: a load begins beyond 0.5 A (EventLimits), or beyond 2 % of
+ * the largest current where that is less, and ends below half of that, so that noise does not cut
+ * it up; a crank or a gap ends it. Voltages of 12 V blocks.
  */
 std::vector<Regime> regimesOf(const InputSequence& inputs);
 

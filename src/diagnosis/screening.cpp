@@ -114,6 +114,7 @@ Screening screenInstruments(const Recording& recording, const Series& train) {
   for (const Finding& finding : checkRecording(part).findings) {
     const std::string fault = faultOf(finding, part.series);
     if (finding.severity == Severity::kNote && fault.empty()) continue;
+    if (finding.id == "deep_discharge") continue;  // no instrument's, and of the whole recording
     found.sentences.push_back(finding.what + ": " + finding.meaning);
     if (!fault.empty()) found.faults.push_back(fault);
     if (finding.id == "skew" && finding.value) alignWholeSamples(found, *finding.value);

@@ -7,6 +7,7 @@
 #include "diagnosis/model_selection.hpp"
 #include "prediction/scores.hpp"
 #include "recording/fit_mask.hpp"
+#include "state/state_estimator.hpp"
 
 namespace battery_sof {
 namespace {
@@ -71,70 +72,91 @@ void takeShares(const Scores& scores, ErrorMetrics& metrics) {
   metrics.voltage_share_percent = scores.voltage_share_percent;
 }
 
-/// In the direction that is controlled.
-MixedScores sharesOf(FittedModel model, const ChargerControl& driving, const Series& series,
-                     IndexRange holdout) {
-  model.fit.source = driving.rule;
-  model.fit.voltage_lag = driving.repair.lag;
-  const FollowedPrediction predicted = predictSeries(model, series, holdout);
-  return scoreBothWays(model, series, holdout, predicted).mixed;
+/// A model's errors in the direction that is controlled: the voltage's where the current is the
+/// input, and the explained variation of both quantities.
+struct ControlledErrors {
+  ErrorMetrics metrics;
+  std::vector<double> voltage;           // [V], one a sample of the series
+  std::vector<char> voltage_controlled;  // likewise
+};
+
+/// @param model its state at the last sample before the range, or at its first.
+ControlledErrors controlledErrors(const FittedModel& model, const Series& series,
+                                  const Opened& opened, IndexRange range) {
+  const FollowedPrediction predicted = predictSeries(model, series, range);
+  ControlledErrors errors{{}, series.voltage, std::vector<char>(series.size(), 0)};
+  const auto at = static_cast<std::ptrdiff_t>(range.first);
+  std::copy(predicted.voltage.begin(), predicted.voltage.end(), errors.voltage.begin() + at);
+  std::copy(predicted.voltage_controlled.begin(), predicted.voltage_controlled.end(),
+            errors.voltage_controlled.begin() + at);
+  std::vector<char> masked = opened.masked;
+  for (std::size_t n = 0; n < masked.size(); ++n)
+    masked[n] = masked[n] || errors.voltage_controlled[n];
+  const auto first = masked.begin() + at;
+  if (!std::all_of(first, first + static_cast<std::ptrdiff_t>(range.size()),
+                   [](char out) { return out != 0; }))
+    errors.metrics = errorMetrics(series, range, errors.voltage, masked);
+  takeShares(scoreBothWays(model, series, range, predicted).mixed, errors.metrics);
+  errors.metrics.charge_current_error =
+      chargeCurrentError(model, opened.whole, range, opened.masked);
+  return errors;
+}
+
+/// Which samples' voltage is controlled, as the base model's rule says live.
+std::vector<char> controlledBy(const FittedModel& model, const Series& series) {
+  std::vector<char> controlled(series.size(), 0);
+  if (!model.fit.source) return controlled;
+  const InputSequence inputs = inputsOf(model.fit, series, {0, series.size()});
+  for (std::size_t n = 0; n < controlled.size(); ++n)
+    controlled[n] = inputs.samples[n].voltage_controlled;
+  return controlled;
 }
 
 /// The hold-out by what needs no physics.
 void compareBaseline(Comparison& fit, const Series& series, const Residuals& residuals,
-                     const Opened& opened, const std::optional<ChargerControl>& driving) {
+                     const Opened& opened, const Diagnosis& found) {
   const IndexRange train = residuals.parts.train, holdout = residuals.parts.holdout;
-  const std::vector<char> controlled =
-      driving ? driving->voltage_controlled : std::vector<char>(series.size(), 0);
+  const std::vector<char> controlled = controlledBy(found.base, series);
   const BaselinePredictor baseline = fitBaseline(series, train, controlled);
+  std::vector<char> masked = opened.masked;
+  for (std::size_t n = 0; n < masked.size(); ++n) masked[n] = masked[n] || controlled[n];
+  const bool is_compared = !std::all_of(masked.begin() + static_cast<std::ptrdiff_t>(holdout.first),
+                                        masked.end(), [](char out) { return out != 0; });
   if (baseline.voltage_from_current) {
-    fit.baseline_line = errorMetrics(
-        series, holdout, predictBaseline(baseline, series, {0, series.size()}, controlled).voltage,
-        opened.masked);
-    if (driving)
+    fit.baseline_line.emplace();
+    if (is_compared)
+      fit.baseline_line = errorMetrics(
+          series, holdout,
+          predictBaseline(baseline, series, {0, series.size()}, controlled).voltage, masked);
+    if (found.base.fit.source)
       takeShares(scoreBaseline(baseline, series, holdout,
                                {controlled.begin() + static_cast<std::ptrdiff_t>(holdout.first),
                                 controlled.end()})
                      .mixed,
                  *fit.baseline_line);
   }
-  if (train.size() < kMinForRidge) return;
+  if (train.size() < kMinForRidge || !is_compared) return;
   std::vector<double> voltage = series.voltage;
   const std::vector<double> ridge = ridgeVoltage(opened.whole, train, holdout);
   std::copy(ridge.begin(), ridge.end(),
             voltage.begin() + static_cast<std::ptrdiff_t>(holdout.first));
-  fit.baseline_ridge = errorMetrics(series, holdout, voltage, opened.masked);
+  fit.baseline_ridge = errorMetrics(series, holdout, voltage, masked);
 }
 
-void takeErrorsOfBase(const ErrorMetrics& base, ErrorMetrics& extended) {
-  const ErrorMetrics shares = std::exchange(extended, base);
-  takeShares(shares, extended);
+/// Whether the hold-out is predicted worse than by the circuit, or worse than by its mean.
+bool isNoImprovement(const Comparison& fit) {
+  const ErrorMetrics &base = fit.base_holdout, &extended = fit.extended_holdout;
+  if (!base.share_percent || !extended.share_percent) return extended.rmse > base.rmse;
+  return *extended.share_percent < std::max(0.0, *base.share_percent);
 }
 
-/// What predicts the hold-out worse than the base model is reported and not given. Where a source
-/// controls the voltage, the model that is handed on answers in the other direction and stays.
-void withhold(Diagnosis& found, bool is_driven) {
-  Comparison& fit = found.fit;
-  found.withheld_rmse = fit.extended_holdout.rmse;
+/// What is no improvement on the hold-out is reported with its own errors, and the base model is
+/// handed on in its place.
+void withhold(Diagnosis& found) {
+  found.withheld_rmse = found.fit.extended_holdout.rmse;
   found.extended_voltage = found.base_voltage;
   if (found.discrepancy) found.discrepancy->is_used = false;
-  if (is_driven) {
-    takeErrorsOfBase(fit.base_train, fit.extended_train);
-    takeErrorsOfBase(fit.base_holdout, fit.extended_holdout);
-  } else {
-    found.extended = found.base;
-    fit.extended_train = fit.base_train;
-    fit.extended_holdout = fit.base_holdout;
-  }
-}
-
-/// Where a source controls the voltage, what was estimated of the voltage from the current; the
-/// model that is handed on answers in the other direction.
-std::vector<double> extendedVoltage(const Opened& opened, const ModelSelection& selected,
-                                    const Diagnosis& found) {
-  if (!selected.explained.driving) return voltageOf(opened, found.extended);
-  const std::optional<WhitenedFit>& fit = selected.with_discrepancy;
-  return fit ? voltageOf(opened, fit->model, fit->point) : found.base_voltage;
+  found.extended = found.base;
 }
 
 /// Of the error: relative to the spread of current and voltage where a charger controls the voltage.
@@ -146,12 +168,36 @@ std::optional<double> gainPercent(const ErrorMetrics& base, const ErrorMetrics& 
   return 100.0 * (1.0 - after / before);
 }
 
+/// Where the current is the input throughout.
 void compareErrors(Diagnosis& found, const Parts& parts, const Opened& opened) {
   Comparison& fit = found.fit;
   fit.base_train = metricsOf(opened, parts.train, found.base_voltage, found.base);
   fit.base_holdout = metricsOf(opened, parts.holdout, found.base_voltage, found.base);
   fit.extended_train = metricsOf(opened, parts.train, found.extended_voltage, found.extended);
   fit.extended_holdout = metricsOf(opened, parts.holdout, found.extended_voltage, found.extended);
+  fit.regimes = compareRegimes(opened.whole, parts.holdout, found.base_voltage,
+                               found.extended_voltage, opened.masked);
+}
+
+/// Where a charger controls the voltage: both models as `sof predict --mode mixed` runs them.
+void compareControlled(Diagnosis& found, const Series& series, const Parts& parts,
+                       const Opened& opened) {
+  Comparison& fit = found.fit;
+  const auto inTraining = [&](const FittedModel& model) {
+    return controlledErrors(atFirstState(model, series.current[parts.train.first]), series, opened,
+                            parts.train)
+        .metrics;
+  };
+  fit.base_train = inTraining(found.base);
+  fit.extended_train = inTraining(found.extended);
+  const ControlledErrors base = controlledErrors(found.base, series, opened, parts.holdout),
+                         extended = controlledErrors(found.extended, series, opened, parts.holdout);
+  fit.base_holdout = base.metrics;
+  fit.extended_holdout = extended.metrics;
+  std::vector<char> masked = opened.masked;
+  for (std::size_t n = 0; n < masked.size(); ++n)
+    masked[n] = masked[n] || base.voltage_controlled[n];
+  fit.regimes = compareRegimes(series, parts.holdout, base.voltage, extended.voltage, masked);
 }
 
 }  // namespace
@@ -161,36 +207,25 @@ void validate(const Recording& recording, const Residuals& residuals,
   tell(options, "opening the part that was held out");
   const Series& series = recording.series;
   const Parts& parts = residuals.parts;
-  const bool is_driven = selected.explained.driving.has_value();
+  const std::optional<ChargerControl>& driving = selected.explained.driving;
   Comparison& fit = found.fit;
   const Opened opened = open(series, residuals, found.instrument);
-  found.base_voltage = voltageOf(opened, found.base);
-  found.extended_voltage = extendedVoltage(opened, selected, found);
+  found.base_voltage = voltageOf(opened, residuals.base.model, residuals.base.point);
+  found.extended_voltage = driving ? found.base_voltage : voltageOf(opened, found.extended);
   fit.train = windowOf(series, parts.train);
   fit.holdout = windowOf(series, parts.holdout);
   pulse(options);
-  compareErrors(found, parts, opened);
+  if (driving)
+    compareControlled(found, series, parts, opened);
+  else
+    compareErrors(found, parts, opened);
   pulse(options);
   found.source = detectControlMode(series);
-  const std::optional<ChargerControl> driving = chargerControl(series);
-  compareBaseline(fit, series, residuals, opened, driving);
-  pulse(options);
-  if (driving) {
-    takeShares(
-        sharesOf(selected.base_both_ways.value_or(found.base), *driving, series, parts.holdout),
-        fit.base_holdout);
-    takeShares(sharesOf(found.extended, *driving, series, parts.holdout), fit.extended_holdout);
-  }
+  compareBaseline(fit, series, residuals, opened, found);
   const std::optional<double> gain_percent = gainPercent(fit.base_holdout, fit.extended_holdout);
   for (Candidate& candidate : found.candidates)
     if (candidate.rejected_because.empty()) candidate.holdout_gain_percent = gain_percent;
-  if (is_driven && !selected.with_discrepancy)
-    found.instrument.push_back(
-        "the extended model answers in current: its voltage rows are the base model's, its gain is "
-        "the explained variation");
-  if (fit.extended_holdout.rmse > fit.base_holdout.rmse) withhold(found, is_driven);
-  fit.regimes = compareRegimes(opened.whole, parts.holdout, found.base_voltage,
-                               found.extended_voltage, opened.masked);
+  if (isNoImprovement(fit)) withhold(found);
 }
 
 }  // namespace battery_sof

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "util/text.hpp"
 
@@ -17,21 +18,24 @@ std::string joined(const std::vector<std::string>& parts, const std::string& las
 }
 
 /// What the circuit is off by on the hold-out, and the extended model: in explained variation where
-/// a charger controls the voltage, as the extended model answers there in current.
+/// a charger controls the voltage.
 std::string costAndGain(const Diagnosis& diagnosis) {
   const ErrorMetrics &base = diagnosis.fit.base_holdout, &extended = diagnosis.fit.extended_holdout;
+  const bool is_controlled = base.share_percent && extended.share_percent;
   const bool is_extended =
-      !diagnosis.effects.empty() || (diagnosis.discrepancy && diagnosis.discrepancy->is_used);
-  if (!diagnosis.withheld_rmse && is_extended && base.share_percent && extended.share_percent)
-    return format(
-        "; on the hold-out the circuit explains %.0f %% of current and voltage, the "
-        "extended model %.0f %%",
-        *base.share_percent, *extended.share_percent);
-  return format("; on the hold-out the circuit deviates by %.1f mV RMS", 1e3 * base.rmse) +
-         (diagnosis.withheld_rmse ? format(" and the extended model, which is not used, by %.1f mV",
-                                           1e3 * *diagnosis.withheld_rmse)
-          : is_extended           ? format(", the extended model by %.1f mV", 1e3 * extended.rmse)
-                                  : ", and nothing estimated from the currents lowers it");
+      !diagnosis.effects.empty() ||
+      (!is_controlled &&
+       (diagnosis.withheld_rmse || (diagnosis.discrepancy && diagnosis.discrepancy->is_used)));
+  const std::string judged =
+      diagnosis.withheld_rmse ? ", but this does not improve the prediction" : "";
+  if (is_controlled)
+    return judged +
+           format("; on the hold-out the circuit explains %.0f %% of current and voltage",
+                  *base.share_percent) +
+           (is_extended ? format(", the extended model %.0f %%", *extended.share_percent) : "");
+  return judged + format("; on the hold-out the circuit deviates by %.1f mV RMS", 1e3 * base.rmse) +
+         (is_extended ? format(", the extended model by %.1f mV", 1e3 * extended.rmse)
+                      : ", and nothing estimated from the currents lowers it");
 }
 
 /// "Missing: acid (probability 0.61; open_circuit 0.30)"
@@ -42,6 +46,48 @@ std::string missing(const std::string& what, const Diagnosis& diagnosis) {
     sure += "; " + mechanismId(diagnosis.mechanisms[1].mechanism) +
             format(" %.2f", diagnosis.mechanisms[1].probability);
   return "Missing: " + what + (sure.empty() ? "" : " (" + sure + ")");
+}
+
+constexpr char kSecondInstrument[] = "Record again with a second instrument for each channel.";
+
+/// How to undo a shift between the channels. @param skew with its value, or as the checks found it.
+std::string afterShift(const NamedEffect& skew) {
+  std::string by = "by what sof check reads (sof convert IN OUT --shift-current S)";
+  for (const DiagnosedParameter& each : skew.parameters)
+    if (each.name == "channel_skew")
+      by = format("(sof convert IN OUT --shift-current %.3g)", each.value);
+  return "Move the current " + by + " and diagnose OUT: nothing else can be judged before.";
+}
+
+/// What to do about a fault of sensors or wiring, an effect of class I or what the checks found.
+std::string afterFault(const NamedEffect& fault) {
+  static const std::map<std::string, const char*> kRemedies = {
+      {"inductance",
+       "Measure the voltage at the battery's own posts, by wires apart from the load's, and record "
+       "the same edges again."},
+      {"parasitic_load",
+       "Measure the current at rest by a clamp around the battery's own cable: a load that the "
+       "sensor does not see shows as a difference."},
+      {"current_offset",
+       "Record a minute with the battery disconnected from its loads: what the sensor reads then "
+       "is "
+       "its offset."},
+      {"current_gain",
+       "Record a charge and a discharge with a second current sensor in series, and compare."},
+      {"sensor_lag",
+       "Record both channels with the same filter, or without one, and diagnose again."},
+      {"contact_resistance",
+       "Measure the voltage between each post and its clamp under load, clean and tighten them, "
+       "and "
+       "record again."},
+      {"clipping", "Record with a current sensor whose range holds the cranks."},
+      {"dropouts",
+       "Find where samples are lost or repeated (bus load, logger), and record again without it."},
+      {"quantisation", "Record with finer steps of the channel: its raw values, or a finer range."},
+      {"aliasing", "Record faster, or with a filter before the sampling, and diagnose again."}};
+  if (fault.id == "time_skew") return afterShift(fault);
+  const auto known = kRemedies.find(fault.id);
+  return known != kRemedies.end() ? known->second : kSecondInstrument;
 }
 
 /// What an equation of the catalogue says of the likeliest mechanism.
@@ -117,8 +163,10 @@ std::string nextExperiment(const Diagnosis& diagnosis) {
              "half and at full current: it "
              "shows whether what is missing follows the current, the charge or the time.";
     case Verdict::kSensorFault:
-      return "Record a minute with the battery disconnected from its loads (zero current) and "
-             "compare with a second sensor.";
+      for (const NamedEffect& effect : diagnosis.effects)
+        if (!catalogued(effect.id) || mechanismOf(effect.id) == Mechanism::kInstrument)
+          return afterFault(effect);
+      return kSecondInstrument;
     case Verdict::kNoMismatch: {
       for (const DetectionLimit& one : diagnosis.detection_limits)
         if (!one.visible && effectInfo(one.id).tier() == 'P')

@@ -78,10 +78,12 @@ class LeastSquaresProblem : public ParameterSpace {
  */
 class CompositionProblem final : public LeastSquaresProblem {
  public:
-  /// @param fixed as of ParameterSpace.  @throws std::invalid_argument likewise, and for an
-  /// empty sequence.
+  /// @param fixed as of ParameterSpace.  @param precision weights of ChannelErrors, as of another
+  /// composition's problem over the same rows, so that costs can be compared; empty: those of the
+  /// start.  @throws std::invalid_argument likewise, and for an empty sequence.
   CompositionProblem(const BatteryModel& model, const InputSequence& inputs, const FitCost& cost,
-                     const CompositionPoint& start, const std::vector<std::string>& fixed = {});
+                     const CompositionPoint& start, const std::vector<std::string>& fixed = {},
+                     std::vector<double> precision = {});
 
   bool evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const override;
 
@@ -98,6 +100,13 @@ class CompositionProblem final : public LeastSquaresProblem {
   double negligibleShare() const override;
   /// Takes the weights of ChannelErrors at a point; they are those of the start until then.
   void reweigh(const CompositionPoint& point);
+  /// [1 / A^2] or [1 / V^2], one a row: weights of ChannelErrors; empty without these.
+  const std::vector<double>& precision() const { return precision_; }
+  /// Rows of a range cost nothing from here on; they still drive the model.
+  void leaveOut(IndexRange rows) {
+    std::fill(precision_.begin() + static_cast<std::ptrdiff_t>(rows.first),
+              precision_.begin() + static_cast<std::ptrdiff_t>(rows.last), 0.0);
+  }
 
  private:
   void addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const;

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "estimation/composition_fit.hpp"
+#include "estimation/controlled_window.hpp"
 #include "estimation/fit_quality.hpp"
 #include "recording/events.hpp"
 #include "state/state_estimator.hpp"
@@ -102,18 +103,20 @@ Fitted search(const BatteryModel& model, const InputSequence& inputs,
   return fitted;
 }
 
-/// The search with errors in both variables: effects from typical values, the base circuit from its
-/// optimum. Weights depend on the point: they are taken at the start, and again at what was found.
+/// The search with errors in both variables: from typical values, the base circuit from its optimum,
+/// and from the starts that are given. Weights depend on the point: they are taken at the first
+/// start, and again at what was found.
 Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
                       const IdentifyOptions& options, const CompositionPoint& base) {
-  Fitted fitted{{}, costOf(options)};
-  fitted.cost.channels.emplace();
+  Fitted fitted{{}, controlledCost(options)};
   CompositionSearch search;
   search.tolerance = kEnough;
   search.max_iterations = std::max(options.max_iterations, kFirstIterations);
-  const CompositionPoint start = model.effects().empty() ? base : typicalStart(model, inputs);
-  CompositionProblem problem(model, inputs, fitted.cost, start);
-  fitted.fit = fitComposition(problem, {start}, search);
+  std::vector<CompositionPoint> starts = {model.effects().empty() ? base
+                                                                  : typicalStart(model, inputs)};
+  starts.insert(starts.end(), options.starts.begin(), options.starts.end());
+  CompositionProblem problem(model, inputs, fitted.cost, starts.front());
+  fitted.fit = fitComposition(problem, starts, search);
   search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
   problem.reweigh(fitted.fit.point);
   fitted.fit = fitComposition(problem, {fitted.fit.point}, search);
@@ -375,10 +378,7 @@ void followWindow(FittedModel& model, const Series& series, IndexRange range,
 
 FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range,
                              const IdentifyOptions& options, const CompositionPoint& base) {
-  const Series sound = repaired(series, options.source->repair);
-  std::vector<char> masked = options.source->repair.dropped;
-  for (std::size_t n = 0; n < options.masked.size(); ++n)
-    masked[n] = masked[n] || options.masked[n];
+  const auto [sound, masked, inputs] = controlledWindow(series, range, options);
   const Window window(sound, range, masked, options.source->voltage_controlled);
   FittedModel found =
       completed(model, window, options, searchBothWays(model, window.full, options, base));
@@ -388,6 +388,32 @@ FittedModel identifyBothWays(const BatteryModel& model, const Series& series, In
 }
 
 }  // namespace
+
+ControlledWindow controlledWindow(const Series& series, IndexRange range,
+                                  const IdentifyOptions& options) {
+  ControlledWindow window{
+      repaired(series, options.source->repair), options.source->repair.dropped, {}};
+  for (std::size_t n = 0; n < options.masked.size(); ++n)
+    window.masked[n] = window.masked[n] || options.masked[n];
+  window.inputs =
+      inputSequence(window.sound, range, window.masked, options.source->voltage_controlled);
+  return window;
+}
+
+FitCost controlledCost(const IdentifyOptions& options) {
+  FitCost cost = costOf(options);
+  cost.channels.emplace();
+  return cost;
+}
+
+CompositionPoint withNewAtMagnitudes(const BatteryModel& nested, const CompositionPoint& point,
+                                     const BatteryModel& larger) {
+  CompositionPoint at = embedded(nested, point, larger);
+  for (Eigen::Index j = 0; j < larger.parameterCount(); ++j)
+    if (!nested.parameterRow(larger.parameters()[j].name))
+      at.parameters[j] = larger.typicalParameters()[j];
+  return at;
+}
 
 FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const CompositionPoint& base) {

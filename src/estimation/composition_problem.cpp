@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace battery_sof {
 namespace {
@@ -50,11 +51,13 @@ errorDerivatives(const Simulation& simulation, const InputSample& sample) {
 
 CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSequence& inputs,
                                        const FitCost& cost, const CompositionPoint& start,
-                                       const std::vector<std::string>& fixed)
+                                       const std::vector<std::string>& fixed,
+                                       std::vector<double> precision)
     : LeastSquaresProblem(model, start, lengthOf(inputs), cost.known, fixed),
       model_(model),
       inputs_(inputs),
-      cost_(cost) {
+      cost_(cost),
+      precision_(std::move(precision)) {
   if (cost.noise) {
     whitening_.emplace(*cost.noise, inputs.samples);
   } else if (cost.channels) {
@@ -64,7 +67,7 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSeq
       // What is known of a first state does not weigh more because errors last for long.
       if (c.row >= model.parameterCount()) c.std = 1.0 / std::sqrt(cost.channels->independent);
     }
-    reweigh(start);
+    if (precision_.empty()) reweigh(start);
   } else {
     const double interval = meanInterval(inputs);
     prior_weight_ = kPriorError * kPriorError *

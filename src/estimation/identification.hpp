@@ -62,6 +62,9 @@ struct IdentifyOptions {
   /// where a source controls the voltage
   int more_starts = 2;
   int threads = 1;  ///< for the starts; 0: as many as the machine has; the result is the same
+  /// Where a source controls the voltage: starts in addition to the typical one, in the composition
+  /// of `effects`, such as the optimum of a composition inside it (embedded()).
+  std::vector<CompositionPoint> starts = {};
 };
 
 /**
@@ -74,7 +77,7 @@ struct IdentifyOptions {
  * first three enter linearly once u_c2 is known and are eliminated in every iteration (variable
  * projection); c2 and beta are searched as logarithms inside Table I's bounds. With effects or
  * `whiten`, fitComposition() does the same for the composition, from the base model's optimum, or
- * from typical values where a source controls the voltage;
+ * from typical values and options.starts where a source controls the voltage;
  * long windows of a driven current are compressed (compressedInputs); up to 100,000 samples the
  * search ends at full rate but with `whiten`, and standard errors come from it. kPaper searches the
  * four tunables, normalised by Table I's magnitudes, with an exponential penalty beyond the bounds,
@@ -97,7 +100,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  * identify().
  *
  * Starts: the base model's optimum with the new strengths at zero, the same with them at their
- * magnitudes or an instant at four, and options.more_starts; at a source the magnitudes alone. With
+ * magnitudes or an instant at four, and options.more_starts; at a source the magnitudes and
+ * options.starts. With
  * options.whiten noise and fit are estimated in turns, twice each.
  *
  * @param base the base model's optimum under eq. 3; not read for effects at a source, which start

@@ -224,8 +224,8 @@ class Stepper {
    * @brief How far to go at once with `done` of an interval passed.
    *
    * Where effects act back on others an interval is cut into equal pieces of at most longest_piece.
-   * After the first 20 s of a longer one pieces grow with the time passed: what began with it
-   * settles down to slower and slower change.
+   * In a longer one pieces grow to kGrowing of the time passed: what began with it settles down to
+   * slower and slower change.
    */
   double pieceOf(double duration, double done) const {
     const BoundComposition& bound = effects_.bound();

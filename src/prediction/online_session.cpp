@@ -50,7 +50,7 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 
 OnlineSession::OnlineSession(const SessionOptions& options)
     : options_(checked(options)),
-      stream_(options.buffer),
+      stream_(options.buffer, {options.capacity, options.series_blocks}),
       contenders_{ModelMonitor(options.events, options.steps), std::nullopt, {}} {}
 
 // ----------------------------------------------------------------------------------------------------
@@ -120,6 +120,7 @@ void OnlineSession::restartClock(double old_newest, const Sample& first) {
   if (contenders_.extended) contenders_.extended->moveTo(first, moved, stream_.maxGap());
   contenders_.selector.forgetPast();
   source_.forgetPast();
+  deep_discharges_.forgetClock();
   offerRefusedAgain();
 }
 
@@ -129,6 +130,7 @@ void OnlineSession::advance(const Sample& sample) {
   if (passed <= stream_.maxGap()) driving_ += passed;
   frozen_.add(sample, !newest_ || passed > stream_.maxGap());
   newest_ = sample;
+  deep_discharges_.add(sample, stream_.maxGap());
   source_.add(sample);
   source_.forgetBefore(stream_.series().time.front());
   judgeRestored(sample);

@@ -11,6 +11,7 @@
 #include "prediction/model_monitor.hpp"
 #include "prediction/questions.hpp"
 #include "prediction/sample_stream.hpp"
+#include "recording/deep_discharge.hpp"
 
 namespace battery_sof {
 
@@ -45,9 +46,10 @@ struct ExpectedSample {
 struct SessionStatus {
   SessionState state = SessionState::kNoSample;
   AnswerBasis basis = AnswerBasis::kPopulation;
-  std::string reason;                    ///< one sentence
-  std::optional<double> newest_time;     ///< [s]
-  std::optional<double> model_age;       ///< [s] from the window's end to the newest sample
+  std::string reason;                 ///< one sentence
+  std::string not_valid;              ///< OnlineSession::whyNotValid(), which `reason` begins with
+  std::optional<double> newest_time;  ///< [s]
+  std::optional<double> model_age;    ///< [s] from the window's end to the newest sample
   std::optional<double> window_quality;  ///< [0, 1], of the model's window
   BacktestScore backtest;
   /// physics beyond the base model in the model that answers
@@ -62,6 +64,8 @@ struct SessionStatus {
   std::optional<ExpectedSample> expected;  ///< none before the model followed a sample
   /// the model that answers is driven by the voltage at the newest sample
   bool voltage_controlled = false;
+  /// where the battery was discharged deeply since the session began, one sentence; else empty
+  std::string deep_discharge;
 };
 
 /// What came of a finished identification.
@@ -79,13 +83,18 @@ struct IdentificationOutcome {
  * shares nothing with it.
  *
  * Every question is that of the free function of its name; kNoModel with the session's reason when
- * there is no model.
+ * there is no model, and nothing is valid while the session knows why.
  */
 class ModelSnapshot {
  public:
   /// @param why_no_model the reason when there is no model; `model` is then an empty one.
-  ModelSnapshot(FittedModel model, std::optional<std::string> why_no_model, double capacity)
-      : model_(std::move(model)), why_no_model_(std::move(why_no_model)), capacity_(capacity) {
+  /// @param why_not_valid OnlineSession::whyNotValid().
+  ModelSnapshot(FittedModel model, std::optional<std::string> why_no_model, double capacity,
+                std::string why_not_valid = {})
+      : model_(std::move(model)),
+        why_no_model_(std::move(why_no_model)),
+        why_not_valid_(std::move(why_not_valid)),
+        capacity_(capacity) {
     if (why_no_model_) model_.fit.status = FitStatus::kNotExcited;
   }
 
@@ -118,15 +127,32 @@ class ModelSnapshot {
   const FittedModel& model() const { return model_; }
 
  private:
-  /// The reason in place of the free functions' general one; faults of the query come first.
+  /// The reason in place of the free functions' general one, and why no number is valid; faults of
+  /// the query come first.
   template <typename Answer>
   Answer explained(Answer answer) const {
     if (why_no_model_ && answer.code == AnswerCode::kNoModel) answer.message = *why_no_model_;
+    invalidate(answer);
     return answer;
+  }
+  template <typename Answer>
+  void invalidate(Answer& answer) const {
+    if (why_not_valid_.empty() || hasNoNumbers(answer.code)) return;
+    answer.valid = false;
+    answer.code = AnswerCode::kExtrapolation;
+    answer.message = "not valid, " + why_not_valid_ + "; " + answer.message;
+  }
+  template <typename Answer>
+  void invalidate(AnswerMap<Answer>& map) const {
+    for (Answer& answer : map.answers) invalidate(answer);
+  }
+  static bool hasNoNumbers(AnswerCode code) {
+    return code == AnswerCode::kInvalidQuery || code == AnswerCode::kNoModel;
   }
 
   FittedModel model_;
   std::optional<std::string> why_no_model_;
+  std::string why_not_valid_;
   double capacity_;  // [Ah]
 };
 
@@ -215,10 +241,24 @@ class OnlineSession {
   ModelSnapshot live() const;
   /// Why nothing is answered; none when queries are.
   std::optional<std::string> whyNoModel() const;
+  /// Why no answer is valid at present, though it has numbers: one sentence without a full stop,
+  /// which every answer and the status give. Empty when answers may be valid.
+  std::string whyNotValid() const { return stream_.whyNotValid(); }
   /// [V], ModelMonitor::chargeVoltage() of the model that answers, a saved one's too.
   std::optional<double> chargeVoltage() const;
   /// How wide intervals are, as past events ask for.
   IntervalCalibrations calibrations() const { return inUse().calibrations(); }
+
+  /// Where the battery was discharged deeply since the session began.
+  const DeepDischargeDetector& deepDischarges() const { return deep_discharges_; }
+  /**
+   * @brief What a later session is to begin from: the session's own composition with all that was
+   * estimated on this trip, state at the newest sample.
+   * @return none where nothing of it is worth keeping: before the first sample, while the
+   * saved model is not judged yet, while nothing is valid, and where a saved model was refused by
+   * its clock and no window of this trip was fitted since.
+   */
+  std::optional<FittedModel> modelToSave() const;
 
   SessionStatus status() const;
   StreamCounts counts() const { return stream_.counts(); }
@@ -318,6 +358,7 @@ class OnlineSession {
   std::optional<Extension> extension_, next_extension_;
   std::string last_outcome_, missing_;
   AnswerBasis basis_ = AnswerBasis::kPopulation;
+  DeepDischargeDetector deep_discharges_;
 };
 
 }  // namespace battery_sof

@@ -97,9 +97,9 @@ std::string OnlineSession::whyRestoredWaits() const {
   const Series& first = stream_.waiting();
   if (first.empty()) {
     const std::size_t rejected = counts().rejectedTotal();
-    return rejected == 0 ? "the saved model waits for the first sample"
-                         : "the saved model waits for the first usable sample: " +
-                               toString(counts().rejected);
+    return rejected == 0
+               ? "the saved model waits for the first sample"
+               : "the saved model waits for the first usable sample: " + toString(counts());
   }
   return refusalOfRestored(
       first.time[contiguousRanges(first, SampleStream::kClockAhead).back().first]);
@@ -109,7 +109,7 @@ std::string OnlineSession::whyNoSample() const {
   const std::size_t rejected = counts().rejectedTotal();
   const std::string waits = restored_ ? ": " + whyRestoredWaits() : "";
   if (rejected == 0) return "no sample yet" + waits;
-  return "no usable sample yet, " + toString(counts().rejected) + waits;
+  return "no usable sample yet, " + toString(counts()) + waits;
 }
 
 FittedModel OnlineSession::restoredNow() const {
@@ -138,7 +138,7 @@ ModelSnapshot OnlineSession::live() const {
   const Series& series = stream_.series();
   now.state.instrument_fault = frozen_.reason();
   if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
-  return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity);
+  return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity, whyNotValid());
 }
 
 std::optional<double> OnlineSession::chargeVoltage() const {
@@ -154,6 +154,13 @@ std::optional<double> OnlineSession::newestTime() const {
 std::optional<FittedModel> OnlineSession::model() const {
   if (!inUse().holdsModel()) return std::nullopt;
   return ofRow(inUse().now());
+}
+
+std::optional<FittedModel> OnlineSession::modelToSave() const {
+  const bool was_refused = refused_ && basis_ == AnswerBasis::kPopulation;
+  if (restored_ || was_refused || !contenders_.base.holdsModel() || !whyNotValid().empty())
+    return std::nullopt;
+  return ofRow(contenders_.base.now());
 }
 
 FittedModel OnlineSession::ofRow(FittedModel model) const {
@@ -190,6 +197,7 @@ SessionStatus OnlineSession::status() const {
   }
   status.backtest = inUse().backtest();
   status.extension = extensionSentence();
+  status.deep_discharge = deep_discharges_.toString(options_.series_blocks);
   status.charger_present = source_.seen();
   status.charger_share = source_.share();
   status.expected = expectedSample();
@@ -214,6 +222,10 @@ SessionStatus OnlineSession::status() const {
     status.state = job_ ? SessionState::kIdentifying : SessionState::kCollecting;
     if (status.reason.empty()) status.reason = *reason;
   }
+  if (!reason) status.not_valid = whyNotValid();
+  if (!status.not_valid.empty())
+    status.reason = "no answer is valid, " + status.not_valid +
+                    (status.reason.empty() ? "" : "; " + status.reason);
   return status;
 }
 

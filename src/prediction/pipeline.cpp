@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "battery_sof/intake.hpp"
 #include "model/input_sequence.hpp"
@@ -112,6 +113,17 @@ void addCharging(std::string& reasons, const Fit& fit, const QueryRange& range) 
                      seen.longest_charge, kShortCharge));
 }
 
+/// Six significant digits, more where another number has the same six: a value beyond a limit never
+/// reads as the limit.
+std::string exactly(double value) {
+  std::string text;
+  for (int digits = 6; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
+    text = format("%.*g", digits, value);
+    if (numberOf(text) == value) break;
+  }
+  return std::isnan(value) ? "nan" : text;
+}
+
 }  // namespace
 
 std::optional<double> askedFor(std::optional<double> given) {
@@ -124,7 +136,8 @@ void addReason(std::string& reasons, const std::string& reason) {
 
 void addReason(std::string& reasons, bool ok, const char* name, double value,
                const char* expected) {
-  if (!ok) addReason(reasons, format("%s is %g, expected %s", name, value, expected));
+  if (!ok)
+    addReason(reasons, format("%s is %s, expected %s", name, exactly(value).c_str(), expected));
 }
 
 std::string faultOf(const std::vector<double>& time, const std::vector<double>& current,
@@ -137,15 +150,16 @@ std::string faultOf(const std::vector<double>& time, const std::vector<double>& 
   for (std::size_t n = 0; n < time.size(); ++n) {
     const double t = time[n], i = current[n];
     if (!(t >= 0.0 && t <= kLongestQuery))
-      return format("%s time[%zu] is %g s, expected 0 to 86400", name, n, t);
+      return format("%s time[%zu] is %s s, expected 0 to 86400", name, n, exactly(t).c_str());
     if (n > 0 && !(t > time[n - 1]))
-      return format("%s time[%zu] is %g s, expected more than the one before", name, n, t);
+      return format("%s time[%zu] is %s s, expected more than the one before", name, n,
+                    exactly(t).c_str());
     const double step = n > 0 ? t - time[n - 1] : t;
     if (step > 0.0 && step < kShortestStep)
-      return format("%s time[%zu] is %g s after the one before, expected at least %g s", name, n,
-                    step, kShortestStep);
+      return format("%s time[%zu] is %s s after the one before, expected at least %g s", name, n,
+                    exactly(step).c_str(), kShortestStep);
     if (!(std::abs(i) <= kMaxCurrent))
-      return format("%s current[%zu] is %g A, expected -5000 to 5000", name, n, i);
+      return format("%s current[%zu] is %s A, expected -5000 to 5000", name, n, exactly(i).c_str());
   }
   return "";
 }

@@ -20,15 +20,37 @@ std::ptrdiff_t countBefore(const std::vector<double>& times, double time) {
   return std::lower_bound(times.begin(), times.end(), time) - times.begin();
 }
 
+/// Whether a sample was refused for what it measures, at a stamp that is a time.
+bool areValuesRefused(SampleFate fate, const RawSample& sample) {
+  const bool is_of_values = fate == SampleFate::kMissingValue || fate == SampleFate::kNotFinite ||
+                            fate == SampleFate::kOutOfRange;
+  return is_of_values && std::abs(sample.time) <= IntakeLimits::kMaxAbsTime;
+}
+
 }  // namespace
 
-SampleStream::SampleStream(double kept) : kept_(kept) {
+SampleStream::SampleStream(double kept, const StreamBattery& battery)
+    : kept_(kept), watch_(battery) {
   requireThat(kept > 0.0, "kept [s]", kept, "above 0");
+}
+
+std::string reasonsOf(const StreamCounts& counts) {
+  std::string reasons = reasonsOf(counts.rejected);
+  if (counts.stamp_ahead > 0)
+    reasons += (reasons.empty() ? "" : ", ") + countsText({{counts.stamp_ahead, "stamp ahead"}});
+  return reasons;
+}
+
+std::string toString(const StreamCounts& counts) {
+  const std::string reasons = reasonsOf(counts);
+  return format("%zu rejected", counts.rejectedTotal()) +
+         (reasons.empty() ? "" : " (" + reasons + ")");
 }
 
 StreamCounts SampleStream::counts() const {
   StreamCounts counts = counts_;
   counts.rejected = intake_.rejected();
+  counts.rejected_temperatures = intake_.rejectedTemperatures();
   return counts;
 }
 
@@ -60,6 +82,8 @@ void SampleStream::goOnFrom(const SampleStream& before) {
   counts_ = now.counts_;
   ++counts_.clock_restarts;
   intake_ = now.intake_;
+  watch_ = now.watch_;
+  watch_.forgetClock();
   intake_.resumeAt(newest_);
   held_.reset();
 }
@@ -84,6 +108,7 @@ void SampleStream::restart(Step& step) {
   step.clock_restarted = true;
   ++counts_.clock_restarts;
   intake_.forgetClock();
+  watch_.forgetClock();
   newest_.reset();
   probe_ = {};
   input_rate_.reset();
@@ -94,9 +119,12 @@ void SampleStream::restart(Step& step) {
 void SampleStream::enter(const RawSample& sample, Step& step) {
   const SampleFate fate = intake_.judge(sample);
   const bool accepted = fate == SampleFate::kAccepted;
-  if (!accepted && fate != SampleFate::kTemperatureOnly) return;
+  if (!accepted && fate != SampleFate::kTemperatureOnly) {
+    if (areValuesRefused(fate, sample)) watch_.refuse(sample.time, max_gap_);
+    return;
+  }
   auto& times = series_.temperature_time;
-  if (sample.temperature && std::isfinite(*sample.temperature) &&
+  if (sample.temperature && isTemperature(*sample.temperature) &&
       (times.empty() || sample.time > times.back())) {
     times.push_back(sample.time);
     series_.temperature.push_back(*sample.temperature);
@@ -104,6 +132,7 @@ void SampleStream::enter(const RawSample& sample, Step& step) {
   if (!accepted) return;
   ++counts_.accepted;
   newest_ = sample.time;
+  watch_.accept({sample.time, sample.current, sample.voltage}, max_gap_);
   probe({sample.time, sample.current, sample.voltage}, step);
 }
 
@@ -125,6 +154,7 @@ void SampleStream::emit(const Sample& sample, Step& step) {
     series_.append(due);
   }
   forgetOld();
+  watch_.look(series_, max_gap_);
 }
 
 void SampleStream::forgetOld() {

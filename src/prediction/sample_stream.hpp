@@ -1,10 +1,12 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "battery_sof/intake.hpp"
 #include "battery_sof/series.hpp"
+#include "prediction/stream_watch.hpp"
 #include "recording/resample.hpp"
 
 namespace battery_sof {
@@ -15,9 +17,16 @@ struct StreamCounts {
   RejectedCounts rejected;  ///< by Intake
   /// a stamp more than kClockAhead ahead that the next sample did not confirm
   std::size_t stamp_ahead = 0;
+  /// that none can be; the samples they came with are not counted as rejected
+  std::size_t rejected_temperatures = 0;
   std::size_t clock_restarts = 0;
   std::size_t rejectedTotal() const { return rejected.total() + stamp_ahead; }
 };
+
+/// @return why samples were refused, as reasonsOf(RejectedCounts).
+std::string reasonsOf(const StreamCounts& counts);
+/// @return how many were refused and why, e.g. "12 rejected (10 duplicate stamp, 2 stamp ahead)".
+std::string toString(const StreamCounts& counts);
 
 /**
  * @brief Samples as they arrive, one by one: judged by Intake, brought to 100 Hz when they come
@@ -42,8 +51,9 @@ class SampleStream {
     bool clock_restarted = false;  ///< the stream was emptied first
   };
 
-  /// @param kept [s], how much of the past is kept at least; > 0.
-  explicit SampleStream(double kept);
+  /// @param kept [s], how much of the past is kept at least; > 0.  @param battery what the samples,
+  /// each of one of its blocks, are said to be of.
+  explicit SampleStream(double kept, const StreamBattery& battery = {});
 
   Step push(const RawSample& sample);
 
@@ -61,6 +71,8 @@ class SampleStream {
   /// Accepted as they came, and waiting for the rate to be known; empty afterwards.
   const Series& waiting() const { return probe_; }
   StreamCounts counts() const;
+  /// Why nothing that rests on these samples is valid at present (StreamWatch); empty when it may be.
+  std::string whyNotValid() const { return watch_.whyNotValid(reasonsOf(counts())); }
 
   /// Longest interval that is joined [s]: gapThreshold() of the measured rate; 5 s before it is
   /// known.
@@ -78,6 +90,7 @@ class SampleStream {
   double kept_;
   Intake intake_;
   StreamCounts counts_;
+  StreamWatch watch_;
   std::optional<double> newest_;      // [s], last accepted stamp
   std::optional<RawSample> held_;     // waits for a witness
   Series probe_;                      // first samples, until the rate is known

@@ -163,6 +163,13 @@ std::optional<double> meanAbsError(const std::vector<EventComparison>& cranks) {
   return sum / static_cast<double>(cranks.size());
 }
 
+std::optional<double> rmsError(const std::vector<EventComparison>& cranks) {
+  if (cranks.empty()) return std::nullopt;
+  double squares = 0.0;
+  for (const EventComparison& crank : cranks) squares += std::pow(crank.absError(), 2);
+  return std::sqrt(squares / static_cast<double>(cranks.size()));
+}
+
 }  // namespace
 
 PredictionScores scorePrediction(const Series& series, IndexRange range,
@@ -186,6 +193,7 @@ PredictionScores scorePrediction(const Series& series, IndexRange range,
     if (event.kind == EventKind::kCrank)
       scores.cranks.push_back(scoreCrank(part, predicted, event.range));
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
+  scores.crank_equations_rms = rmsError(scores.cranks);
   return scores;
 }
 
@@ -325,7 +333,8 @@ BothWaysScores bothWays(const Series& series, IndexRange range, const std::vecto
                         Expect&& expect) {
   BothWaysScores scores;
   scores.mixed = scoreMixed(series, range, mask, predicted);
-  if (!voltage.voltage.empty()) scores.cranks = scorePrediction(series, range, voltage).cranks;
+  if (!voltage.voltage.empty())
+    static_cast<CrankScores&>(scores) = scorePrediction(series, range, voltage);
   for (auto* events : {&scores.mixed.charges, &scores.cranks})
     for (EventComparison& event : *events) event.expected = expect(event).value_or(event.expected);
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
@@ -372,7 +381,8 @@ namespace {
 
 void scale(CrankScores& scores, double series_blocks) {
   for (EventComparison& crank : scores.cranks) crank = ofSeries(crank, series_blocks);
-  if (scores.crank_mean_abs_error) *scores.crank_mean_abs_error *= series_blocks;
+  for (auto* error : {&scores.crank_mean_abs_error, &scores.crank_equations_rms})
+    if (*error) **error *= series_blocks;
 }
 
 void scale(PredictionScores& scores, double series_blocks) {

@@ -43,7 +43,10 @@ double ageOf(const Fit& fit, double time);
 /// How cranks were predicted.
 struct CrankScores {
   std::vector<EventComparison> cranks;
-  std::optional<double> crank_mean_abs_error;  ///< [V]; none without cranks
+  std::optional<double> crank_mean_abs_error;  ///< [V], of the answers; none without cranks
+  /// [V], RMS error of the equations alone, without corrections by past cranks: what a fit reports
+  /// of its own window (FitScores::crank_error_std); none without cranks
+  std::optional<double> crank_equations_rms;
 };
 
 /// How a prediction compares with what was measured.

@@ -3,7 +3,9 @@
 
 #include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
+#include "recording/deep_discharge.hpp"
 #include "recording/events.hpp"
+#include "recording/series_blocks.hpp"
 
 /// Findings about current and voltage as a pair, and about what the pair can tell of a battery.
 namespace battery_sof::check_parts {
@@ -18,8 +20,6 @@ constexpr double kMinSkew = 0.003;       // [s]; leaves 1.5 mV at 100 Hz (docs/p
 constexpr double kMinSkewSamples = 0.3;  // what noise and unfiltered edges move the lag by
 // how much better a shift by a whole sample must explain the edges
 constexpr double kWholeSampleGain = 1.5;
-constexpr double kLowestBlock = 10.5;   // [V], 1.75 V a cell: discharged under load
-constexpr double kHighestBlock = 15.5;  // [V], 2.58 V a cell: end of charge without voltage limit
 constexpr double kRestShare = 0.01;     // of the largest current
 constexpr double kRestDuration = 60.0;  // [s]
 constexpr std::size_t kRestSamples = 20;
@@ -63,14 +63,8 @@ bool isSkewedByASample(const EdgeResponse& edges) {
 }
 
 std::string describeSeriesOf(double voltage) {
-  for (const double blocks : {2.0, 3.0, 4.0, 0.5}) {
-    const double each = voltage / blocks;
-    if (each < kLowestBlock || each > kHighestBlock) continue;
-    const std::string row = blocks < 1.0 ? "half a block, a battery of 6 V"
-                                         : number(blocks) + " blocks of 12 V in series";
-    return "it could be " + row + " (--series-blocks " + number(blocks) + "); ";
-  }
-  return "";
+  const auto [blocks, row] = seriesThatFits(voltage);
+  return row.empty() ? "" : "it could be " + row + " (--series-blocks " + number(blocks) + "); ";
 }
 
 Finding excitation(Severity severity, const std::string& what, const std::string& meaning,
@@ -134,8 +128,9 @@ std::vector<Finding> findSkew(const Evidence& evidence) {
                       early + " at " + counted(edges.edges, "edge") +
                       (evidence.fast ? "" : " (to the nearest whole sample)"),
                   "every edge leaves an error the model cannot explain, and cranks are predicted "
-                  "from the wrong samples; shift " +
-                      std::string(late) + " back before fitting",
+                  "from the wrong samples; move the current before fitting: sof convert IN OUT "
+                  "--shift-current " +
+                      twoDigits(edges.lag),
                   edges.lag, "s", edges.edges}};
 }
 
@@ -171,6 +166,24 @@ std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
           number(kHighestBlock) + " V most of the time; " + describeSeriesOf(typical) +
           "parameter bounds and limits of this program do not apply",
       typical, "V", evidence.series.size()}};
+}
+
+std::vector<Finding> findDeepDischarge(const Evidence& evidence) {
+  const double typical = typicalVoltage(evidence);
+  const bool is_of_other_blocks = typical > kHighestBlock || seriesThatFits(typical).first == 0.5;
+  if (is_of_other_blocks) return {};
+  const DeepDischargeDetector deep = findDeepDischarges(evidence.series);
+  if (deep.count() == 0) return {};
+  return {
+      Finding{"deep_discharge",
+              Severity::kWarning,
+              deep.toString(1.0),
+              "a lead-acid battery that is discharged so deeply sulphates and loses capacity; a "
+              "model of the time before does not hold behind it",
+              deep.deepest()->lowest,
+              "V",
+              0,
+              {deep.first()->from}}};
 }
 
 std::vector<Finding> findExcitation(const Evidence& evidence) {

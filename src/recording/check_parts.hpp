@@ -59,6 +59,7 @@ std::vector<Finding> findOffset(const Evidence& evidence);
 
 std::vector<Finding> findAliasing(const Evidence& evidence);
 
+std::vector<Finding> findDeepDischarge(const Evidence& evidence);
 std::vector<Finding> findVoltageLevel(const Evidence& evidence);
 std::vector<Finding> findExcitation(const Evidence& evidence);
 

@@ -18,9 +18,9 @@ namespace {
 using Part = std::vector<Finding> (*)(const Evidence&);
 
 constexpr Part kParts[] = {
-    findVoltageLevel, findSign,  findExcitation,   findSlowRate, findUnevenRate, findHeldValues,
-    findSkew,         findStuck, findRepeated,     findClipping, findRefused,    findLost,
-    findClock,        findGaps,  findQuantisation, findOffset,   findAliasing};
+    findVoltageLevel, findDeepDischarge, findSign,  findExcitation,   findSlowRate, findUnevenRate,
+    findHeldValues,   findSkew,          findStuck, findRepeated,     findClipping, findRefused,
+    findLost,         findClock,         findGaps,  findQuantisation, findOffset,   findAliasing};
 
 constexpr double kFastInterval = 0.05;  // [s], 20 Hz
 constexpr double kFewestSigmas = 12.0;  // noise alone spans 9 sigma in 1e5 samples

@@ -19,7 +19,7 @@ enum class Severity {
 /// One thing found in a recording, and what it means to somebody who is to use it.
 struct Finding {
   /// rate, gaps, clock, missing, clipping, quantisation, sign, offset, skew, stuck, aliasing,
-  /// voltage_level, excitation
+  /// voltage_level, deep_discharge, excitation
   std::string id;
   Severity severity = Severity::kNote;
   std::string what;             ///< what was found, with numbers and units

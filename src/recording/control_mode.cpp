@@ -9,6 +9,7 @@
 #include "recording/channel_statistics.hpp"
 #include "recording/edges.hpp"
 #include "recording/events.hpp"
+#include "recording/series_blocks.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -36,6 +37,9 @@ constexpr double kFinestShare = 1.0 / 4096 / 3.4641016;  // of the range: 12 bit
 constexpr std::size_t kFewestSamples = 5;
 constexpr std::size_t kFewestChanges = 30;
 constexpr double kFollows = 0.9;  // r^2 of changes of voltage on changes of current
+// [V] of a block: 2.25 V a cell, a float charger's least, below where gassing begins
+// (docs/physics.md#gassing). A battery at rest falls below it within minutes.
+constexpr double kFloatVoltage = 13.5;
 
 /// Sizes of the changes that are looked at [A].
 struct ChangeSizes {
@@ -66,6 +70,25 @@ double chargeShare(const Series& series, const ControlModeRule& rule) {
   return all > 0.0 ? in / all : 0.0;
 }
 
+/// Whether the voltage stands at a float charger's for kControlModeLookBack and stays within its
+/// regulation, without a discharge: no battery does so by itself, however little it takes.
+bool holdsFloatVoltage(const Series& series, const ControlModeRule& rule) {
+  const double least = kFloatVoltage * seriesBlocksAt(quantile(series.voltage, 0.5));
+  double lowest = 0.0, highest = 0.0, duration = 0.0;
+  for (std::size_t k = 1; k < series.size(); ++k) {
+    const double step = series.time[k] - series.time[k - 1], voltage = series.voltage[k];
+    const bool is_float = voltage >= least && step <= rule.max_gap &&
+                          series.current[k] >= -kBand * rule.current_noise;
+    const double band = std::max(kBand * rule.voltage_noise, kRegulation * std::abs(voltage));
+    lowest = std::min(lowest, voltage);
+    highest = std::max(highest, voltage);
+    if (!is_float || highest - lowest > band) lowest = highest = voltage, duration = 0.0;
+    if (is_float) duration += step;
+    if (duration >= kControlModeLookBack) return true;
+  }
+  return false;
+}
+
 double rangeOf(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return values.empty() ? 0.0 : *high - *low;
@@ -84,7 +107,7 @@ ControlModeRule firstRuleOf(const Series& series) {
   const auto edges = edgeResponse(series);
   if (edges && edges->resistance > 0.0 && edges->correlation > 0.0)
     rule.resistance = edges->resistance;
-  rule.present = chargeShare(series, rule) >= kMinChargeShare;
+  rule.present = chargeShare(series, rule) >= kMinChargeShare || holdsFloatVoltage(series, rule);
   if (rule.present)
     rule.min_current =
         -(kClearlyCurrent * rule.current_noise +

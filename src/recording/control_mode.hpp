@@ -17,7 +17,7 @@ enum class ControlMode {
 
 /// What a sample's judgement rests on.
 enum class ControlModeReason {
-  kNoSource,         ///< nothing in the recording charges the battery
+  kNoSource,         ///< nothing in the recording charges the battery or holds its voltage
   kLoad,             ///< the current is below the rule's least current
   kConstantCurrent,  ///< the current stayed within its noise while the voltage moved one way
   kRestApart,        ///< no current to speak of, and the voltage relaxes smoothly
@@ -159,10 +159,10 @@ struct ControlModes : ControlModeOverview {
 /**
  * @brief Operating mode, from current and voltage alone, at any rate.
  *
- * A source is there when what flows into the battery above its current's noise (3 sigma_i) is a
- * hundredth of all that flows. A driven current is well posed as long as the error it makes in the
- * voltage stays below the voltage's own noise. In discharge the double layer's resistance is 1 /
- * (beta |i|), so that a sensor's noise sigma_i is worth sigma_v at sigma_i / (beta sigma_v):
+ * A source is there when a hundredth of all charge flows into the battery above the noise (3
+ * sigma_i), or a block's voltage stands above 13.5 V for 300 s, undischarged. A driven current is
+ * well posed while its error in the voltage is below the voltage's noise. In discharge the double
+ * layer's resistance is 1 / (beta |i|): noise sigma_i is worth sigma_v at sigma_i / (beta sigma_v):
  *
  *     min_current = -(3 sigma_i + sigma_i / (beta sigma_v)),   beta = 35 / V
  *

@@ -16,13 +16,14 @@ namespace {
 
 bool isTemperatureAlone(const RawSample& sample) {
   return std::isnan(sample.current) && std::isnan(sample.voltage) && sample.temperature &&
-         std::isfinite(*sample.temperature);
+         !std::isnan(*sample.temperature);
 }
 
-void appendTemperature(Series& series, double time, double temperature) {
-  if (!series.temperature_time.empty() && time <= series.temperature_time.back()) return;
-  series.temperature_time.push_back(time);
-  series.temperature.push_back(temperature);
+void appendTemperature(Series& series, const RawSample& sample) {
+  if (!sample.temperature || !isTemperature(*sample.temperature)) return;
+  if (!series.temperature_time.empty() && sample.time <= series.temperature_time.back()) return;
+  series.temperature_time.push_back(sample.time);
+  series.temperature.push_back(*sample.temperature);
 }
 
 void appendSample(Series& series, const RawSample& sample) {
@@ -32,8 +33,7 @@ void appendSample(Series& series, const RawSample& sample) {
                                 std::to_string(series.time.back()) +
                                 " s; the intake and the recording do not belong together");
   series.append({sample.time, sample.current, sample.voltage});
-  if (sample.temperature && std::isfinite(*sample.temperature))
-    appendTemperature(series, sample.time, *sample.temperature);
+  appendTemperature(series, sample);
 }
 
 /// @param values each with its largest magnitude.
@@ -77,6 +77,7 @@ SampleFate Intake::judge(const RawSample& sample) {
   if (fate == SampleFate::kAccepted) fate = judgeOrder(sample.time, last);
   count(fate);
   if (fate != SampleFate::kAccepted) return fate;
+  countTemperature(sample);
   last = sample.time;
   return temperature_alone ? SampleFate::kTemperatureOnly : SampleFate::kAccepted;
 }
@@ -96,6 +97,12 @@ void Intake::count(SampleFate fate) {
   if (fate == SampleFate::kOutOfRange) ++rejected_.out_of_range;
 }
 
+void Intake::countTemperature(const RawSample& sample) {
+  const std::optional<double>& temperature = sample.temperature;
+  if (temperature && !std::isnan(*temperature) && !isTemperature(*temperature))
+    ++rejected_temperatures_;
+}
+
 void Intake::resumeAt(const std::optional<double>& time) {
   last_time_ = time;
   last_temperature_time_.reset();
@@ -105,7 +112,7 @@ SampleFate append(Recording& recording, Intake& intake, const RawSample& sample)
   const SampleFate fate = intake.judge(sample);
   if (fate == SampleFate::kAccepted) appendSample(recording.series, sample);
   if (fate == SampleFate::kTemperatureOnly) {
-    appendTemperature(recording.series, sample.time, *sample.temperature);
+    appendTemperature(recording.series, sample);
   } else {
     ++recording.offered;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "battery_sof/series.hpp"
 #include "util/text.hpp"
@@ -25,6 +26,23 @@ namespace battery_sof {
 inline double seriesBlocksAt(double voltage) {
   constexpr double kRestOfBlock = 12.5;  // [V], between a full and a half empty one
   return std::max(1.0, std::round(voltage / kRestOfBlock));
+}
+
+// [V] of a block, between which it stays but for seconds
+inline constexpr double kLowestBlock = 10.5;   // 1.75 V a cell: discharged under load
+inline constexpr double kHighestBlock = 15.5;  // 2.58 V a cell: end of charge without voltage limit
+
+/// @return the usual number of blocks in series whose voltage this can be, most of the time [V], and
+/// how it is said, e.g. "2 blocks of 12 V in series"; 0 where it is that of none.
+inline std::pair<double, std::string> seriesThatFits(double voltage) {
+  for (const double blocks : {1.0, 2.0, 3.0, 4.0, 0.5}) {
+    const double each = voltage / blocks;
+    if (each < kLowestBlock || each > kHighestBlock) continue;
+    if (blocks < 1.0) return {blocks, "half a block, a battery of 6 V"};
+    if (blocks == 1.0) return {blocks, "one block of 12 V"};
+    return {blocks, format("%g blocks of 12 V in series", blocks)};
+  }
+  return {};
 }
 
 inline constexpr double kMinSeriesBlocks = 0.5, kMaxSeriesBlocks = 6.0;

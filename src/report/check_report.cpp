@@ -9,6 +9,7 @@
 #include "descriptions.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/events.hpp"
+#include "recording/resample.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
@@ -154,7 +155,7 @@ DESCRIBED(Finding, MEMBERS("", id, what, meaning, value, unit, samples), MEMBERS
 std::string checkReportText(const Recording& recording, const CheckReport& report) {
   std::string text = recording.name + "\n" + overviewText(recording, report) +
                      eventsText(summaryOf(recording)) +
-                     sourceText(detectControlMode(recording.series)) +
+                     sourceText(detectControlMode(atDesignRate(recording.series))) +
                      (report.findings.empty() ? "\n  findings: none\n" : "\n  findings\n");
   for (const Finding& finding : report.findings) text += findingText(finding);
   if (!report.not_judged.empty()) text += "\n  not judged\n";
@@ -180,7 +181,7 @@ nlohmann::json checkReportJson(const Recording& recording, const CheckReport& of
   visit("current_range", extremesOf(series.current), "a");
   visit("temperature_range", celsius, "c");
   visit("events", summaryOf(recording));
-  visit("source", detectControlMode(series));
+  visit("source", detectControlMode(atDesignRate(series)));
   return visit.json;
 }
 

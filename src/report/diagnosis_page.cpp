@@ -33,12 +33,12 @@ void requireMatching(const Recording& recording, const Diagnosis& diagnosis) {
 std::string verdictWords(Verdict verdict) {
   switch (verdict) {
     case Verdict::kNoMismatch: return "No mismatch";
-    case Verdict::kEffect: return "One effect is missing";
-    case Verdict::kSeveral: return "Several effects are missing";
-    case Verdict::kAmbiguous: return "One of a few";
-    case Verdict::kMechanism: return "A mechanism without an equation";
-    case Verdict::kUnexplained: return "Unexplained";
-    case Verdict::kSensorFault: return "The instruments";
+    case Verdict::kEffect: return "One effect is missing in the model";
+    case Verdict::kSeveral: return "Several effects are missing in the model";
+    case Verdict::kAmbiguous: return "One of a few effects is missing in the model";
+    case Verdict::kMechanism: return "A mechanism is missing in the model";
+    case Verdict::kUnexplained: return "Something is missing in the model";
+    case Verdict::kSensorFault: return "The measurement is at fault";
     case Verdict::kInsufficientData: break;
   }
   return "Not enough to judge";
@@ -76,8 +76,9 @@ std::string headerHtml(const Recording& recording, const Diagnosis& d) {
     origin += format(", %.0f s, %zu samples",
                      recording.series.time.back() - recording.series.time.front(),
                      recording.series.size());
-  return element("header", element("p.origin", origin) + badge + element("h1", escaped(d.summary)) +
-                               figuresHtml(d)) +
+  const std::string headline = escaped(d.summary) + " " + escaped(meaningOf(d.verdict));
+  return element("header",
+                 element("p.origin", origin) + badge + element("h1", headline) + figuresHtml(d)) +
          "\n";
 }
 

@@ -27,7 +27,8 @@ std::string partOfIt(const Diagnosis& d) {
 }
 
 std::string verdictText(const Diagnosis& d) {
-  std::string text = wrapped("verdict      ", toString(d.verdict) + ": " + d.summary);
+  std::string text =
+      wrapped("verdict      ", toString(d.verdict) + ": " + d.summary + " " + meaningOf(d.verdict));
   if (d.mechanism)
     text += wrapped("mechanism    ",
                     mechanismId(*d.mechanism) + " (" + mechanismSentence(*d.mechanism) + ")" +
@@ -245,6 +246,8 @@ DESCRIBED(UnexplainedPart, MEMBERS("v", crank, rmse, noise), MEMBERS("", charge_
 
 DESCRIBED(DetectionLimit, MEMBERS("", id, parameter, unit, strength, typical, visible))
 
+DESCRIBED(ScoreGain, MEMBERS("", value, std_error))
+
 DESCRIBED(ControlledTime, MEMBERS("s", from, to))
 
 DESCRIBED(ControlModeOverview, MEMBERS("", seen, summary), visit("reasons", of.totals),
@@ -268,6 +271,8 @@ nlohmann::json resultJson(const Diagnosis& of) {
   visit("evidence", Json{{"base", jsonOf(of.evidence_base)},
                          {"extended", jsonOf(of.evidence_extended)},
                          {"effective_sample_fraction", jsonOf(of.effective_sample_fraction)}});
+  for (std::size_t k = 0; k < of.candidates.size(); ++k)
+    visit.json["candidates"][k]["score"] = jsonOf(of.candidates[k].score);
   return visit.json;
 }
 

@@ -439,10 +439,12 @@ void describeModel(File& file, Model& model) {
 
 FittedModel modelOf(const FieldReader& file) {
   const std::string schema = file.text("schema");
-  if (schema == "battery_sof/model/1")
+  if (schema == kIdentificationSchema)
     file.fail("schema",
-              "is of battery_sof 0.2, whose names are others; write the model again: sof identify "
-              "REC --out MODEL.yaml");
+              std::string("is \"") + kIdentificationSchema +
+                  "\", that of the JSON of sof identify, which has no covariance, and of model "
+                  "files before 0.3, expected \"" +
+                  kModelSchema + "\"; write the model file: sof identify REC --out MODEL.yaml");
   if (schema != kModelSchema)
     file.fail("schema", "is \"" + schema + "\", expected \"" + kModelSchema + "\"");
   FittedModel model;

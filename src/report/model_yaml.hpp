@@ -17,6 +17,8 @@ class ModelFileError : public std::runtime_error {
 
 /// Version of the layout, the value of the key `schema`.
 inline constexpr char kModelSchema[] = "battery_sof/model/2";
+/// That of the JSON of `sof identify`, which is no model file: it has no covariance.
+inline constexpr char kIdentificationSchema[] = "battery_sof/model/1";
 
 /// @return MODEL.yaml: parameters with units, standard errors, correlation, state, effects, window,
 /// scores, origin.

@@ -13,6 +13,7 @@ namespace {
 constexpr double kLeft = 56.0, kRight = 628.0, kTop = 12.0, kBottom = 196.0;
 constexpr double kNormal95 = 1.96;  // standard deviations
 constexpr double kTicks = 5.0;      // about as many on an axis
+constexpr char kNotDriven[] = "\xe2\x80\x93";
 
 /// A point of a line in the axes' units; half its 95 % band is 0 where that is not known.
 struct Point {
@@ -148,41 +149,51 @@ Point pointOf(double x, double volts, const std::optional<double>& std) {
   return {x, 1e3 * volts, std && std::isfinite(*std) ? 1e3 * kNormal95 * *std : 0.0};
 }
 
-/// Two lines over the same abscissae; nothing where there are fewer than two points.
+/// Two lines over one axis; nothing where neither has two points.
 std::string curvesHtml(const std::string& title, bool is_log, const std::string& unit,
                        const Curve& first, const Curve& second) {
-  if (first.points.size() < 2 || !(first.points.back().x > first.points.front().x)) return "";
-  const Axis axis{first.points.front().x, first.points.back().x, is_log};
-  return chartHtml(title, axis, unit, {first, second});
+  Axis axis{std::numeric_limits<double>::infinity(), 0.0, is_log};
+  axis.high = -axis.low;
+  std::vector<Curve> curves;
+  for (const Curve& curve : {first, second}) {
+    if (curve.points.size() < 2) continue;
+    curves.push_back(curve);
+    axis.low = std::min(axis.low, curve.points.front().x);
+    axis.high = std::max(axis.high, curve.points.back().x);
+  }
+  return axis.high > axis.low ? chartHtml(title, axis, unit, curves) : "";
 }
 
 /// What it adds over the time since a rest: the memory of charging and discharging.
 std::string memoryChart(const DiscrepancyFinding& discrepancy) {
   Curve charging{"charging", "extended", true, {}}, discharging{"discharging", "base", false, {}};
   for (const DiscrepancyAnswer& one : discrepancy.answers) {
-    if (!std::isfinite(one.charging) || !std::isfinite(one.discharging)) continue;
-    charging.points.push_back(pointOf(one.time, one.charging, one.charging_std));
-    discharging.points.push_back(pointOf(one.time, one.discharging, one.discharging_std));
+    if (std::isfinite(one.charging))
+      charging.points.push_back(pointOf(one.time, one.charging, one.charging_std));
+    if (std::isfinite(one.discharging))
+      discharging.points.push_back(pointOf(one.time, one.discharging, one.discharging_std));
   }
-  return curvesHtml(
-      format("What it adds after so long a current of %.0f A [mV]", discrepancy.answer_current),
-      true, "time since a rest [s]", charging, discharging);
+  return curvesHtml(format("What it adds after so long a current of %g A [mV]",
+                           discrepancy.answer_current.value_or(0.0)),
+                    true, "time since a rest [s]", charging, discharging);
 }
 
 /// What it adds over the current: at once, and when its memory has set in.
 std::string currentChart(const DiscrepancyFinding& discrepancy) {
   Curve early{"at once", "extended", true, {}}, late{"after a minute", "base", false, {}};
   for (const DiscrepancyAtCurrent& at : discrepancy.curve) {
-    if (!std::isfinite(at.early) || !std::isfinite(at.late)) continue;
-    early.points.push_back(pointOf(at.current, at.early, at.early_std));
-    late.points.push_back(pointOf(at.current, at.late, at.late_std));
+    if (std::isfinite(at.early))
+      early.points.push_back(pointOf(at.current, at.early, at.early_std));
+    if (std::isfinite(at.late)) late.points.push_back(pointOf(at.current, at.late, at.late_std));
   }
   return curvesHtml("What it adds over the current [mV]", false,
                     "current [A], positive into the battery", early, late);
 }
 
 std::string bandNote(const DiscrepancyFinding& discrepancy) {
-  const auto has_band = [](const DiscrepancyAnswer& one) { return one.charging_std.has_value(); };
+  const auto has_band = [](const DiscrepancyAnswer& one) {
+    return one.charging_std || one.discharging_std;
+  };
   if (std::none_of(discrepancy.answers.begin(), discrepancy.answers.end(), has_band)) return "";
   return element("p.note",
                  "Bands: 95 % by the posterior of the weights; what no regressor can follow is not "
@@ -192,8 +203,10 @@ std::string bandNote(const DiscrepancyFinding& discrepancy) {
 std::string answerTable(const DiscrepancyFinding& discrepancy) {
   double largest = std::numeric_limits<double>::min();
   for (const DiscrepancyAnswer& one : discrepancy.answers)
-    largest = std::max({largest, std::abs(one.charging), std::abs(one.discharging)});
+    for (const double value : {one.charging, one.discharging})
+      if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
   const auto cell = [&](double value) -> Cell {
+    if (!std::isfinite(value)) return {kNotDriven, "class=\"heat\""};
     return {withMinusSigns(format("%+.1f", 1e3 * value)),
             format("class=\"heat %s\" style=\"--strength:%.2f\"", value > 0.0 ? "more" : "less",
                    std::abs(value) / largest)};
@@ -207,11 +220,14 @@ std::string answerTable(const DiscrepancyFinding& discrepancy) {
 }
 
 std::string currentTable(const DiscrepancyFinding& discrepancy) {
+  const auto at_size = [](double value) {
+    return std::isfinite(value) ? format("%+.1f", 1e3 * value) : std::string(kNotDriven);
+  };
   std::vector<std::vector<Cell>> rows;
   for (const DiscrepancyAtCurrent& at : discrepancy.curve)
     rows.push_back({{withMinusSigns(format("%g A", at.current))},
-                    numberCell(format("%+.1f", 1e3 * at.early)),
-                    numberCell(format("%+.1f", 1e3 * at.late))});
+                    numberCell(at_size(at.early)),
+                    numberCell(at_size(at.late))});
   return rows.empty() ? "" : table({"current", "at once [mV]", "after a minute [mV]"}, rows);
 }
 
@@ -243,8 +259,11 @@ std::string nearestHtml(const Diagnosis& d) {
 std::string discrepancyHtml(const Diagnosis& d) {
   const DiscrepancyFinding& discrepancy = *d.discrepancy;
   const std::string numbers = answerTable(discrepancy) + currentTable(discrepancy);
-  return nearestHtml(d) + memoryChart(discrepancy) + currentChart(discrepancy) +
-         bandNote(discrepancy) + (numbers.empty() ? "" : details("The same in numbers", numbers));
+  const std::string charts = memoryChart(discrepancy) + currentChart(discrepancy);
+  const std::string note = element(
+      "p.note", "Drawn for currents, and as long at a stretch, as the training part held them.");
+  return nearestHtml(d) + charts + (charts.empty() ? "" : note) + bandNote(discrepancy) +
+         (numbers.empty() ? "" : details("The same in numbers", numbers));
 }
 
 }  // namespace battery_sof

@@ -7,7 +7,9 @@
 #include "descriptions.hpp"
 #include "recording/channel_statistics.hpp"
 #include "recording/series_blocks.hpp"
+#include "report/model_yaml.hpp"
 #include "util/text.hpp"
+#include "wording.hpp"
 
 namespace battery_sof {
 namespace {
@@ -94,7 +96,7 @@ bool wasFitted(const Fit& fit) { return isUsable(fit) || fit.status == FitStatus
 nlohmann::json resultJson(const FittedModel& model) {
   JsonFields visit;
   describe(visit, model);
-  visit("schema", "battery_sof/model/1");
+  visit("schema", kIdentificationSchema);
   visit("program", "battery_sof " + version());
   visit("recording", printable(model.provenance.recording));
   visit("series_blocks", model.fit.series_blocks);
@@ -111,7 +113,7 @@ nlohmann::json resultJson(const FittedModel& model) {
   return visit.json;
 }
 
-std::string resultText(const FittedModel& model) {
+std::string resultText(const FittedModel& model, const ControlModeOverview& mode) {
   const std::string conclusion = format("%s: %s (%.1f ms)\n", toString(model.fit.status).c_str(),
                                         model.fit.message.c_str(), model.provenance.fit_ms);
   if (!wasFitted(model.fit)) return conclusion;
@@ -128,15 +130,21 @@ std::string resultText(const FittedModel& model) {
   text += format("fit          Q_dyn %.1f %%, RMS error %.1f mV, residual correlated over %.2f s\n",
                  model.fit.scores.q_dyn_percent, 1e3 * model.fit.scores.rmse,
                  model.fit.scores.residual_correlation_time);
+  if (!mode.summary.empty())
+    text += wrapped("source       ",
+                    mode.summary + (model.fit.source ? " The fit's input is the voltage there."
+                                                     : " The fit's input is the current."));
   if (model.fit.scores.cranks > 0)
-    text += format("cranks       %d in the window, minima missed by %.0f mV (RMS)\n",
-                   model.fit.scores.cranks, 1e3 * model.fit.scores.crank_error_std);
+    text +=
+        format("cranks       %d in the window; the equations miss their minima by %.0f mV RMS\n",
+               model.fit.scores.cranks, 1e3 * model.fit.scores.crank_error_std);
   text += format("state        u_c2 = %.4f V at %.2f s\n", model.state.states[0], model.state.time);
   text += format("quality      %.2f of the window for this model\n", model.fit.window_quality);
   return text + conclusion;
 }
 
 DESCRIBED(BothWaysScores, MEMBERS("", cranks), visit("crank_mae", of.crank_mean_abs_error, "v"),
+          visit("crank_equations_rms", of.crank_equations_rms, "v"),
           visit("share_percent", of.mixed.share_percent),
           visit("current_share_percent", of.mixed.current_share_percent),
           visit("voltage_share_percent", of.mixed.voltage_share_percent),
@@ -146,6 +154,7 @@ DESCRIBED(BothWaysScores, MEMBERS("", cranks), visit("crank_mae", of.crank_mean_
 
 DESCRIBED(PredictionScores, MEMBERS("", window, q_dyn_percent, coverage_90, cranks),
           MEMBERS("v", rmse, max_abs), visit("crank_mae", of.crank_mean_abs_error, "v"),
+          visit("crank_equations_rms", of.crank_equations_rms, "v"),
           visit("samples", of.window.samples))
 
 nlohmann::json resultJson(const PredictionReport& report) {
@@ -197,9 +206,12 @@ std::string resultText(const PredictionReport& report) {
     text += format("cranks    none\n");
     return text;
   }
-  text += format("cranks    %zu, minima missed by %.0f mV on average; baseline %s\n",
-                 scores.cranks.size(), 1e3 * scores.crank_mean_abs_error.value_or(0.0),
-                 millivoltsOf(report.baseline.crank_mean_abs_error).c_str());
+  text += format(
+      "cranks    %zu, the answers miss their minima by %.0f mV on average, the equations without "
+      "past cranks by %s RMS; baseline %s on average\n",
+      scores.cranks.size(), 1e3 * scores.crank_mean_abs_error.value_or(0.0),
+      millivoltsOf(scores.crank_equations_rms).c_str(),
+      millivoltsOf(report.baseline.crank_mean_abs_error).c_str());
   text += format("%12s %9s %10s %10s %22s\n", "time [s]", "I [A]", "measured", "predicted",
                  "90 % interval [V]");
   for (const auto& c : scores.cranks)

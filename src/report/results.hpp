@@ -9,6 +9,7 @@
 #include "prediction/questions.hpp"
 #include "prediction/scores.hpp"
 #include "recording/checks.hpp"
+#include "recording/control_mode.hpp"
 #include "state/fitted_model.hpp"
 
 namespace battery_sof {
@@ -35,7 +36,8 @@ std::string jsonText(const nlohmann::json& json, int indent = -1);
 
 // The same for a reader.
 /// Table of parameters with errors, scores, and the sentence that says how it ended.
-std::string resultText(const FittedModel& model);
+/// @param mode of the recording that it was fitted to, as sof check and sof diagnose report it.
+std::string resultText(const FittedModel& model, const ControlModeOverview& mode = {});
 std::string resultText(const PredictionReport& report);
 std::string resultText(const CrankingQuery& query, const CrankingAnswer& answer);
 std::string resultText(const StopTimeQuery& query, const StopTimeAnswer& answer);

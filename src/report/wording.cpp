@@ -23,6 +23,18 @@ std::string wrapped(const std::string& lead, const std::string& text) {
   return result + line + "\n";
 }
 
+std::string meaningOf(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kNoMismatch:
+      return "This judges the model: it is no measure of the battery's health.";
+    case Verdict::kSensorFault:
+      return "What is at fault is the measurement or the wiring, not the battery.";
+    case Verdict::kInsufficientData: return "It says nothing about the battery.";
+    default: break;
+  }
+  return "It is the model that lacks this: a mismatch is no fault of the battery.";
+}
+
 std::string threeDigits(double value) { return format("%.3g", value); }
 
 std::string millivolts(const std::optional<double>& volts) {

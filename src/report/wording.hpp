@@ -15,6 +15,9 @@ constexpr double kNotableZ = 4.0;        ///< of a parameter's bias: 1 in 16,000
 /// Text in lines of at most kTextWidth columns, the first behind lead, the others indented as far.
 std::string wrapped(const std::string& lead, const std::string& text);
 
+/// @return the sentence behind a summary: what the verdict says of the battery itself.
+std::string meaningOf(Verdict verdict);
+
 /// @return three significant digits.
 std::string threeDigits(double value);
 

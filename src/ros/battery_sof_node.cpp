@@ -22,6 +22,9 @@ constexpr std::uint32_t kQueueSize = 100000;  // 20 s of a 100 Hz bag played at 
 constexpr double kStatusPeriod = 1.0;         // [s], SofStatus is a 1 Hz topic
 constexpr double kNoDataAfter = 5.0;          // [s], the shortest gap of a recording (gapThreshold)
 
+// [s] of the process' own time between two saves of the state file: after an event, and without one
+constexpr double kSaveAfterEvent = 10.0, kSaveInAnyCase = 50.0;
+
 constexpr int kIdentificationNice = 10;  // of identifications: the other threads go first
 constexpr std::chrono::milliseconds kLook{50};
 
@@ -53,6 +56,7 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
       private_node_(private_node),
       session_(options_.session),
       worker_(kIdentificationNice),
+      saver_(kIdentificationNice),
       diagnoses_(private_node_, options_,
                  [this](const Adoption& adoption, double from_driving) {
                    ahead([&] {
@@ -62,11 +66,11 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
       identify_server_(
           actions_.handleOf(private_node_), "identify",
           [this](const IdentifyServer::GoalHandle& goal) { onIdentifyGoal(goal); },
-          [this](const IdentifyServer::GoalHandle& goal) { onIdentifyCancel(goal); }, false),
+          [this](const IdentifyServer::GoalHandle& goal) { onIdentifyCancel(goal); }),
       diagnose_server_(
           actions_.handleOf(private_node_), "diagnose",
           [this](const DiagnoseServer::GoalHandle& goal) { onDiagnoseGoal(goal); },
-          [this](const DiagnoseServer::GoalHandle& goal) { diagnoses_.cancel(goal); }, false) {
+          [this](const DiagnoseServer::GoalHandle& goal) { diagnoses_.cancel(goal); }) {
   loadStateFile();
   advertise();
   guarded("the first status", [this] {
@@ -77,6 +81,18 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
 }
 
 BatterySofNode::~BatterySofNode() {
+  // First of all: what follows may wait for a computation, and the shutdown limit ends the process.
+  saver_.stop();  // with what it has not begun
+  guarded("the last save", [this] {
+    std::optional<FittedModel> model;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      model = session_.modelToSave();
+    }
+    if (!model) return;
+    const StateFile::Result result = state_file_.save(*model);
+    if (result.is_fault) ROS_ERROR("%s", result.said.c_str());
+  });
   diagnoses_.stop();
   worker_.stop();
   for (QueueThread* thread : {&questions_, &maps_, &profiles_, &actions_}) thread->spinner.stop();
@@ -129,9 +145,19 @@ void BatterySofNode::loadStateFile() {
 void BatterySofNode::saveStateFile(const FittedModel& model) {
   const StateFile::Result result = state_file_.save(model);
   if (result.is_fault) ROS_ERROR("%s", result.said.c_str());
-  ahead([&] {
-    record_.state_file_fault = result.said;
-    stands_on_state_file_ = false;
+  ahead([&] { record_.state_file_fault = result.said; });
+}
+
+void BatterySofNode::save(bool at_once) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const double since = (ros::SteadyTime::now() - unsaved_.since).toSec();
+  const bool is_early = since < (unsaved_.events ? kSaveAfterEvent : kSaveInAnyCase);
+  if (!unsaved_.samples || (is_early && !at_once)) return;
+  std::optional<FittedModel> model = session_.modelToSave();
+  if (!model) return;
+  unsaved_ = {};
+  saver_.post([this, model = std::move(*model)] {
+    guarded("saving the state file", [&] { saveStateFile(model); });
   });
 }
 
@@ -176,8 +202,14 @@ void BatterySofNode::onBatteryState(const SampleEvent& event) {
 
 void BatterySofNode::take(const RawSample& sample) {
   last_arrival_ = ros::Time::now();
+  const std::size_t deep_discharges = session_.deepDischarges().count();
   const SessionEvents events = session_.push(sample);
   record_.events.add(events);
+  unsaved_.samples = true;
+  if (!events.cranks.empty() || !events.charges.empty() || !events.stops.empty())
+    unsaved_.events = true;
+  if (session_.deepDischarges().count() > deep_discharges)
+    ROS_WARN("%s", session_.status().deep_discharge.c_str());
   for (const EventComparison& crank : events.cranks) logCrank(crank);
   if (auto job = session_.takeDueJob()) {
     ROS_INFO("identification begins on %zu samples", job->series.size());
@@ -239,7 +271,7 @@ IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job, b
            outcome.message.c_str());
   if (outcome.accepted) {
     model_publisher_.publish(messageOf(*outcome.model));
-    saveStateFile(*outcome.model);
+    save(true);
   }
   if (outcome.extended) model_publisher_.publish(messageOf(*outcome.extended));
   return outcome;
@@ -258,6 +290,7 @@ IdentificationOutcome BatterySofNode::takenBack(IdentificationResult result, boo
   if (result.extended && result.extended->model)
     result.extended->model->provenance.recording = subscriber_.getTopic();
   IdentificationOutcome outcome = session_.finish(std::move(result));
+  if (outcome.accepted) stands_on_state_file_ = false;
   announceWhoAnswers();
   demandStatus();
   return outcome;
@@ -325,6 +358,7 @@ void BatterySofNode::onSteadyTimer(const ros::SteadyTimerEvent&) {
     const ros::WallDuration since = ros::SteadyTime::now() - last_status_steady_;
     if (since.toSec() >= kStatusPeriod) demandStatus();
   });
+  guarded("the state file", [this] { save(false); });
   guarded("the diagnostics", [this] { diagnostics_.publish(snapshot()); });
 }
 

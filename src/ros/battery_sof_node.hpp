@@ -31,13 +31,44 @@ namespace battery_sof {
 template <typename Action>
 class GoalServer : public actionlib::ActionServer<Action> {
  public:
-  using actionlib::ActionServer<Action>::ActionServer;
+  using Goal = actionlib::ServerGoalHandle<Action>;
+
+  GoalServer(const ros::NodeHandle& node, const std::string& name,
+             const boost::function<void(Goal)>& on_goal,
+             const boost::function<void(Goal)>& on_cancel)
+      : actionlib::ActionServer<Action>(node, name, on_goal, on_cancel, false),
+        results_(ros::NodeHandle(node, name).advertise<ActionResult>("result", kResultsKept)) {}
 
   /// Takes goals from now on.
   void begin() {
     this->start();
     this->status_list_timeout_ = ros::Duration(0.0);
   }
+
+ private:
+  using ActionResult = typename Action::_action_result_type;
+  using Result = typename ActionResult::_result_type;
+  using actionlib::ActionServerBase<Action>::publishStatus;
+
+  static constexpr std::uint32_t kResultsKept = 50;  // as actionlib's server
+
+  /// As actionlib's server, which ends a goal whose cancel request came first with an empty result:
+  /// its code would be the first one, OK.
+  void publishResult(const actionlib_msgs::GoalStatus& status, const Result& result) override {
+    const boost::recursive_mutex::scoped_lock lock(this->lock_);
+    ActionResult message;
+    message.header.stamp = ros::Time::now();
+    message.status = status;
+    message.result = result;
+    if (status.status == actionlib_msgs::GoalStatus::RECALLED) {
+      message.result.code = Result::RECALLED;
+      message.result.message = "the goal was cancelled before it was begun";
+    }
+    results_.publish(message);
+    publishStatus();
+  }
+
+  ros::Publisher results_;
 };
 
 /**
@@ -49,7 +80,8 @@ class GoalServer : public actionlib::ActionServer<Action> {
  *   - questions: the three predictions, ~set_standing_query, ~status and /diagnostics, one after the other;
  *   - maps, profiles: one each for ~predict_map and ~simulate_profile, up to kLongestWork;
  *   - goals: the actions ~identify and ~diagnose, which begin and cancel work;
- *   - identifications and diagnoses themselves, which end their goals: a worker's each.
+ *   - identifications and diagnoses themselves, which end their goals: a worker's each;
+ *   - the state file: a worker's, but for the last time, at the node's end.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to
  * copy what a question needs (OnlineSession::live()); never while a question is computed, a fit
  * runs or a file is written. A worker takes it for a fault's note alone (noteFault()).
@@ -60,6 +92,9 @@ class GoalServer : public actionlib::ActionServer<Action> {
  *
  * At a shutdown a map and a profile break off at once: roscpp ends no service before its callback
  * has returned.
+ *
+ * The state file is written after each accepted identification, 10 s after an event, once a minute
+ * while samples come, and at the node's end: what a process that is killed loses is of a minute.
  *
  * ~status goes out once a second of the samples' time. A timer that no clock's jump touches stands
  * in when no samples come.
@@ -89,6 +124,12 @@ class BatterySofNode {
     }
   };
 
+  /// What came since the state file was written.
+  struct Unsaved {
+    bool samples = false, events = false;
+    ros::SteadyTime since = ros::SteadyTime::now();  // when it was written last
+  };
+
   /// The last crank query that got numbers.
   struct Answered {
     double time = 0.0;  // [s], newest sample when it was asked
@@ -98,6 +139,8 @@ class BatterySofNode {
 
   void loadStateFile();
   void saveStateFile(const FittedModel& model);
+  /// Hands the present model over to be saved. @param at_once else only where it is due.
+  void save(bool at_once);
   void advertise();
   void advertiseQuestions();
   template <typename Service, typename Ask>
@@ -163,6 +206,7 @@ class BatterySofNode {
   std::optional<Answered> last_answer_;
   NodeRecord record_;
   bool stands_on_state_file_ = false;
+  Unsaved unsaved_;
   bool extended_answered_ = false;  // when it was last announced
   bool is_request_wanted_ = false;  // the requested identification that runs has a goal
 
@@ -172,6 +216,7 @@ class BatterySofNode {
 
   ResponseClock response_clock_;
   BackgroundWorker worker_;
+  BackgroundWorker saver_;  // of the state file, one writer at a time
   DiagnosisRunner diagnoses_;
   NodeDiagnostics diagnostics_;
   ros::Subscriber subscriber_;

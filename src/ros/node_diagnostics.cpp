@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "util/text.hpp"
+
 namespace battery_sof {
 
 namespace {
@@ -39,6 +41,8 @@ void reportDataRate(Status& status, const Snapshot& now, const Snapshot& before)
                                                                             : "no sample yet");
   } else if (now.no_data_for) {
     status.summaryf(Level::ERROR, "no sample for %.1f s", *now.no_data_for);
+  } else if (!now.status.not_valid.empty()) {
+    status.summary(Level::ERROR, "no answer is valid, " + now.status.not_valid);
   } else {
     status.summary(Level::OK, rate ? "samples arrive" : "no new sample since the last look");
   }
@@ -48,20 +52,34 @@ void reportDataRate(Status& status, const Snapshot& now, const Snapshot& before)
 }
 
 void reportRejected(Status& status, const Snapshot& now, const Snapshot& before) {
+  const RejectedCounts& rejected = now.counts.rejected;
   const std::size_t total = now.counts.rejectedTotal();
   const std::size_t fresh = total - before.counts.rejectedTotal();
-  if (fresh > 0) {
-    status.summaryf(Level::WARN, "%zu rejected since the last look, %zu in all", fresh, total);
+  const std::size_t hot = now.counts.rejected_temperatures;
+  const std::string temperatures =
+      hot == 0 ? "" : format("; %zu temperatures are out of range and left out", hot);
+  if (fresh > 0 || hot > before.counts.rejected_temperatures) {
+    status.summaryf(Level::WARN, "%zu rejected since the last look, %zu in all%s", fresh, total,
+                    temperatures.c_str());
   } else {
-    status.summaryf(Level::OK, "%zu rejected in all", total);
+    status.summaryf(Level::OK, "%zu rejected in all%s", total, temperatures.c_str());
   }
-  const RejectedCounts& rejected = now.counts.rejected;
   status.add("missing value", rejected.missing_value);
   status.add("not finite", rejected.not_finite);
   status.add("duplicate stamp", rejected.duplicate_stamp);
   status.add("clock step back", rejected.clock_step_back);
   status.add("out of range", rejected.out_of_range);
+  status.add("temperature out of range", now.counts.rejected_temperatures);
   status.add("stamp ahead", now.counts.stamp_ahead);
+}
+
+void reportBattery(Status& status, const Snapshot& now, const Snapshot&) {
+  const std::string& deep = now.status.deep_discharge;
+  if (deep.empty()) {
+    status.summary(Level::OK, "no deep discharge was seen");
+  } else {
+    status.summary(Level::WARN, deep);
+  }
 }
 
 void reportIdentification(Status& status, const Snapshot& now, const Snapshot&) {
@@ -70,7 +88,7 @@ void reportIdentification(Status& status, const Snapshot& now, const Snapshot&) 
     status.summary(Level::ERROR, now.internal_fault);
   } else if (!now.state_file_fault.empty()) {
     status.summary(Level::WARN, now.state_file_fault);
-  } else if (session.state == SessionState::kReady) {
+  } else if (session.state == SessionState::kReady && session.not_valid.empty()) {
     status.summary(Level::OK, session.reason);
   } else {
     status.summary(Level::WARN, session.reason);
@@ -144,6 +162,7 @@ NodeDiagnostics::NodeDiagnostics() {
   };
   add("data rate", reportDataRate);
   add("rejected samples", reportRejected);
+  add("battery", reportBattery);
   add("identification", reportIdentification);
   add("prediction error", reportPredictionError);
   add("response times", reportResponseTimes);

@@ -29,7 +29,7 @@ struct DiagnosticsSnapshot : NodeRecord {
   std::string state_file;  ///< its path, or "off"
 };
 
-/// Publishes data rate, rejected samples by reason, identification, prediction error, response
+/// Publishes data rate, rejected samples by reason, deep discharges, identification, prediction error, response
 /// times and diagnosis on /diagnostics.
 class NodeDiagnostics {
  public:

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <regex>
+#include <set>
 #include <string>
 
 namespace {
@@ -71,6 +72,36 @@ TEST(EffectsPage, TellsTheLineThatBelongsToTheExample) {
   ASSERT_TRUE(std::regex_search(code, function, std::regex("\nEffect (\\w+)\\(\\)")));
   ASSERT_TRUE(std::regex_search(page, line, std::regex("\n    EFFECT\\((\\w+)\\)\n")));
   EXPECT_EQ(line[1], function[1]);
+}
+
+TEST(EffectsPage, ItsExampleWithTheLineThatCutsIntervalsIsCut) {
+  std::smatch line, type;
+  const std::string code = example(), page = contentOf(kRoot / "docs" / "effects.md");
+  ASSERT_TRUE(std::regex_search(page, line, std::regex("`(static constexpr [^`]+;)` cuts")));
+  ASSERT_TRUE(std::regex_search(code, type, std::regex("struct (\\w+) \\{\n")));
+  const std::string cut =
+      std::regex_replace(code, std::regex("struct \\w+ \\{\n"), "$&" + line[1].str() + "\n",
+                         std::regex_constants::format_first_only);
+  const std::string of_type = "battery_sof::longestPieceOf<battery_sof::" + type[1].str() + ">()";
+  const Compiled with = compiled(cut + "static_assert(" + of_type + " > 0.0, \"is not cut\");\n");
+  EXPECT_EQ(with.code, 0) << with.output;
+  EXPECT_NE(compiled(code + "static_assert(" + of_type + " > 0.0, \"is not cut\");\n").code, 0);
+}
+
+TEST(EffectsPage, NamesTheConstantsAnEffectMayHaveAndNoOthers) {
+  const std::string page = contentOf(kRoot / "docs" / "effects.md");
+  const std::string header =
+      contentOf(kRoot / "src" / "model" / "effects" / "effect_definition.hpp");
+  const auto names = [](const std::string& text, const char* pattern) {
+    std::set<std::string> found;
+    const std::regex name(pattern);
+    for (std::sregex_iterator at(text.begin(), text.end(), name), end; at != end; ++at)
+      found.insert((*at)[1]);
+    return found;
+  };
+  const std::set<std::string> in_code = names(header, R"(BATTERY_SOF_HAS\(\w+, D::(k\w+)\))");
+  EXPECT_EQ(names(page, R"(`[^`\n]*\b(k[A-Z]\w+)[^`\n]*`)"), in_code);
+  EXPECT_GT(in_code.size(), 4u);
 }
 
 TEST(EffectsPage, NamesEveryHookAnEffectMayHave) {

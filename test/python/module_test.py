@@ -6,10 +6,12 @@ import json
 import locale
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 import threading
 import time
 import typing
@@ -23,6 +25,7 @@ from battery_sof import api, results
 
 SOF = os.environ["BATTERY_SOF_COMMAND"]
 SCENARIO = Path(__file__).parents[2] / "config" / "scenarios" / "city_drive.yaml"
+PAGE = Path(__file__).parents[2] / "docs" / "cpp-and-python.md"
 
 
 def set_german(folder):
@@ -210,6 +213,16 @@ class TestAnswers(Drive):
             lambda model: battery_sof.crank(model.rested(), i_load=-15.0, t_stop=60.0, i_cranking=-400.0),
             self.sof("crank", self.yaml, "--i-load=-15", "--t-stop=60", "--i-cranking=-400", "--rested"))
 
+    def test_rested_is_an_argument_of_every_question(self):
+        rested = self.model.rested()
+        for ask in (lambda model, **more: battery_sof.crank(model, i_load=-15.0, t_stop=60.0, i_cranking=-250.0, **more),
+                    lambda model, **more: battery_sof.stop_time(model, i_load=-15.0, i_cranking=-250.0, u_required=8.0, **more),
+                    lambda model, **more: battery_sof.charge(model, u_boost=14.2, t_sof2=5.0, i_limit=80.0, **more)):
+            self.assertEqual(ask(self.model, rested=True), ask(rested))
+            self.assertEqual(ask(self.model, rested=False), ask(self.model))
+        crank = dict(i_load=-15.0, t_stop=60.0, i_cranking=-250.0)
+        self.assertNotEqual(battery_sof.crank(self.model, **crank), battery_sof.crank(self.model, rested=True, **crank))
+
     def test_a_question_that_is_none_is_an_error(self):
         with self.assertRaisesRegex(ValueError, "i_cranking"):
             battery_sof.crank(self.model, i_load=-15.0, t_stop=60.0, i_cranking=400.0)
@@ -310,6 +323,25 @@ class TestDiagnosis(Drive):
             battery_sof.diagnose(self.recording, holdout_share=2.0)
 
 
+class TestPage(unittest.TestCase):
+    def test_its_example_prints_what_it_says(self):
+        code, output = PAGE.read_text().split("## Python\n", 1)[1].split("\nprints\n", 1)
+        block = re.search(r"(?:    .*\n|\n)*    .*\n", code[code.index("    import battery_sof"):]).group()
+        said = textwrap.dedent(re.search(r"(?:    .*\n)+", output).group())
+        with tempfile.TemporaryDirectory(prefix="battery sof ") as folder:
+            subprocess.run([SOF, "simulate", SCENARIO, "drive.csv", "--duration", "600"], check=True, cwd=folder,
+                           stdout=subprocess.PIPE)
+            drawing = Path(folder) / "matplotlib"
+            drawing.mkdir()
+            (drawing / "__init__.py").touch()
+            (drawing / "pyplot.py").write_text("def __getattr__(name):\n    return lambda *values, **options: None\n")
+            done = subprocess.run([sys.executable, "-c", textwrap.dedent(block)], cwd=folder, stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE)
+        self.assertEqual(done.stderr.decode(), "")
+        self.assertEqual(done.stdout.decode(), said)
+        self.assertIn("answer.valid", block)
+
+
 class TestDescriptions(unittest.TestCase):
     def test_everything_public_is_described_and_typed(self):
         for name in battery_sof.__all__:
@@ -321,6 +353,20 @@ class TestDescriptions(unittest.TestCase):
 
     def test_fields_of_results_are_typed(self):
         self.assertEqual(typing.get_type_hints(results.CrankAnswer)["u_min"], typing.Optional[float])
+
+    def test_help_names_the_fields_of_a_crank_and_when_to_rely_on_an_answer(self):
+        for name, words in (("results.CrankScore", ("time_s", "measured_min_v", "predicted_min_v", "lower_v", "[V]")),
+                            ("CrankScore", ("measured_min_v",)), ("api", ("identify",)), ("crank", ("valid", "rested"))):
+            done = subprocess.run([sys.executable, "-c", f"import battery_sof; help(battery_sof.{name})"],
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            self.assertEqual(done.returncode, 0, done.stderr.decode())
+            for word in words:
+                self.assertIn(word, done.stdout.decode(), name)
+
+    def test_the_page_names_every_field_of_a_crank(self):
+        page = PAGE.read_text()
+        for field in dataclasses.fields(results.CrankScore):
+            self.assertRegex(page, rf"\|[^|\n]*`{field.name}`[^|\n]*\|")
 
     def test_names_that_are_none_are_an_error(self):
         with self.assertRaisesRegex(AttributeError, "has no attribute 'crnak'"):

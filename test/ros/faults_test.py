@@ -141,6 +141,28 @@ class Faults(NodeTest):
         self.assertTrue(node.is_alive(), node.text())
         self.assertEqual(node.stop(), 0)
 
+    def test_a_goal_that_is_cancelled_before_it_is_begun_says_so_with_a_code_of_its_own(self):
+        self.start("recall_node")
+        for action, kind in (("identify", IdentifyAction), ("diagnose", DiagnoseAction)):
+            server = "/recall_node/" + action
+            results = self.latest(server + "/result", type(kind().action_result))
+            cancel = rospy.Publisher(server + "/cancel", GoalID, queue_size=10)
+            goals = rospy.Publisher(server + "/goal", type(kind().action_goal), queue_size=10)
+            for publisher in (cancel, goals):
+                self.addCleanup(publisher.unregister)
+                wait_until(lambda: publisher.get_num_connections() > 0, 20, "a connection")
+            def recalled():
+                cancel.publish(GoalID(rospy.Time(100), ""))  # all goals that were sent until then
+                goal = type(kind().action_goal)()
+                goal.goal_id = GoalID(rospy.Time(50), "sent before {}".format(len(results.messages)))
+                goals.publish(goal)
+                newest = results.newest()  # the cancel request may come after the first goal
+                return newest and newest.status.status == GoalStatus.RECALLED
+            wait_until(recalled, 20, "a recalled goal")
+            result = results.newest()
+            self.assertEqual(result.result.code, result.result.RECALLED)
+            self.assertEqual(result.result.message, "the goal was cancelled before it was begun")
+
     def test_a_clock_that_jumps_by_a_century_stops_no_status(self):
         rospy.set_param("/century/use_sim_time", True)
         self.addCleanup(rospy.delete_param, "/century")

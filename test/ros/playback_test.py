@@ -248,8 +248,8 @@ class Playback(NodeTest):
         self.assert_stop_time_is_answered("sof_node")
         self.assert_charge_is_answered("sof_node")
         self.assert_maps_are_answered("sof_node")
-        names = {s.name for s in diagnostics.wait(lambda d: len(d.status) == 6, 10, "diagnostics").status}
-        self.assertEqual(names, {"sof_node: data rate", "sof_node: rejected samples", "sof_node: identification",
+        names = {s.name for s in diagnostics.wait(lambda d: len(d.status) == 7, 10, "diagnostics").status}
+        self.assertEqual(names, {"sof_node: data rate", "sof_node: rejected samples", "sof_node: battery", "sof_node: identification",
                                  "sof_node: prediction error", "sof_node: response times", "sof_node: diagnosis"})
         self.assertEqual(player.wait(120), 0)
 
@@ -335,6 +335,7 @@ class Playback(NodeTest):
                 stamp = 100.0 + n * 0.01
                 messages = [message(stamp)]
                 if n % 100 == 50:
+                    messages[0].temperature = 1e9  # its sample is taken all the same
                     messages += [message(stamp + 0.001, current=math.nan), message(stamp + 0.001, voltage=math.inf),
                                  message(stamp + 0.001, voltage=900.0), message(stamp), message(stamp - 1.0),
                                  message(3.0), message(5.0e8), overfull(stamp + 0.001)]
@@ -355,7 +356,7 @@ class Playback(NodeTest):
                     return {v.key: int(v.value) for v in each.values}
             return {}
         expected = {"missing value": 20, "not finite": 20, "out of range": 40, "duplicate stamp": 20,
-                    "clock step back": 40, "stamp ahead": 20}
+                    "clock step back": 40, "stamp ahead": 20, "temperature out of range": 20}
         diagnostics.wait(lambda d: counts(d) == expected, 20, "{} in /diagnostics".format(expected))
         self.assertTrue(node.is_alive())
         self.assertEqual(node.stop(), 0)

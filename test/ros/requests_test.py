@@ -2,6 +2,7 @@
 """Requests that were never filled in ask for nothing, and none, however large, keeps others waiting or the node from ending."""
 
 import math
+import shutil
 import subprocess
 import sys
 import threading
@@ -33,7 +34,9 @@ class Requests(NodeTest):
 
     def started(self, name):
         """A node that answers from its saved model."""
-        node = self.start(name, state_file=self.model)
+        own = self.folder.file(name + ".yaml")  # the node writes it when it ends
+        shutil.copyfile(self.model, own)
+        node = self.start(name, state_file=own)
         status = self.latest("/" + name + "/status", SofStatus)
         publisher = rospy.Publisher("/battery_state", BatteryState, queue_size=100)
         self.addCleanup(publisher.unregister)

@@ -217,6 +217,7 @@ inline MadeDiagnosis madeUnknown() {
   discrepancy.rms = 0.061;
   discrepancy.mechanisms = {{Mechanism::kAcceptance, 340.0, 0.058},
                             {Mechanism::kAcid, 12.0, 0.004}};
+  discrepancy.answer_current = 20.0;
   discrepancy.answers = {{0.1, 0.0002, 0.0, 0.0001, 0.0001},
                          {1.0, 0.0061, 0.0001, 0.001, 0.0005},
                          {10.0, 0.052, -0.0004, 0.004, 0.002},

@@ -80,6 +80,12 @@ void writeBytes(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
+TEST_F(BagStorage, ASoundBagWithoutAMessageIsEmptyAndNotDamaged) {
+  rosbag::Bag none(file("none.bag").string(), rosbag::bagmode::Write);
+  none.close();
+  EXPECT_THAT(refusal(file("none.bag")), HasSubstr("the bag is empty: no message is in it"));
+}
+
 TEST_F(BagStorage, RoundTripKeepsEverySampleAsItWas) {
   const Series series = someSeries();
   writeBag(file("a.bag"), series);

@@ -44,6 +44,23 @@ TEST_F(Sof, ExitsWithTwoOnWrongUsage) {
   EXPECT_EQ(sof({"convert", inputs_, path("drive.txt")}).code, 2);
 }
 
+TEST_F(Sof, MovesTheCurrentAgainstTheVoltage) {
+  const std::string moved = path("moved.csv");
+  const Outcome done = sof({"convert", inputs_, moved, "--shift-current", "0.5", "--json", "-"});
+  ASSERT_EQ(done.code, 0) << done.err;
+  EXPECT_EQ(nlohmann::json::parse(done.out)["shift_current_s"], 0.5);
+  const Series before = readCsv(inputs_).series, after = readCsv(moved).series;
+  const double first = after.time.front();
+  EXPECT_NEAR(first, before.time.front() + 0.5, 0.011);
+  EXPECT_NEAR(after.time.back(), before.time.back(), 1e-6);
+  EXPECT_NEAR(after.current.front(), before.current.front(), 1.0);
+  EXPECT_NEAR(after.voltage.front(), before.voltage[indexRange(before, first, first + 1.0).first],
+              1e-4);
+  const Outcome far = sof({"convert", inputs_, path("far.csv"), "--shift-current", "-1e7"});
+  EXPECT_EQ(far.code, 2);
+  EXPECT_NE(far.err.find("leaves no sample"), std::string::npos) << far.err;
+}
+
 /// Refused before anything is written, with what is wrong.
 TEST_F(Sof, SaysWhichWordOfTheUsageIsWrong) {
   const auto said = [](const std::vector<std::string>& call) {

@@ -10,6 +10,7 @@
 
 #include "diagnosis/verdict.hpp"
 #include "model/mechanism.hpp"
+#include "recording/channel_shift.hpp"
 #include "report/results.hpp"
 #include "support/base_drive.hpp"
 #include "support/synthetic_recording.hpp"
@@ -223,6 +224,21 @@ TEST(Diagnose, OneSampleASecondWhoseVoltageIsHalfASecondLateIsNamedSo) {
   ASSERT_FALSE(diagnosis.effects.front().parameters.empty());
   EXPECT_NEAR(0.5, diagnosis.effects.front().parameters.front().value, 0.1);
   EXPECT_EQ(Mechanism::kInstrument, diagnosis.mechanism) << diagnosis.summary;
+}
+
+TEST(Diagnose, AShiftThatIsUndoneByItsOwnValueIsNoLongerFound) {
+  Recording recording = recordingOfDrive(600.0);
+  recording.series = withShiftedCurrent(recording.series, 0.05);  // the current comes late
+  const Diagnosis late = diagnose(recording);
+  ASSERT_EQ(Verdict::kSensorFault, late.verdict) << late.summary;
+  ASSERT_EQ("time_skew", late.effects.front().id);
+  const double skew = late.effects.front().parameters.front().value;
+  EXPECT_NEAR(-0.05, skew, 0.002);
+  EXPECT_NE(late.next_experiment.find("--shift-current -0.0"), std::string::npos);
+  recording.series = withShiftedCurrent(recording.series, skew);
+  const Diagnosis undone = diagnose(recording);
+  for (const NamedEffect& effect : undone.effects)
+    EXPECT_NE("time_skew", effect.id) << skew << ", then " << effect.parameters.front().value;
 }
 
 /// Slow diffusion of a lithium cell, which in a lead-acid battery would be the acid's.

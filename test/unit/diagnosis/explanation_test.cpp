@@ -52,18 +52,6 @@ Explanation explained(const Series& series, const std::vector<std::string>& ids,
   return explain(*fitsTo(series), ids, options);
 }
 
-TEST(LeftOutBlocks, AreMissedByTheNoiseAndByMoreWithRegressorsThatDescribeNothing) {
-  const Series series = inputsOf({});
-  const std::unique_ptr<ExplanationFits> fits = fitsTo(series);
-  ExplanationState state = fits->baseState();
-  fits->evaluateEvidence(state);
-  const double missed = fits->leftOutError(state);
-  EXPECT_GT(missed, state.fit.noise);
-  EXPECT_NEAR(0.001, missed, 7e-5);
-  for (const Mechanism mechanism : {Mechanism::kStructure, Mechanism::kAcid})
-    EXPECT_GE(fits->leftOutError(fits->withRegressors(state, mechanism)), 0.9995 * missed);
-}
-
 TEST(HalfSamples, AreEveryTwoQuartersOfTheRows) {
   const std::unique_ptr<ExplanationFits> fits = fitsTo(inputsOf({}));
   const ExplanationSums all = fits->sumsOf(fits->baseState(), true);

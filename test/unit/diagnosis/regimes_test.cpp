@@ -49,7 +49,7 @@ TEST(Regimes, EveryRegimeIsRecognisedByItsDefinition) {
                                             {20.0, 15.0},
                                             {0.1, 5.0},
                                             {20.0, 6.0}});
-  EXPECT_EQ(regimeAt(series, 2.0), Regime::kPostDischargeRest);
+  EXPECT_EQ(regimeAt(series, 2.0), Regime::kFirstRest);
   EXPECT_EQ(regimeAt(series, 20.0), Regime::kLongDischarge);
   EXPECT_EQ(regimeAt(series, 30.1), Regime::kEdge);
   EXPECT_EQ(regimeAt(series, 30.5), Regime::kCrank);
@@ -59,6 +59,22 @@ TEST(Regimes, EveryRegimeIsRecognisedByItsDefinition) {
   EXPECT_EQ(regimeAt(series, 61.0), Regime::kShortCharge);
   EXPECT_EQ(regimeAt(heldCurrents(0.01, {{0.0, 5.0}, {1.0, 60.0}}, 14.4), 30.0),
             Regime::kHighVoltageCharge);
+}
+
+TEST(Regimes, ARestIsNotAfterADischargeThatNeverWas) {
+  const Series series =
+      heldCurrents(1.0, {{0.0, 9.0}, {31.0, 600.0}, {0.0, 60.0}, {-10.0, 60.0}, {0.0, 60.0}});
+  EXPECT_EQ(regimeName(regimeAt(series, 3.0)), "rest before any load");
+  EXPECT_EQ(regimeAt(series, 640.0), Regime::kPostChargeRest);
+  EXPECT_EQ(regimeAt(series, 760.0), Regime::kPostDischargeRest);
+}
+
+TEST(Regimes, ASmallBatteryIsNotAtRestWhileItIsChargedAtATenthOfItsCurrent) {
+  const Series series =
+      heldCurrents(1.0, {{1.5, 600.0}, {0.15, 600.0}, {0.01, 60.0}, {-0.45, 3600.0}});
+  EXPECT_EQ(regimeAt(series, 900.0), Regime::kShortCharge);
+  EXPECT_EQ(regimeAt(series, 1240.0), Regime::kPostChargeRest);
+  EXPECT_EQ(regimeAt(series, 3000.0), Regime::kLongDischarge);
 }
 
 TEST(Regimes, AnEdgeReachesAFewTenthsOfASecondAndNotBeyond) {

@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 
-#include "diagnosis/effect_search.hpp"
+#include "diagnosis/explanation_fits.hpp"
+#include "diagnosis/score_selection.hpp"
 #include "estimation/identification.hpp"
+#include "prediction/scores.hpp"
 #include "support/sourced_drive.hpp"
 
-/// Explanations of drives whose source controls the voltage.
+/// Diagnoses of drives whose source controls the voltage.
 namespace battery_sof {
 namespace {
 
@@ -14,91 +17,80 @@ using namespace test;
 
 constexpr std::size_t kSamples = 1500;
 
-std::unique_ptr<ExplanationFits> fitsTo(const Series& series,
-                                        const std::vector<char>& voltage_controlled) {
-  const InputSequence inputs = inputSequence(series, {0, series.size()}, {}, voltage_controlled);
-  const CompositionPoint base{typicalPoint(BatteryModel()), BatteryModel().restState()};
-  return std::make_unique<ExplanationFits>(inputs, base, DiagnoseOptions());
+Series drawnFrom(const std::vector<std::string>& law) {
+  return sourcedDrive(kSamples, knownModel(law), 11);
 }
 
-std::unique_ptr<ExplanationFits> fitsTo(const std::vector<std::string>& law) {
-  const Series series = sourcedDrive(kSamples, knownModel(law), 11);
-  return fitsTo(series, chargerControl(series).value().voltage_controlled);
+ScoreSelection selectedFrom(const Series& series, const std::vector<std::string>& ids,
+                            const DiagnoseOptions& options = {}) {
+  IdentifyOptions fit;
+  fit.source = chargerControl(series).value();
+  return selectByScore(series, {0, series.size()}, fit, ids, options);
 }
 
-/// Whether fresh_sulphate predicts as well as a mechanism's regressors.
-bool predictsAsWell(ExplanationFits& fits, Mechanism mechanism = Mechanism::kAcceptance) {
-  EffectSearch search(fits, {"fresh_sulphate"});
-  ExplanationState circuit = fits.baseState();
-  fits.evaluateEvidence(circuit);
-  search.takeGrid();
-  return fits.predictsAsWell(search.with(circuit, "fresh_sulphate").value(),
-                             fits.withRegressors(circuit, mechanism));
+std::vector<std::string> membersOf(const ScoreSelection& selection) {
+  std::vector<std::string> ids;
+  for (const SelectedTerm& term : selection.terms) ids.push_back(term.member);
+  return ids;
 }
 
-TEST(RegulatedVoltage, AnEquationPredictsAsWellAsRegressorsWhereItIsTheLawAndNotWhereTheyHoldIt) {
-  EXPECT_TRUE(predictsAsWell(*fitsTo({"fresh_sulphate"})));
-  EXPECT_FALSE(predictsAsWell(*fitsTo({"second_electrode"}), Mechanism::kStructure));
+TEST(SelectionByScore, TakesTheLawThatMadeTheDriveAndPredictsLeftOutBlocksByIt) {
+  const ScoreSelection found =
+      selectedFrom(drawnFrom({"fresh_sulphate"}), {"fresh_sulphate", "fast_arc", "current_gain"});
+  EXPECT_EQ(std::vector<std::string>{"fresh_sulphate"}, membersOf(found));
+  EXPECT_GT(found.score.equations.share(), found.circuit_score.equations.share() + 0.1);
+  EXPECT_EQ(std::vector<std::string>{"fresh_sulphate"}, found.extended.fit.effects);
 }
 
-/// Rows that bend: by ln evidence alone the fit ends 2.6 above at half the circuit, where the rows
-/// are missed by more.
-TEST(RegulatedVoltage, ACircuitFarOffComesToTheSameFit) {
-  const std::unique_ptr<ExplanationFits> fits = fitsTo(std::vector<std::string>{"ocv_hysteresis"});
-  ExplanationState near = fits->baseState();
-  fits->begin(near, ExplanationFits::kMaxIterations);
-  for (const double factor : {0.1, 0.5, 2.0, 8.0}) {
-    ExplanationState far = fits->baseState();
-    far.point.parameters.head(kRowUDc) *= factor;
-    fits->begin(far, ExplanationFits::kMaxIterations);
-    EXPECT_NEAR(near.evidence, far.evidence, 0.1) << factor;
-    EXPECT_NEAR(near.fit.noise, far.fit.noise, 1e-6) << factor;
-  }
+TEST(SelectionByScore, TakesNothingWhereTheCircuitItselfMadeTheDrive) {
+  const ScoreSelection found =
+      selectedFrom(drawnFrom({}), {"fast_arc", "current_gain", "ocv_soc", "charge_transfer"});
+  EXPECT_TRUE(found.terms.empty()) << membersOf(found).front();
+  EXPECT_EQ(found.circuit.fit.parameters.r_discharge, found.extended.fit.parameters.r_discharge);
 }
 
-/// By how far each misses the rows once the columns are fitted along, prior included: the formula of
-/// StepCost over the rows themselves. Of a law of no strength the shape moves the prior alone.
-TEST(RegulatedVoltage, TheBetterOfTwoStartsIsTheOneThatMissesTheRowsByLess) {
-  const std::unique_ptr<ExplanationFits> fits = fitsTo(std::vector<std::string>{"ocv_hysteresis"});
-  ExplanationState circuit = fits->baseState();
-  circuit.model = BatteryModel({"ocv_hysteresis"});
-  circuit.coordinates = fits->coordinatesOf(circuit.model);
-  circuit.point = embedded(BatteryModel(), circuit.point, circuit.model);
-  const Eigen::Index shape = *circuit.model.parameterRow("hysteresis_charge");
-  std::vector<ExplanationState> starts;
-  for (const Eigen::Index row :
-       {Eigen::Index{kRowRDischarge}, Eigen::Index{kRowC2}, Eigen::Index{kRowBeta}, shape})
-    for (const double factor : {0.5, 0.9, 1.1, 2.0}) {
-      ExplanationState start = circuit;
-      start.point.parameters[row] *= factor;
-      ASSERT_TRUE(fits->linearize(start));
-      fits->evaluateEvidence(start);
-      starts.push_back(start);
-    }
-  int pairs_unlike_evidence = 0;
-  for (const ExplanationState& other : starts) {
-    const ExplanationSums sums = fits->sumsOf(other, false);
-    const Eigen::Index known = sums.problem.known(), free = sums.problem.products.rows() - known;
-    const Eigen::MatrixXd columns =
-        fits->penalised(sums, other).bottomRightCorner(free, free).eval();
-    const auto missed = [&](const ExplanationState& state) {
-      Eigen::VectorXd std;
-      const Eigen::VectorXd prior = ExplanationFits::expectedFrom(state, std).cwiseQuotient(std);
-      const Eigen::VectorXd rows = fits->whitened(state.error);
-      const Eigen::VectorXd h = sums.columns.along(rows).tail(free);
-      return rows.squaredNorm() - h.dot(columns.ldlt().solve(h)) +
-             prior.squaredNorm() * other.fit.noise * other.fit.noise /
-                 fits->effectiveSampleFraction();
-    };
-    for (const ExplanationState& one : starts) {
-      if (&one == &other) continue;
-      const bool is_better = missed(one) < missed(other);
-      EXPECT_EQ(is_better, fits->fitsBetter(one, other))
-          << one.point.parameters.transpose() << " and " << other.point.parameters.transpose();
-      pairs_unlike_evidence += is_better != (one.evidence > other.evidence) ? 1 : 0;
-    }
-  }
-  EXPECT_GT(pairs_unlike_evidence, 0);
+TEST(SelectionByScore, WhatIsGivenIsFittedAsItIsAndIsNoOtherModel) {
+  const Series series = drawnFrom({"fresh_sulphate"});
+  DiagnoseOptions gain, offset;
+  gain.given = {"current_gain"};
+  offset.given = {"current_offset"};
+  const ScoreSelection one = selectedFrom(series, {}, gain),
+                       other = selectedFrom(series, {}, offset);
+  EXPECT_EQ(std::vector<std::string>{"current_gain"}, membersOf(one));
+  EXPECT_EQ(std::vector<std::string>{"current_offset"}, membersOf(other));
+  EXPECT_NE(one.score.equations.share(), other.score.equations.share());
+}
+
+TEST(SelectionByScore, IsTheSameForAnyNumberOfThreads) {
+  const Series series = drawnFrom({"fresh_sulphate"});
+  DiagnoseOptions two;
+  two.threads = 2;
+  const ScoreSelection one = selectedFrom(series, {"fresh_sulphate", "fast_arc"}),
+                       same = selectedFrom(series, {"fresh_sulphate", "fast_arc"}, two);
+  EXPECT_EQ(membersOf(one), membersOf(same));
+  EXPECT_EQ(one.score.with_regression.relative, same.score.with_regression.relative);
+}
+
+/// The circuit of a diagnosis and what `sof identify --effects none` and `sof predict --mode mixed`
+/// give over the same rows are one number.
+TEST(DiagnosisOfARegulatedVoltage, HasTheCircuitOfIdentify) {
+  Recording recording;
+  recording.series = drawnFrom({"fresh_sulphate"});
+  const Diagnosis diagnosis = diagnose(recording);
+  const Series& series = recording.series;
+  FitRequest request;
+  request.from = diagnosis.fit.train.from;
+  request.to = diagnosis.fit.train.to;
+  FittedModel circuit = fitPlanned(series, planFit(series, request));
+  const IndexRange holdout = samplesBetween(series, diagnosis.fit.holdout.from, std::nullopt);
+  const auto scores = predictRange(circuit, series, holdout, PredictionMode::kMixed).report;
+  ASSERT_TRUE(scores.both_ways && diagnosis.fit.base_holdout.share_percent);
+  EXPECT_NEAR(*scores.both_ways->mixed.share_percent, *diagnosis.fit.base_holdout.share_percent,
+              1e-6);
+  EXPECT_GT(*diagnosis.fit.extended_holdout.share_percent,
+            *diagnosis.fit.base_holdout.share_percent);
+  ASSERT_FALSE(diagnosis.effects.empty());
+  EXPECT_EQ("fresh_sulphate", diagnosis.effects.front().id);
 }
 
 /// Ten minutes between samples: forward sensitivities of the implicit steps grow without a bound
@@ -106,7 +98,11 @@ TEST(RegulatedVoltage, TheBetterOfTwoStartsIsTheOneThatMissesTheRowsByLess) {
 TEST(RegulatedVoltage, DerivativesThatDivergeAreNoLinearization) {
   Series series = sourcedDrive(kSamples, knownModel({"fresh_sulphate"}), 11);
   for (double& time : series.time) time *= 600.0;
-  const auto fits = fitsTo(series, std::vector<char>(series.size(), 1));
+  const InputSequence inputs =
+      inputSequence(series, {0, series.size()}, {}, std::vector<char>(series.size(), 1));
+  const auto fits = std::make_unique<ExplanationFits>(
+      inputs, CompositionPoint{typicalPoint(BatteryModel()), BatteryModel().restState()},
+      DiagnoseOptions());
   ExplanationState state = fits->baseState();
   EXPECT_TRUE(fits->linearize(state));
   state.model = BatteryModel({"fresh_sulphate"});
@@ -128,26 +124,6 @@ TEST(RegulatedVoltage, DerivativesThatDivergeAreNoLinearization) {
   const ExplanationState without = fits->withoutMembers(state, {"ocv_soc"});
   EXPECT_TRUE(std::isfinite(without.evidence));
   EXPECT_LT(without.evidence, 1e6);
-}
-
-TEST(RegulatedVoltage, TheRuleIsForVoltagesThatAreControlled) {
-  const Series series = sourcedDrive(kSamples, knownModel({"fresh_sulphate"}), 11);
-  EXPECT_FALSE(predictsAsWell(*fitsTo(series, {})));
-}
-
-TEST(RegulatedVoltage, AnEquationStandsWithAnotherEffectThatIsNotWeighed) {
-  for (const char* other : {"charge_transfer", "gassing"}) {
-    const Explanation found = explain(*fitsTo({"fresh_sulphate", other}), {"fresh_sulphate"}, {});
-    ASSERT_EQ(1u, found.terms.size()) << other;
-    EXPECT_EQ("fresh_sulphate", found.terms.front().member) << other;
-  }
-}
-
-TEST(RegulatedVoltage, AnotherLawOfTheMechanismGetsItsRegressors) {
-  const Explanation found = explain(*fitsTo({"charge_acceptance"}), {"fresh_sulphate"}, {});
-  ASSERT_FALSE(found.terms.empty());
-  EXPECT_EQ(Mechanism::kAcceptance, found.terms.front().mechanism);
-  EXPECT_EQ("", found.terms.front().member);
 }
 
 }  // namespace

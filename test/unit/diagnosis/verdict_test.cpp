@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "diagnosis/model_selection.hpp"
 
 namespace battery_sof {
@@ -205,17 +207,21 @@ TEST(Summary, OfAChargedBatterySaysHowMuchOfCurrentAndVoltageIsExplained) {
   EXPECT_FALSE(says(diagnosis, "mV RMS"));
 }
 
-TEST(Summary, OfAnExtendedModelThatIsWithheldSaysWhatItCameTo) {
+TEST(Summary, OfAnExtendedModelThatIsNoImprovementSaysSoInItsFirstSentence) {
   Diagnosis diagnosis = judgedAs(Verdict::kEffect);
-  diagnosis.fit.extended_holdout = diagnosis.fit.base_holdout;
+  diagnosis.effects.resize(std::max<std::size_t>(1, diagnosis.effects.size()));
+  diagnosis.fit.extended_holdout.rmse = 0.4;
   diagnosis.withheld_rmse = 0.4;
-  for (const std::optional<double> share : {std::optional<double>(), std::optional(5.0)}) {
-    diagnosis.fit.base_holdout.share_percent = diagnosis.fit.extended_holdout.share_percent = share;
-    EXPECT_TRUE(says(diagnosis,
-                     "by 300.0 mV RMS and the extended model, which is not used, by "
-                     "400.0 mV"))
-        << summaryOf(diagnosis);
-  }
+  EXPECT_TRUE(says(diagnosis,
+                   ", but this does not improve the prediction; on the hold-out the circuit "
+                   "deviates by 300.0 mV RMS, the extended model by 400.0 mV"))
+      << summaryOf(diagnosis);
+  diagnosis.fit.base_holdout.share_percent = 30.0;
+  diagnosis.fit.extended_holdout.share_percent = 5.0;
+  EXPECT_TRUE(says(diagnosis,
+                   ", but this does not improve the prediction; on the hold-out the circuit "
+                   "explains 30 % of current and voltage, the extended model 5 %"))
+      << summaryOf(diagnosis);
 }
 
 /// A block that the others do not determine is missed by more than anything that is missing.
@@ -241,6 +247,36 @@ TEST(NextExperiment, TellsTheIndistinguishableApart) {
   EXPECT_NE(std::string::npos, nextExperiment(diagnosis).find("ocv_soc"));
   EXPECT_NE(std::string::npos,
             nextExperiment(diagnosis).find(effectInfo("acid_transport").distinguished_by));
+}
+
+TEST(NextExperiment, OfAnInstrumentsFaultFitsTheFault) {
+  std::vector<std::string> ids = {"clipping", "dropouts", "quantisation", "aliasing"};
+  for (const EffectInfo& info : effectCatalogue())
+    if (mechanismOf(info.id) == Mechanism::kInstrument) ids.push_back(info.id);
+  EXPECT_GT(ids.size(), 8u);
+  std::set<std::string> advice;
+  for (const std::string& id : ids) {
+    Diagnosis diagnosis;
+    diagnosis.verdict = Verdict::kSensorFault;
+    diagnosis.effects.resize(1);
+    diagnosis.effects.front().id = id;
+    advice.insert(nextExperiment(diagnosis));
+  }
+  EXPECT_EQ(advice.size(), ids.size());
+}
+
+TEST(NextExperiment, OfAShiftBetweenTheChannelsIsTheCommandThatUndoesIt) {
+  Diagnosis diagnosis;
+  diagnosis.verdict = Verdict::kSensorFault;
+  diagnosis.effects.resize(1);
+  diagnosis.effects.front().id = "time_skew";
+  EXPECT_NE(nextExperiment(diagnosis).find("sof convert IN OUT --shift-current"),
+            std::string::npos);
+  diagnosis.effects.front().parameters.resize(1);
+  diagnosis.effects.front().parameters.front().name = "channel_skew";
+  diagnosis.effects.front().parameters.front().value = -0.0472;
+  EXPECT_NE(nextExperiment(diagnosis).find("sof convert IN OUT --shift-current -0.0472)"),
+            std::string::npos);
 }
 
 }  // namespace

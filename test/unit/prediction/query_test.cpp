@@ -255,5 +255,17 @@ TEST(FaultOf, NamesTheFirstFaultOfAProfileAndWhatWasExpected) {
                     "crank current[1] is nan A, expected -5000 to 5000"));
 }
 
+TEST(FaultOf, AValueJustBeyondItsLimitDoesNotReadAsTheLimit) {
+  const auto faultOf = [](const CurrentProfile& profile) {
+    return battery_sof::faultOf(profile.time, profile.current, "load", 2);
+  };
+  const double close = 1.2e-6 - 1.1e-6;
+  ASSERT_LT(close, 1e-7);
+  EXPECT_EQ(faultOf({{0.0, close}, {-5.0, -5.0}}).find(" is 1e-07 s"), std::string::npos);
+  EXPECT_TRUE(holds(faultOf({{0.0, close}, {-5.0, -5.0}}), " is 9.999999"));
+  EXPECT_TRUE(holds(faultOf({{0.0, 86400.0001}, {-5.0, -5.0}}), " is 86400.0001 s"));
+  EXPECT_TRUE(holds(faultOf({{0.0, 1.0}, {-5.0, -5000.0001}}), " is -5000.0001 A"));
+}
+
 }  // namespace
 }  // namespace battery_sof

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "battery_sof/csv.hpp"
+#include "recording/channel_shift.hpp"
 #include "support/synthetic_recording.hpp"
 
 namespace battery_sof {
@@ -298,12 +299,29 @@ TEST(SkewCheck, FindsShiftsOfTwentyAndOfFiveMillisecondsAtOneHundredHertz) {
   }
 }
 
+TEST(SkewCheck, IsGoneOnceTheCurrentIsMovedByWhatItReadsWhicheverChannelWasLate) {
+  const Series fast = driveSeries(driveProfile(600.0, 8));
+  for (const int delay : {-47, 20, 47}) {
+    Series series = atDesignRate(withLateCurrent(fast, delay));
+    addNoise(series, 0.1, 0.001, 11);
+    const auto found = findingsOf(series, "skew");
+    ASSERT_EQ(found.size(), 1U) << delay;
+    EXPECT_TRUE(says(found[0].meaning, "sof convert IN OUT --shift-current " +
+                                           std::string(delay > 0 ? "-0.0" : "0.0")))
+        << found[0].meaning;
+    const Series moved = withShiftedCurrent(series, *found[0].value);
+    EXPECT_TRUE(findingsOf(moved, "skew").empty()) << delay;
+    EXPECT_GT(moved.size(), series.size() - 10);
+  }
+}
+
 TEST(SkewCheck, FindsAShiftByAWholeSampleAtOneHertz) {
   const Series series = everyNth(driveSeries(driveProfile(3600.0, 9)), 1000);
   EXPECT_TRUE(findingsOf(series, "skew").empty());
   const auto found = findingsOf(withLateCurrent(series, 1), "skew");
   ASSERT_EQ(found.size(), 1U);
   EXPECT_DOUBLE_EQ(*found[0].value, -1.0);
+  EXPECT_TRUE(findingsOf(withShiftedCurrent(withLateCurrent(series, 1), -1.0), "skew").empty());
 }
 
 TEST(OffsetCheck, FindsACurrentThatIsNotZeroAtRestAndSaysThatAConsumerLooksTheSame) {

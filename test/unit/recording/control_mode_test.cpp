@@ -89,6 +89,42 @@ TEST(DetectControlMode, DischargesAndRestsAloneHaveNoSource) {
   EXPECT_FALSE(source.rule.present);
 }
 
+/// Half an hour at 13.700 V that takes `taken` [A], then six hours at -0.9 A.
+Series floatThenDischarge(double taken) {
+  test::Random random(5);
+  Series series;
+  for (int n = 0; n < 23400; ++n) {
+    const bool is_float = n < 1800;
+    const double falling = 12.9 - 1.1 * (n - 1800) / 21600.0;
+    const double current = (is_float ? taken : -0.9) + 5e-4 * random.normal();
+    series.append({1.0 * n, 0.001 * std::round(1000.0 * current),
+                   (is_float ? 13.7 : falling) + 5e-4 * random.normal()});
+  }
+  return series;
+}
+
+TEST(DetectControlMode,
+     AFullBatteryAtAFloatChargerHasASourceWhateverItTakesAndHoweverLongItIsUsed) {
+  for (const double taken : {0.0, 0.005, 0.05}) {
+    const Series series = floatThenDischarge(taken);
+    for (const std::size_t last : {std::size_t{3600}, series.size()}) {
+      const ControlModes source = detectControlMode(slice(series, {0, last}));
+      EXPECT_TRUE(source.seen) << taken << " A, " << last << " samples";
+      EXPECT_NEAR(source.share, 1800.0 / static_cast<double>(last), 0.002) << taken;
+      EXPECT_NE(source.summary.find("A source holds the voltage"), std::string::npos);
+    }
+  }
+}
+
+TEST(DetectControlMode, ARestThatRelaxesFromAChargeBeforeTheRecordingHasNoSource) {
+  test::Random random(6);
+  Series series;
+  for (int n = 0; n < 7200; ++n)
+    series.append({1.0 * n, (n < 3600 ? 0.0 : -0.9) + 5e-4 * random.normal(),
+                   12.9 + 0.9 * std::exp(-n / 900.0) + 5e-4 * random.normal()});
+  EXPECT_FALSE(detectControlMode(series).seen);
+}
+
 TEST(DetectControlMode, AnEmptySeriesHasNoSource) {
   const ControlModes source = detectControlMode({});
   EXPECT_FALSE(source.seen);

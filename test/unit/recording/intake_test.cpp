@@ -125,6 +125,29 @@ TEST(Intake, StampsNearerThanATenthOfAMicrosecondAreOneInstant) {
   EXPECT_EQ(intake.rejected().duplicate_stamp, 2U);
 }
 
+TEST(Intake, ATemperatureThatNoneCanBeIsLeftOutAndCountedAndItsSampleIsTaken) {
+  Recording recording;
+  Intake intake;
+  double time = 0.0;
+  for (const double celsius : {25.0, 1e9, -273.15, 151.0, -61.0, -59.0, 149.0})
+    EXPECT_EQ(append(recording, intake, {time += 1.0, -5.0, 12.5, celsius + 273.15}),
+              SampleFate::kAccepted);
+  append(recording, intake, {time += 1.0, -5.0, 12.5, kNaN});
+  append(recording, intake, {time += 1.0, -5.0, 12.5, std::numeric_limits<double>::infinity()});
+  EXPECT_EQ(recording.series.size(), 9U);
+  EXPECT_EQ(recording.series.temperature.size(), 3U);
+  EXPECT_EQ(intake.rejectedTemperatures(), 5U);
+  EXPECT_EQ(intake.rejected().total(), 0U);
+}
+
+TEST(Intake, ATemperatureAloneThatNoneCanBeIsLeftOutAndCounted) {
+  Recording recording;
+  Intake intake;
+  append(recording, intake, {1.0, kNaN, kNaN, 1e9});
+  EXPECT_TRUE(recording.series.temperature.empty());
+  EXPECT_EQ(intake.rejectedTemperatures(), 1U);
+}
+
 TEST(Intake, StampThatIsNoTimeInSecondsIsOutOfRange) {
   Intake intake;
   EXPECT_EQ(intake.judge(at(1e15)), SampleFate::kOutOfRange);

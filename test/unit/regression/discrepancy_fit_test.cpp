@@ -289,7 +289,7 @@ TEST(DiscrepancyLinearizationOf, HardlyChangesTheSensitivities) {
 TEST(AnswersOf, AreZeroWithoutACurrent) {
   const Learnt estimated(tenHertz(300.0, 5));
   const std::vector<DiscrepancyAnswer> answers =
-      answersOf(discrepancyOf(estimated.table, 0.001), 0.0);
+      answersOf(discrepancyOf(estimated.table, 0.001), 0.0, [](double) { return 100.0; });
   ASSERT_FALSE(answers.empty());
   for (const DiscrepancyAnswer& answer : answers) {
     EXPECT_NEAR(0.0, answer.charging, 1e-12) << answer.time;
@@ -307,7 +307,8 @@ TEST(AnswersOf, AMemoryOfChargingRiseWhileChargingAndStayZeroWhileDischarging) {
   discrepancy.centre = Eigen::VectorXd::Constant(1, 4.0);
   discrepancy.scale = Eigen::VectorXd::Constant(1, 8.0);
   discrepancy.weight = Eigen::VectorXd::Constant(1, 0.02);
-  for (const DiscrepancyAnswer& answer : answersOf(discrepancy, 20.0)) {
+  for (const DiscrepancyAnswer& answer :
+       answersOf(discrepancy, 20.0, [](double) { return 200.0; })) {
     EXPECT_NEAR(-0.02 / 8.0 * 20.0 * std::expm1(-answer.time / 10.0), answer.charging, 1e-12)
         << answer.time;
     EXPECT_EQ(0.0, answer.discharging);
@@ -322,7 +323,8 @@ TEST(AnswersOf, EndAtHalfADayHoweverLongAGapTheRecordingHad) {
   for (Eigen::VectorXd* each : {&discrepancy.lower, &discrepancy.upper, &discrepancy.centre,
                                 &discrepancy.scale, &discrepancy.weight})
     *each = Eigen::VectorXd::Constant(1, 1.0);
-  const std::vector<DiscrepancyAnswer> answers = answersOf(discrepancy, 20.0);
+  const std::vector<DiscrepancyAnswer> answers =
+      answersOf(discrepancy, 20.0, [](double) { return 1e9; });
   ASSERT_FALSE(answers.empty());
   EXPECT_LE(answers.back().time, 43200.0 + 1e-6);
 }

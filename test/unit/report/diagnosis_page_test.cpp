@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <regex>
 
+#include "report/page.hpp"
 #include "support/made_diagnosis.hpp"
 
 namespace battery_sof {
@@ -25,6 +27,36 @@ std::string markupOf(const std::string& page) {
     at = page.find(page[begin + 2] == 'c' ? "</script>" : "</style>", begin);
   }
   return markup;
+}
+
+TEST(DiagnosisPage, SaysInTheHeadlinesSecondSentenceWhatTheVerdictMeansForTheBattery) {
+  test::MadeDiagnosis made = test::madeNamed();
+  for (const Verdict verdict : {Verdict::kEffect, Verdict::kSeveral, Verdict::kAmbiguous,
+                                Verdict::kMechanism, Verdict::kUnexplained}) {
+    made.diagnosis.verdict = verdict;
+    const std::string markup = markupOf(pageOf(made));
+    const std::string headline =
+        markup.substr(markup.find("<h1>"), markup.find("</h1>") - markup.find("<h1>"));
+    EXPECT_NE(
+        headline.find(". It is the model that lacks this: a mismatch is no fault of the battery."),
+        std::string::npos)
+        << headline;
+    EXPECT_NE(markup.find("missing in the model</p>"), std::string::npos) << toString(verdict);
+  }
+  made.diagnosis.verdict = Verdict::kSensorFault;
+  EXPECT_NE(pageOf(made).find("the measurement or the wiring, not the battery.</h1>"),
+            std::string::npos);
+}
+
+TEST(DiagnosisPage, GivesNoVerdictTheColourOfAnAlarm) {
+  const std::string page = kPageCss;
+  const std::regex rule(R"(\.badge[^{]*\{[^}]*background: #(\w\w)(\w\w))");
+  int rules = 0;
+  for (std::sregex_iterator at(page.begin(), page.end(), rule), end; at != end; ++at, ++rules) {
+    const int red = std::stoi((*at)[1], nullptr, 16), green = std::stoi((*at)[2], nullptr, 16);
+    EXPECT_LT(red, 2 * green) << at->str();
+  }
+  EXPECT_GE(rules, 4);
 }
 
 TEST(DiagnosisPage, LoadsNothing) {
@@ -168,8 +200,9 @@ TEST(DiagnosisPage, DrawsADecadeOfTimeAsWideAsTheNext) {
 
 TEST(DiagnosisPage, DrawsNoPointThatIsNotANumberAndNoChartOfOnePoint) {
   test::MadeDiagnosis made = test::madeUnknown();
-  made.diagnosis.discrepancy->curve[2].late = std::nan("");
+  made.diagnosis.discrepancy->curve[2].early = std::nan("");
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "<circle"), 4u + 4u);
+  EXPECT_EQ(countOf(markupOf(pageOf(made)), "<rect"), 4u + 5u);
   made.diagnosis.discrepancy->answers.resize(1);
   made.diagnosis.discrepancy->curve.clear();
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "<figure class=\"chart\">"), 0u);

@@ -248,7 +248,8 @@ TEST(DiagnosisText, SaysOfHowManyCranksTheirErrorIsTheMean) {
 TEST(DiagnosisText, OfAnEmptyDiagnosisIsItsVerdict) {
   Diagnosis diagnosis;
   diagnosis.summary = "Too short.";
-  EXPECT_EQ(resultText(diagnosis), "verdict      insufficient_data: Too short.\n");
+  EXPECT_EQ(resultText(diagnosis),
+            "verdict      insufficient_data: Too short. It says nothing about the battery.\n");
 }
 
 }  // namespace

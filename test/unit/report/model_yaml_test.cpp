@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "estimation/identification.hpp"
 #include "prediction/questions.hpp"
 #include "prediction/scores.hpp"
+#include "report/results.hpp"
 #include "state/state_estimator.hpp"
 #include "support/start_stop.hpp"
 
@@ -95,6 +97,16 @@ TEST(ModelYaml, KeepsAMissingStandardErrorMissing) {
   model.fit.covariance.row(1).setZero();
   model.fit.covariance.col(1).setZero();
   EXPECT_FALSE(parseModelYaml(modelYaml(model), "model.yaml").fit.estimates[1].std.has_value());
+}
+
+TEST(ModelYaml, TheJsonOfAnIdentificationHasAnIdOfItsOwnAndIsRefusedForWhatItIs) {
+  const nlohmann::json json = resultJson(fittedModel());
+  EXPECT_EQ(json["schema"], kIdentificationSchema);
+  EXPECT_STRNE(kIdentificationSchema, kModelSchema);
+  const std::string error = errorOf(json.dump());
+  for (const char* part : {"that of the JSON of sof identify", "of model files before 0.3",
+                           "sof identify REC --out MODEL.yaml"})
+    EXPECT_NE(error.find(part), std::string::npos) << error;
 }
 
 TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {

@@ -2,10 +2,15 @@
 #include "report/descriptions.hpp"
 
 #include <gtest/gtest.h>
+
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "estimation/identification.hpp"
+#include "recording/checks.hpp"
+#include "recording/control_mode.hpp"
 #include "support/base_drive.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -35,6 +40,36 @@ TEST(IdentifyText, SaysWhichParametersAreNotDetermined) {
   model.fit.estimates[1].determined = false;
   model.fit.estimates[1].std.reset();
   EXPECT_NE(resultText(model).find("not determined"), std::string::npos);
+}
+
+TEST(IdentifyText, SaysWhoControlsTheVoltageAsTheCheckDoes) {
+  const Recording recording{"drive", test::baseDrive(1), {}, 24000, 0.0};
+  const ControlModes mode = detectControlMode(recording.series);
+  const auto check = checkReportJson(recording, checkRecording(recording));
+  EXPECT_EQ(check["source"]["summary"], mode.summary);
+  const std::string first = mode.summary.substr(0, 40);
+  EXPECT_NE(resultText(fittedModel(), mode).find("source       " + first), std::string::npos)
+      << resultText(fittedModel(), mode);
+}
+
+TEST(CrankErrors, OfAWindowGoByOneNameInIdentifyAndPredict) {
+  Series series = test::baseDrive(1);
+  for (std::size_t n = 0; n < series.size(); ++n)  // what the equations do not hold
+    if (series.current[n] < -100.0) series.voltage[n] -= 1e-5 * std::pow(series.current[n], 2);
+  const FittedModel model = identify(series, {0, series.size()});
+  ASSERT_GT(model.fit.scores.cranks, 1);
+  const PredictionReport report = predictRange(model, series, {0, series.size()}).report;
+  const double in_fit = model.fit.scores.crank_error_std;
+  ASSERT_TRUE(report.from_current.crank_equations_rms);
+  EXPECT_GT(in_fit, 0.03);
+  EXPECT_NEAR(*report.from_current.crank_equations_rms, in_fit, 0.1 * in_fit);
+  const std::string identified = resultText(model), predicted = resultText(report);
+  EXPECT_NE(identified.find(format("the equations miss their minima by %.0f mV RMS", 1e3 * in_fit)),
+            std::string::npos);
+  EXPECT_NE(predicted.find("the answers miss their minima by"), std::string::npos);
+  EXPECT_NE(predicted.find("the equations without past cranks by "), std::string::npos);
+  EXPECT_EQ(identified.find("missed by"), std::string::npos);
+  EXPECT_EQ(predicted.find("missed by"), std::string::npos);
 }
 
 TEST(PredictionJson, HoldsTheContractsFieldsAndNullForWhatIsUndefined) {

@@ -10,7 +10,9 @@
 #include <cmath>
 #include <thread>
 
+#include "prediction/online_session.hpp"
 #include "report/model_yaml.hpp"
+#include "support/base_drive.hpp"
 #include "support/commands.hpp"
 #include "support/known_model.hpp"
 
@@ -29,6 +31,25 @@ class StateFileTest : public test::InFolder {
     return result;
   }
 };
+
+TEST_F(StateFileTest, KeepsWhatASessionLearntBeforeAWindowWasFitted) {
+  OnlineSession session, next;
+  const Series drive = test::answered(test::drivenBattery(),
+                                      test::dataSetOneCurrent(100.0, 0.05, 3), 0.05, 0.002, 3);
+  for (std::size_t n = 0; n < drive.size(); ++n)
+    session.push({drive.time[n], drive.current[n], drive.voltage[n], 298.0});
+  const StateFile file(path("model.yaml"));
+  ASSERT_TRUE(session.modelToSave());
+  const StateFile::Result saved = file.save(*session.modelToSave());
+  EXPECT_FALSE(saved.is_fault) << saved.said;
+  const StateFile::Result read = file.read();
+  ASSERT_TRUE(read.model) << read.said;
+  next.restore(*read.model);
+  next.push({drive.time.back() + 3600.0, -5.0, 12.5, {}});
+  EXPECT_EQ(next.status().basis, AnswerBasis::kPreviousTrip) << next.status().reason;
+  EXPECT_EQ(read.model->intervals.crank_calibration.factor,
+            session.calibrations().crank_calibration.factor);
+}
 
 TEST_F(StateFileTest, KeepsAModelFromOneRunToTheNext) {
   const StateFile file(path("new folder/model.yaml"));

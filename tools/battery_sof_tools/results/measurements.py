@@ -63,7 +63,8 @@ def one_diagnosis(out, _):
         for model in ("base", "extended"):
             metrics = answer["fit"][model][part]
             figures[f"{model}_{part}"] = {"rmse_mv": 1e3 * metrics["rmse_v"], "largest_v": metrics["max_abs_v"], "cranks": metrics["cranks"],
-                                          "cranks_mv": 1e3 * metrics["crank_mae_v"], "charge_bias_mv": 1e3 * metrics["charge_bias_v"], "share_percent": metrics["share_percent"]}
+                                          "cranks_mv": 1e3 * metrics["crank_mae_v"], "charge_current_error_a": metrics["charge_current_error_a"],
+                                          **{key: metrics[key] for key in ("share_percent", "current_share_percent", "voltage_share_percent")}}
     figures["ridge_mv"], figures["line_mv"] = (1e3 * answer[one]["rmse_v"] for one in ("baseline", "baseline_line"))
     figures["episodes"] = {one["regime"]: one["episodes"] for one in answer["regimes"] if one["statistic"] == "mean"}
     figures["mean_mv"] = {one["regime"]: 1e3 * one["value"] for one in answer["regimes"] if one["statistic"] == "mean"}

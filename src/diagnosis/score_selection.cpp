@@ -1,0 +1,239 @@
+#include "diagnosis/score_selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "diagnosis/explanation_fits.hpp"
+#include "diagnosis/residuals.hpp"
+#include "estimation/controlled_window.hpp"
+#include "util/text.hpp"
+
+namespace battery_sof {
+namespace {
+
+// Two in each quarter of the rows, whose pairs are the half-samples of mechanism_evidence.hpp.
+constexpr std::size_t kBlocks = 8;
+constexpr std::size_t kPromising = 6;  // candidates of a step that are fitted whole
+constexpr std::size_t kMaxMembers = 5;
+
+using Effects = std::vector<std::string>;
+
+Effects inOrder(const Effects& some) {
+  Effects ids;
+  for (const EffectInfo& effect : effectCatalogue())
+    if (contains(some, effect.id)) ids.push_back(effect.id);
+  return ids;
+}
+
+bool holdsAll(const Effects& larger, const Effects& smaller) {
+  return std::all_of(smaller.begin(), smaller.end(),
+                     [&](const std::string& id) { return contains(larger, id); });
+}
+
+/// Without an effect, and without those that need it.
+Effects without(const Effects& effects, const std::string& id) {
+  Effects others;
+  for (const std::string& other : effects)
+    if (other != id && !contains(effectInfo(other).needs, id)) others.push_back(other);
+  return others;
+}
+
+struct ScoredFit {
+  FittedModel model;
+  BlockScore score;
+};
+
+/// An effect added to a composition.
+struct Addition {
+  std::string id;
+  Effects effects;  // with it and what it needs
+  double promised = 0.0;
+  ScoreGain gain;
+};
+
+class Selection {
+ public:
+  Selection(const Series& series, IndexRange train, const IdentifyOptions& fit,
+            const DiagnoseOptions& options)
+      : series_(series),
+        train_(train),
+        fit_(fit),
+        options_(options),
+        least_(2.0 * options.relevance.charge_share),
+        independent_(0.5 * ChannelErrors{}.independent * static_cast<double>(train.size())) {
+    scoreAll({{}});
+  }
+
+  ScoreSelection run(const Effects& ids) {
+    Effects members;
+    if (!options_.given.empty()) {
+      for (const std::string& id : inOrder(options_.given)) {
+        members = inOrder(enlarged(BatteryModel(members), id).effects());
+        scoreAll({members});
+      }
+    } else {
+      while (members.size() < kMaxMembers) {
+        const std::optional<Addition> best = bestAddition(members, ids);
+        if (!best) break;
+        members = best->effects;
+        tell(options_, "weighing effects (taken in so far: " + join(members) + ")");
+      }
+      removeWeak(members);
+    }
+    return found(members);
+  }
+
+ private:
+  const ScoredFit& at(const Effects& effects) const { return fits_.at(effects); }
+
+  /// Fits and scores compositions that are not known yet.
+  void scoreAll(const std::vector<Effects>& sets) {
+    std::vector<Effects> unknown;
+    for (const Effects& effects : sets)
+      if (!fits_.count(effects) && !contains(unknown, effects)) unknown.push_back(effects);
+    std::vector<ScoredFit> scored(unknown.size());
+    parallelFor(unknown.size(), options_.threads,
+                [&](std::size_t k) { scored[k] = scoredFit(unknown[k]); });
+    for (std::size_t k = 0; k < unknown.size(); ++k)
+      fits_.emplace(unknown[k], std::move(scored[k]));
+    pulse(options_);
+  }
+
+  ScoredFit scoredFit(const Effects& effects) const {
+    IdentifyOptions fit = fit_;
+    fit.effects = effects;
+    const BatteryModel model(effects);
+    for (const auto& [known, scored] : fits_) {
+      if (known.size() + 2 < effects.size() || !holdsAll(effects, known)) continue;
+      const ModelPoint optimum = pointOf(atFirstState(scored.model));
+      fit.starts.push_back(withNewAtMagnitudes(compositionOf(scored.model.fit),
+                                               {optimum.parameters, optimum.state}, model));
+    }
+    FittedModel fitted = identify(series_, train_, fit);
+    BlockScore score = scoreBlocks(fitted, series_, train_, fit_, kBlocks);
+    return {std::move(fitted), std::move(score)};
+  }
+
+  ScoreGain gain(const Effects& more, const Effects& less) const {
+    return gainOf(at(more).score, at(less).score);
+  }
+
+  /// The effects that promise most in addition to some.
+  std::vector<Addition> promisingAdditions(const Effects& members, const Effects& ids) {
+    std::vector<Addition> additions;
+    for (const std::string& id : ids)
+      if (!contains(members, id))
+        additions.push_back({id, inOrder(enlarged(BatteryModel(members), id).effects()), 0.0, {}});
+    const FittedModel& model = at(members).model;
+    const FittedCost cost = fittedCost(model, series_, train_, fit_);
+    parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
+      if (options_.threads == 1) pulse(options_);
+      additions[k].promised =
+          promisedGain(model, cost, additions[k].effects, series_, train_, fit_);
+    });
+    for (const Addition& one : additions) addWeighed(one.id, one.promised);
+    std::stable_sort(additions.begin(), additions.end(),
+                     [](const Addition& a, const Addition& b) { return a.promised > b.promised; });
+    if (additions.size() > kPromising) additions.resize(kPromising);
+    return additions;
+  }
+
+  std::optional<Addition> bestAddition(const Effects& members, const Effects& ids) {
+    std::vector<Addition> additions = promisingAdditions(members, ids);
+    std::vector<Effects> sets;
+    for (const Addition& one : additions) sets.push_back(one.effects);
+    scoreAll(sets);
+    const Addition* best = nullptr;
+    for (Addition& one : additions) {
+      one.gain = gain(one.effects, members);
+      weighed(one.id).score = one.gain;
+      if (one.gain.isAbove(least_) && (!best || one.gain.value > best->gain.value)) best = &one;
+    }
+    if (!best) return std::nullopt;
+    for (const Addition& other : additions)
+      if (other.id != best->id && other.gain.isAbove(least_) &&
+          !gain(best->effects, other.effects).isAbove(0.0))
+        alike_[best->id].push_back(other.id);
+    return *best;
+  }
+
+  void removeWeak(Effects& members) {
+    for (const std::string& id : Effects(members)) {
+      if (members.size() < 2 || !contains(members, id)) continue;
+      const Effects others = without(members, id);
+      scoreAll({others});
+      if (!gain(members, others).isAbove(least_)) members = others;
+    }
+  }
+
+  ScoreSelection found(const Effects& members) {
+    ScoreSelection result;
+    result.circuit = at({}).model;
+    result.circuit_score = at({}).score;
+    result.extended = at(members).model;
+    result.score = at(members).score;
+    for (const std::string& id : members) {
+      const Effects others = without(members, id);
+      scoreAll({others});
+      result.terms.push_back(termOf(id, members, others));
+    }
+    std::stable_sort(result.terms.begin(), result.terms.end(),
+                     [](const SelectedTerm& a, const SelectedTerm& b) { return a.gain > b.gain; });
+    result.weighed = weighed_;
+    return result;
+  }
+
+  /// Gains are ln likelihoods of the left-out rows that count as independent.
+  SelectedTerm termOf(const std::string& id, const Effects& with, const Effects& less) const {
+    SelectedTerm term{mechanismOf(id), id, independent_ * gain(with, less).value, 0.0, {}, 0.0};
+    const Eigen::VectorXd added = equationErrors(at(with).model, series_, train_, fit_) -
+                                  equationErrors(at(less).model, series_, train_, fit_);
+    term.rms = std::sqrt(added.squaredNorm() / static_cast<double>(added.size()));
+    if (const auto known = alike_.find(id); known != alike_.end())
+      for (const std::string& other : known->second)
+        if (!contains(with, other)) term.indistinguishable.push_back(other);
+    const std::vector<double> gains = blockGains(at(with).score, at(less).score);
+    const auto ofQuarter = [&](std::size_t quarter) {
+      return gains[2 * quarter] + gains[2 * quarter + 1];
+    };
+    for (std::size_t one = 1; one < kBlocks / 2; ++one)
+      for (std::size_t other = 0; other < one; ++other)
+        term.half_gains.push_back(0.5 * independent_ * 0.25 * (ofQuarter(one) + ofQuarter(other)));
+    return term;
+  }
+
+  WeighedMember& weighed(const std::string& id) {
+    return *std::find_if(weighed_.begin(), weighed_.end(),
+                         [&](const WeighedMember& one) { return one.id == id; });
+  }
+  void addWeighed(const std::string& id, double promised) {
+    for (WeighedMember& known : weighed_)
+      if (known.id == id) {
+        known.gain = std::max(known.gain, promised);
+        return;
+      }
+    weighed_.push_back({id, promised, std::nullopt});
+  }
+
+  const Series& series_;
+  const IndexRange train_;
+  const IdentifyOptions fit_;
+  const DiagnoseOptions& options_;
+  const double least_;        // [1], of a ScoreGain
+  const double independent_;  // ln likelihood for a ScoreGain of 1
+  std::map<Effects, ScoredFit> fits_;
+  std::map<std::string, std::vector<std::string>> alike_;
+  std::vector<WeighedMember> weighed_;
+};
+
+}  // namespace
+
+ScoreSelection selectByScore(const Series& series, IndexRange train, const IdentifyOptions& fit,
+                             const std::vector<std::string>& ids, const DiagnoseOptions& options) {
+  return Selection(series, train, fit, options).run(ids);
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/diagnose.hpp"
+#include "estimation/block_score.hpp"
+
+namespace battery_sof {
+
+/// The circuit and what was selected in addition, as identify() fits both to the training part.
+struct ScoreSelection {
+  FittedModel circuit, extended;    ///< the same where nothing was selected
+  BlockScore circuit_score, score;  ///< of both
+  std::vector<SelectedTerm> terms;  ///< largest gain first
+  std::vector<WeighedMember> weighed;
+};
+
+/**
+ * @brief Selects effects by how well a composition predicts left-out blocks, where a source controls
+ * the voltage.
+ *
+ * In each step the effects that promise most (promisedGain()) are fitted (identify()) and scored
+ * (scoreBlocks()); the one of largest gain joins where that exceeds two standard errors and the
+ * relevance. Then each member must be worth its place once more with the others. What does as well
+ * in a member's step is reported as indistinguishable from it. Fits begin at typical values and at
+ * the optima of known compositions inside.
+ *
+ * @param series, train, fit as of identify(); fit.source is set.  @param ids effects to weigh.
+ * @param options where effects are given they are taken without a test, and nothing else is.
+ */
+ScoreSelection selectByScore(const Series& series, IndexRange train, const IdentifyOptions& fit,
+                             const std::vector<std::string>& ids, const DiagnoseOptions& options);
+
+}  // namespace battery_sof

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "estimation/identification.hpp"
+
+namespace battery_sof {
+
+/// What a composition misses of blocks of its window that its fit did not see.
+struct BlockErrors {
+  /// one a block: mean over its rows of the squared error, in units of the quantity's variance over
+  /// the window [1]
+  std::vector<double> relative;
+
+  /// Explained variation of all blocks together [1]: 1 - sqrt(mean of relative).
+  double share() const;
+};
+
+/// The same of the equations alone, and with the residual regression that is fitted to what they
+/// leave of the other blocks.
+struct BlockScore {
+  BlockErrors equations, with_regression;
+};
+
+/// By how much one composition predicts left-out blocks better than another.
+struct ScoreGain {
+  /// mean over blocks of ln(squared error of the other / squared error of the one) [1], of the
+  /// equations alone and with the regression in equal parts: an equation has to explain by itself,
+  /// and more than a regression would. 0.06 is an error that is 3 % less.
+  double value = 0.0;
+  double std_error = 0.0;  ///< of the mean, from the scatter over blocks [1]
+  /// Whether it exceeds two standard errors and `least`.
+  bool isAbove(double least) const { return value > 2.0 * std_error && value > least; }
+};
+
+/// @return one a block, of which ScoreGain::value is the mean. @throws std::invalid_argument for
+/// different numbers of blocks.
+std::vector<double> blockGains(const BlockScore& more, const BlockScore& less);
+
+/// @return gain of `more` over `less`; both over the same blocks, two or more.
+/// @throws std::invalid_argument for different numbers of blocks, or fewer than two.
+ScoreGain gainOf(const BlockScore& more, const BlockScore& less);
+
+/**
+ * @brief Score(S) of a fitted composition: each block in turn is predicted by a fit to the others.
+ *
+ * Every fit begins at the model's own optimum and takes a few steps, which suffices as a block is a
+ * small part. The rows of the left-out block still drive the model, so its state there is that of
+ * a model that runs through them; they cost nothing and the regression does not see them.
+ *
+ * @param model of identify() over the range, where a source controls the voltage: options.source.
+ * @param blocks of as many samples each, at least two.
+ * @throws std::invalid_argument without a source, or for fewer than two blocks.
+ */
+BlockScore scoreBlocks(const FittedModel& model, const Series& series, IndexRange range,
+                       const IdentifyOptions& options, std::size_t blocks);
+
+/// A fitted composition's cost, with the weights that its rows have at its optimum.
+struct FittedCost {
+  double cost = 0.0;              ///< [1]
+  std::vector<double> precision;  ///< CompositionProblem::precision()
+};
+
+/// @param model of identify() over the range.
+FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange range,
+                      const IdentifyOptions& options);
+
+/// What effects added to a composition promise after a few steps of a fit: fall of the cost, as ln
+/// likelihood of the rows that count as independent [1], >= 0. @param nested the model's own cost,
+/// whose weights are used. @param larger effects, those of the model among them.
+double promisedGain(const FittedModel& model, const FittedCost& nested,
+                    const std::vector<std::string>& larger, const Series& series, IndexRange range,
+                    const IdentifyOptions& options);
+
+/// What the equations alone leave of the range's rows: [A] where the voltage is the input, times
+/// kOhmsOfCurrentError, and [V] elsewhere.
+Eigen::VectorXd equationErrors(const FittedModel& model, const Series& series, IndexRange range,
+                               const IdentifyOptions& options);
+
+}  // namespace battery_sof

@@ -1,0 +1,82 @@
+#include "estimation/block_score.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/sourced_drive.hpp"
+
+namespace battery_sof {
+namespace {
+
+using namespace test;
+
+BlockScore scoreOf(const std::vector<double>& errors) { return {{errors}, {errors}}; }
+
+TEST(ScoreGain, IsTheMeanLogarithmOfTheErrorsRatioWithItsScatter) {
+  const ScoreGain gain = gainOf(scoreOf({0.1, 0.2}), scoreOf({0.2, 0.2}));
+  EXPECT_NEAR(0.5 * std::log(2.0), gain.value, 1e-12);
+  EXPECT_NEAR(0.5 * std::log(2.0), gain.std_error, 1e-12);  // half the difference of two
+  EXPECT_FALSE(gain.isAbove(0.0));
+  const ScoreGain alike = gainOf(scoreOf({0.1, 0.3}), scoreOf({0.2, 0.6}));
+  EXPECT_NEAR(std::log(2.0), alike.value, 1e-12);
+  EXPECT_TRUE(alike.isAbove(0.06));
+  EXPECT_FALSE(alike.isAbove(0.7));
+}
+
+TEST(ScoreGain, CountsTheEquationsAloneAndWithTheRegressionInEqualParts) {
+  const BlockScore less{{{0.4, 0.4}}, {{0.2, 0.2}}}, more{{{0.1, 0.1}}, {{0.2, 0.2}}};
+  EXPECT_NEAR(0.5 * std::log(4.0), gainOf(more, less).value, 1e-12);
+}
+
+TEST(ScoreGain, RefusesBlocksThatAreNotTheSame) {
+  EXPECT_THROW(gainOf(scoreOf({0.1, 0.2}), scoreOf({0.1})), std::invalid_argument);
+  EXPECT_THROW(gainOf(scoreOf({0.1}), scoreOf({0.1})), std::invalid_argument);
+}
+
+TEST(BlockErrors, ExplainTheShareThatTheirMeanLeaves) {
+  EXPECT_NEAR(0.5, (BlockErrors{{0.1, 0.4}}).share(), 1e-12);
+}
+
+/// A drive of a known law: every block is predicted almost as well as the noise lets it, and a
+/// wrong model of it is not.
+TEST(ScoreBlocks, OfTheLawThatMadeTheDriveIsNearAllOfTheVariation) {
+  const Series series = sourcedDrive(1200, knownModel({"fresh_sulphate"}), 5);
+  IdentifyOptions options;
+  options.source = chargerControl(series).value();
+  const IndexRange all{0, series.size()};
+  const FittedModel circuit = identify(series, all, options);
+  options.effects = {"fresh_sulphate"};
+  const FittedModel law = identify(series, all, options);
+  const BlockScore of_law = scoreBlocks(law, series, all, options, 4);
+  const BlockScore of_circuit = scoreBlocks(circuit, series, all, options, 4);
+  ASSERT_EQ(4u, of_law.equations.relative.size());
+  EXPECT_GT(of_law.equations.share(), 0.8);
+  EXPECT_LT(of_circuit.equations.share(), of_law.equations.share() - 0.1);
+  EXPECT_TRUE(gainOf(of_law, of_circuit).isAbove(0.06));
+}
+
+TEST(PromisedGain, OfAnEffectThatCanVanishIsNeverNegative) {
+  const Series series = sourcedDrive(900, knownModel({}), 5);
+  IdentifyOptions options;
+  options.source = chargerControl(series).value();
+  const IndexRange all{0, series.size()};
+  const FittedModel circuit = identify(series, all, options);
+  const FittedCost cost = fittedCost(circuit, series, all, options);
+  EXPECT_GT(cost.cost, 0.0);
+  for (const char* id : {"fast_arc", "current_gain", "charge_transfer", "ocv_soc"})
+    EXPECT_GE(promisedGain(circuit, cost, {id}, series, all, options), 0.0) << id;
+}
+
+TEST(ScoreBlocks, NeedsASourceAndTwoBlocks) {
+  const Series series = sourcedDrive(900, knownModel({}), 5);
+  IdentifyOptions options;
+  options.source = chargerControl(series).value();
+  const FittedModel circuit = identify(series, {0, series.size()}, options);
+  EXPECT_THROW(scoreBlocks(circuit, series, {0, series.size()}, options, 1), std::invalid_argument);
+  options.source.reset();
+  EXPECT_THROW(scoreBlocks(circuit, series, {0, series.size()}, options, 4), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace battery_sof
