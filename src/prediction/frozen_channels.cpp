@@ -34,9 +34,9 @@ void FrozenChannels::Run::add(bool repeats, double interval, double other) {
 
 void FrozenChannels::Run::end() {
   if (!isLong() || duration <= kBeyond * longest ||
-      (moved() > 0.0 && moved() <= kMoved * most_moved)) {
+      (moved() > 0.0 && moved() <= kMoved * max_moved)) {
     longest = std::max(longest, duration);
-    most_moved = std::max(most_moved, moved());
+    max_moved = std::max(max_moved, moved());
   }
   duration = rise = fall = 0.0;
   samples = 0;
@@ -67,7 +67,7 @@ std::string FrozenChannels::judge() const {
   if (learnt_ < kLearnt) return "";
   for (const auto& [run, name] : {std::pair{&voltage_, "voltage"}, std::pair{&current_, "current"}})
     if (run->isLong() && run->duration > kBeyond * run->longest &&
-        run->moved() > kMoved * run->most_moved)
+        run->moved() > kMoved * run->max_moved)
       return format("the %s has been stuck for %.0f s while the other channel moved up and down",
                     name, run->duration);
   return "";

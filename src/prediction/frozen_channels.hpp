@@ -14,8 +14,8 @@ namespace battery_sof {
  * Current and voltage under load flicker by noise and steps of the sensor. Both are frozen when
  * they repeat themselves exactly, away from rest, for half a minute and ten times as long as the
  * longest such stretch before. One of them is stuck when it does so while the other moves up and
- * down by three times as much as in any such stretch before; five minutes are learnt from first. What
- * was judged frozen teaches nothing.
+ * down by three times as much as in any such stretch before; five minutes are the past it needs. What
+ * was judged frozen does not count.
  */
 class FrozenChannels {
  public:
@@ -30,7 +30,7 @@ class FrozenChannels {
   struct Run {
     double duration = 0.0, longest = 0.0;  // [s]
     // by which the other channel rose and fell, the lesser of both; of the past
-    double rise = 0.0, fall = 0.0, most_moved = 0.0;
+    double rise = 0.0, fall = 0.0, max_moved = 0.0;
     double lowest = 0.0, highest = 0.0;  // of the other channel
     int samples = 0;
     double moved() const { return std::min(rise, fall); }

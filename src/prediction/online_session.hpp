@@ -307,7 +307,7 @@ class OnlineSession {
   void followAgain(double after, double max_gap);
   void judgeRestored(const Sample& first);
   void beginFromPopulation(const Sample& sample);
-  /// A denied model is to be fitted anew at once.
+  /// A denied model is to be fitted again at once.
   void watchForDenial();
   /// Where a first rest or crank denies the model of the trip before: another battery.
   void watchForSwap(const Sample& sample);

@@ -160,7 +160,7 @@ Interval crankAnswer(const FittedModel& model, double current, const LowestVolta
 
 /**
  * @brief An answer that begins at what is measured: the present error, taken into it by what it
- * says of the load that is asked for.
+ * says of the load that is queried for.
  *
  *     R = D + (1 / rho^2 - 1) V,   w = V / (V + R),   d = u_m + level - u,
  *     u <- u + w d,   V <- (1 - w) (V + w d^2)

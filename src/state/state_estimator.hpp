@@ -22,7 +22,7 @@ inline constexpr double kOhmsOfCurrentError = 0.01;
  * zero: between stops what past ones say (EventHistory::nextStop()), in a stop the mean of its own
  * samples, which forgets within ten seconds. What a crank misses says nothing of it.
  *
- * What is missed at the load that flows is followed beside them (PresentErrorFilter).
+ * What is missed at the load that flows is followed in addition (PresentErrorFilter).
  *
  *     1 / p <- 1 / p + w,   w = duration / (s^2 T),   p >= (20 mV)^2,   s = 50 mV,   T = 5 s
  *     level <- level + max(p w, 1 - exp(-duration / 8 s)) (error - level)
