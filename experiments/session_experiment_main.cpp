@@ -15,6 +15,8 @@ namespace {
 
 using namespace battery_sof;
 
+bool verbose = false;
+
 void print(const std::string& recording, const SessionEvents& events,
            const OnlineSession& session) {
   for (const EventComparison& c : events.cranks)
@@ -126,6 +128,61 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
   if (asks) answers.print(recording.name);
 }
 
+/// Plays a recording and asks every few seconds, while the battery alone carries a load, for exactly
+/// that load: the answer is held against the voltage measured at that moment, and against the one
+/// measured a minute later where the load is still the same (to a tenth).
+void askPresent(const std::string& path, const CsvColumns& columns, const SessionOptions& options,
+                double every) {
+  constexpr double kLeastLoad = -0.05, kLater = 60.0, kInstant = 0.05;  // [A], [s], [s]
+  const Recording recording = readCsv(path, columns);
+  const Series& series = recording.series;
+  OnlineSession session(options);
+  int asked = 0, valid = 0, now = 0, after = 0, later = 0, later_valid = 0, capable = 0;
+  std::vector<double> widths;
+  double asked_at = -HUGE_VAL;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    const double time = series.time[n], current = series.current[n], u = series.voltage[n];
+    session.push({time, current, u, std::nullopt});
+    if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
+    if (time - asked_at < every) continue;
+    asked_at = time;
+    if (current > kLeastLoad || session.status().voltage_controlled) continue;
+    ++asked;
+    const ModelSnapshot model = session.live();
+    const auto holds = [](const CrankingAnswer& answer, double voltage) {
+      return answer.u_min->lower <= voltage && voltage <= answer.u_min->upper;
+    };
+    const CrankingAnswer one = model.predictCranking({current, 0.0, current, kInstant, 10.5});
+    if (one.u_min && verbose)
+      std::printf("%s,%.1f,%.2f,%.3f,%.3f,%.3f,%.3f,%d,%s\n", recording.name.c_str(), time, current,
+                  u, one.u_min->value, one.u_min->lower, one.u_min->upper, one.valid,
+                  one.valid ? "" : one.message.c_str());
+    if (one.valid) {
+      ++valid;
+      now += holds(one, u);
+      capable += one.capable.value_or(false) && u < 10.5;
+      widths.push_back(one.u_min->upper - one.u_min->lower);
+    }
+    const CrankingAnswer minute = model.predictCranking({current, kLater, current, 1.0, {}});
+    if (!minute.valid) continue;
+    after += holds(minute, u);
+    std::size_t k = n;
+    bool is_alike = true;
+    while (k + 1 < series.size() && series.time[k] < time + kLater) {
+      ++k;
+      is_alike = is_alike && std::abs(series.current[k] - current) <= 0.1 * -current;
+    }
+    if (!is_alike || series.time[k] > 1.5 * kLater + time || series.time[k] < time + kLater)
+      continue;
+    ++later_valid;
+    later += holds(minute, series.voltage[k]);
+  }
+  const auto percent = [](int part, int all) { return all > 0 ? 100.0 * part / all : NAN; };
+  std::printf("%s,%d,%.1f,%.1f,%.3f,%.1f,%d,%.1f,%d\n", recording.name.c_str(), asked,
+              percent(valid, asked), percent(now, valid), medianOf(widths), percent(after, valid),
+              later_valid, percent(later, later_valid), capable);
+}
+
 /// What was expected of one kind of event.
 struct Tally {
   std::vector<double> errors, widths;
@@ -203,6 +260,14 @@ int main(int argc, char** argv) {
   app.add_flag("--questions", asks,
                "asks the standing questions of ~status each second instead, and prints how many "
                "answers were valid");
+  double present = 0.0;
+  app.add_option(
+      "--present", present,
+      "[s], how often the present load is asked for instead; prints answers, share valid "
+      "[%], of these the share that holds the present voltage and the median width [V], "
+      "the same a minute ahead against the present voltage and against that of then, and "
+      "valid answers that hold 10.5 V where less is measured");
+  app.add_flag("--verbose", verbose, "with --present: every answer");
   bool leaves_out = false;
   app.add_flag("--steps", leaves_out,
                "leaves out each step of an answer in turn and prints what cranks and charges then "
@@ -213,12 +278,16 @@ int main(int argc, char** argv) {
     std::puts(
         "recording,left_out,cranks,mean_v,median_v,inside,width_v,charges,mean_a,median_a,inside,"
         "width_a");
+  else if (present > 0.0)
+    std::puts(
+        "recording,asked,valid,holds_now,width_v,minute_holds_now,minutes,holds_then,capable_low");
   else if (!asks)
     std::puts("recording,kind,time_s,current_a_or_voltage_v,measured,expected,lower,upper,scale");
   try {
     for (const auto& path : recordings)
-      leaves_out ? leaveOutSteps(path, columns, options)
-                 : play(path, columns, options, trial, asks);
+      present > 0.0 ? askPresent(path, columns, options, present)
+      : leaves_out  ? leaveOutSteps(path, columns, options)
+                    : play(path, columns, options, trial, asks);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "session_experiment: %s\n", error.what());
     return 2;

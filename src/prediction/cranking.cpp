@@ -78,11 +78,11 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
                        double* beyond_identified = nullptr) {
   const ResidualFilter errors(model);
   const double own = crankError(model.fit, lowestCurrent(query));
-  std::optional<Interval> lowest;
+  std::optional<LowestVoltage> lowest;
   const auto look = [&](const Simulation& now, double since) {
     const Interval u = voltageAnswer(now, errors.forecastThrough(ahead + since), own,
                                      model.intervals.crank_calibration);
-    if (!lowest || u.value <= lowest->value) lowest = u;
+    if (!lowest || u.value <= lowest->by_model.value) lowest = {u, now.voltage(), ahead + since};
     if (beyond_identified)
       *beyond_identified = std::max(*beyond_identified, now.beyondIdentified());
   };

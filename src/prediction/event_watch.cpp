@@ -44,7 +44,17 @@ std::optional<EventComparison> CrankWatch::add(const WatchedSample& at) {
   return std::nullopt;
 }
 
-std::optional<EventComparison> CrankWatch::compare() const {
+namespace {
+
+/// The answer for a crank, where it is missed by more than its whole interval.
+std::optional<MissedAnswer> missedBy(const PastEvent& crank, const std::optional<Interval>& u) {
+  if (!u || std::abs(crank.measured - u->value) <= u->upper - u->lower) return std::nullopt;
+  return MissedAnswer{crank.time, crank.measured, u->lower, u->upper};
+}
+
+}  // namespace
+
+std::optional<EventComparison> CrankWatch::compare() {
   CrankingQuery query;
   query.crank = {crank_.time, crank_.current};
   for (double& time : query.crank.time) time -= model_->state.time;
@@ -54,8 +64,15 @@ std::optional<EventComparison> CrankWatch::compare() const {
   if (!answer.u_min) return std::nullopt;
   EventComparison comparison{measuredCrank(crank_, {0, crank_.size()}), *answer.u_min};
   FittedModel unexperienced = *model_;
+  unexperienced.state.residual_state.present.current.reset();
+  unexperienced.state.residual_state.colored = 0.0;
+  missed_ = missedBy(comparison, answer.u_min);
+  if (!missed_) missed_ = missedBy(comparison, predictCranking(unexperienced, query).u_min);
+  unexperienced.state.residual_state.colored = model_->state.residual_state.colored;
   unexperienced.intervals.event_history = {};
-  comparison.modelled = predictCranking(unexperienced, query).u_min->value;
+  const CrankingAnswer by_model = predictCranking(unexperienced, query);
+  if (!by_model.u_min) return std::nullopt;
+  comparison.modelled = by_model.u_min->value;
   return comparison;
 }
 

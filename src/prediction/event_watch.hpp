@@ -31,10 +31,14 @@ class CrankWatch {
  public:
   /// @return the comparison when this sample ends a crank.
   std::optional<EventComparison> add(const WatchedSample& at);
+  /// What the last crank missed by more than the whole interval that was given: the answer right
+  /// before it, or the one that stood before the stop, which knows nothing of what passes in it.
+  const std::optional<MissedAnswer>& missed() const { return missed_; }
 
  private:
-  std::optional<EventComparison> compare() const;
+  std::optional<EventComparison> compare();
 
+  std::optional<MissedAnswer> missed_;
   std::optional<FittedModel> model_;  // set while the current is at crank level
   Series crank_;
 };

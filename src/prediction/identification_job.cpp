@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "estimation/window.hpp"
+#include "prediction/scores.hpp"
 #include "recording/fit_mask.hpp"
 #include "recording/voltage_repair.hpp"
 #include "state/state_tracker.hpp"
@@ -13,18 +14,67 @@ namespace {
 
 constexpr double kShareBlock = 10.0;  // [s], of a ChargerShare
 
-double openLoopRmse(FittedModel model, const Series& series, IndexRange range, double max_gap) {
+// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
+// magnitude of 10 mOhm: below them neither model is better.
+constexpr double kNegligibleVoltage = 0.0125;  // [V]
+constexpr double kNegligibleCurrent = 1.25;    // [A]
+
+/// Errors of one quantity over the samples in which it is not the input.
+struct OpenLoopError {
+  std::size_t samples = 0;
+  double squares = 0.0;
+  double rmse() const {
+    return samples > 0 ? std::sqrt(squares / static_cast<double>(samples)) : 0.0;
+  }
+};
+
+struct OpenLoopErrors {
+  OpenLoopError voltage, current;  // [V], [A]
+};
+
+/// A model as another one is driven: by the voltage of its source, or by the current alone.
+FittedModel drivenAs(FittedModel model, const Fit& other) {
+  if (!other.source) return drivenByCurrent(std::move(model));
+  model.fit.source = other.source;
+  model.fit.voltage_lag = other.voltage_lag;
+  return model;
+}
+
+/// @param masked one a sample of the series: those that are no measurement.
+OpenLoopErrors openLoopErrors(FittedModel model, const Series& series, IndexRange range,
+                              double max_gap, const std::vector<char>& masked) {
   const std::size_t first = range.first;
   const double voltage = model.fit.source ? repairedVoltage(series, first, model.fit.voltage_lag)
                                           : series.voltage[first];
   setStateFromVoltage(model, series.time[first], series.current[first], voltage);
   StateTracker tracker(model, max_gap);
   tracker.lookBack(series);
-  double sum = 0.0;
-  for (std::size_t n = first + 1; n < range.last; ++n)
-    if (tracker.follow(series.time[n], series.current[n], series.voltage[n]))
-      sum += std::pow(tracker.error(), 2);
-  return std::sqrt(sum / static_cast<double>(range.size()));
+  OpenLoopErrors errors;
+  std::size_t settled = first;
+  for (std::size_t n = first + 1; n < range.last; ++n) {
+    if (!tracker.follow(series.time[n], series.current[n], series.voltage[n])) continue;
+    ++settled;
+    if (masked[settled]) continue;
+    const SettledSample& last = *tracker.last();
+    OpenLoopError& error = last.voltage_controlled ? errors.current : errors.voltage;
+    ++error.samples;
+    error.squares +=
+        std::pow(last.voltage_controlled ? series.current[settled] - last.current : last.error, 2);
+  }
+  return errors;
+}
+
+/// IdentificationTrial::worsening.
+double worseningOf(const OpenLoopErrors& errors, const OpenLoopErrors& before) {
+  const auto part = [](const OpenLoopError& now, const OpenLoopError& then, double negligible) {
+    return static_cast<double>(now.samples) *
+           std::log(std::max(now.rmse(), negligible) / std::max(then.rmse(), negligible));
+  };
+  const double all = static_cast<double>(errors.voltage.samples + errors.current.samples);
+  return all > 0.0 ? std::exp((part(errors.voltage, before.voltage, kNegligibleVoltage) +
+                               part(errors.current, before.current, kNegligibleCurrent)) /
+                              all)
+                   : 1.0;
 }
 
 /// A model as it follows what lies behind its window, with the events there.
@@ -58,9 +108,16 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   if (!isUsable(trial.model->fit)) return trial;
   trial.followed = followedBehind(*trial.model, series, window.monitor, window.max_gap);
   trial.model = trial.followed->now();
-  trial.recent_rmse = openLoopRmse(*trial.model, series, window.recent, window.max_gap);
-  if (incumbent)
-    trial.incumbent_rmse = openLoopRmse(*incumbent, series, window.recent, window.max_gap);
+  const auto errorsOf = [&](const FittedModel& model) {
+    return openLoopErrors(drivenAs(model, trial.model->fit), series, window.recent, window.max_gap,
+                          options.masked);
+  };
+  const OpenLoopErrors errors = errorsOf(*trial.model);
+  trial.recent_rmse = errors.voltage.rmse();
+  if (!incumbent) return trial;
+  const OpenLoopErrors before = errorsOf(*incumbent);
+  trial.incumbent_rmse = before.voltage.rmse();
+  trial.worsening = worseningOf(errors, before);
   return trial;
 }
 

@@ -74,8 +74,12 @@ struct IdentificationTrial {
   /// The same model as it followed the samples behind its window, with the events that passed
   /// there; none where it is not usable.
   std::optional<ModelMonitor> followed;
-  double recent_rmse = 0.0;              ///< [V], of the model over the most recent window
-  std::optional<double> incumbent_rmse;  ///< [V], of the incumbent over the same samples
+  double recent_rmse = 0.0;  ///< [V], of the model over the most recent window
+  /// [V], of the incumbent over the same samples, driven in the same direction
+  std::optional<double> incumbent_rmse = std::nullopt;
+  /// [1], error of the model over the incumbent's: of each quantity where it is not the input, their
+  /// geometric mean by samples; at most 1 where both are negligible
+  double worsening = 1.0;
 };
 
 /// What a job came to.
@@ -97,7 +101,8 @@ IndexRange recentWindow(const Series& series, double length);
  * and of the samples behind it.
  *
  * Both models' errors over recentWindow() are open-loop runs that start from the measured voltage
- * of its first samples, so neither profits from having been there.
+ * of its first samples, so neither profits from having been there. Both are driven as the new
+ * model's source asks, over the same samples, without those that are no measurement.
  *
  * @return without a model where a fit throws; the message says why. A job always has a result, which
  * OnlineSession::finish() needs before the next one.

@@ -14,6 +14,7 @@ constexpr double kBlock = 10.0;              // [s], of ModelSelector
 constexpr double kClearlyBetter = 0.95;      // of the RMSE
 constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
 constexpr int kMinEvents = 3;
+constexpr double kLookInterval = 1.0;  // [s], whether a model is denied
 // Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
 // magnitude of 10 mOhm.
 constexpr double kNegligibleVoltage = 0.0125;  // [V]
@@ -27,6 +28,8 @@ void ModelMonitor::install(const FittedModel& model, double max_gap) {
   model_ = model;
   fitted_until_ = model.fit.window.to;
   compared_.clear();
+  is_denied_ = false;
+  looked_at_ = -HUGE_VAL;
   if (!steps_.event_history) model_->intervals.event_history = {};
   tracker_.emplace(*model_, max_gap, steps_.residual_filter);
   tracker_->setCalibrations(calibrations_);
@@ -45,6 +48,8 @@ void ModelMonitor::goOnAs(const ModelMonitor& other, const FittedModel& model) {
   tracker_->setKnown(model);
   tracker_->setCalibrations(calibrations_);
   watch_ = other.watch_;
+  is_denied_ = other.is_denied_;
+  looked_at_ = other.looked_at_;
 }
 
 void ModelMonitor::lookBack(const Series& series) {
@@ -61,6 +66,7 @@ void ModelMonitor::moveTo(const Sample& first, double moved, double max_gap) {
   forgetPast();
   if (!model_) return;
   fitted_until_ += moved;
+  looked_at_ = -HUGE_VAL;
   FittedModel there = *model_;
   there.intervals.event_history = tracker_->eventHistory();
   there.intervals.event_history.moveBy(moved);
@@ -86,6 +92,10 @@ SessionEvents ModelMonitor::follow(const Sample& sample, double max_gap) {
     compared_.push_back({last->time, last->measured, last->voltage});
   while (!compared_.empty() && compared_.front().time < sample.time - kBacktestSpan)
     compared_.pop_front();
+  if (sample.time - looked_at_ >= kLookInterval || !events.cranks.empty()) {
+    is_denied_ = !denialOf(tracker_->modelNow()).empty();
+    looked_at_ = sample.time;
+  }
   return events;
 }
 
@@ -99,8 +109,10 @@ SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
     if (steps_.calibration) update(calibration, event.measured, event.expected);
     updateFrom(event);
   };
-  if (const auto crank = watch_.cranks.add(at))
+  if (const auto crank = watch_.cranks.add(at)) {
+    tracker_->setMissedAnswer(watch_.cranks.missed());
     take(*crank, calibrations_.crank_calibration, events.cranks);
+  }
   if (const auto charge = watch_.charges.add(at)) {
     charge_voltages_.push_back(charge->voltage);
     if (charge_voltages_.size() > kChargesKept) charge_voltages_.pop_front();

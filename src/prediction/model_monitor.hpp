@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <deque>
 #include <optional>
 #include <vector>
@@ -49,6 +50,8 @@ class ModelMonitor {
   void learnFrom(const FittedModel& model, double max_gap);
   bool learns() const { return tracker_ && tracker_->learns(); }
   bool holdsModel() const { return tracker_.has_value(); }
+  /// Answers nothing valid (denialOf()); looked at once a second of samples and at every crank.
+  bool isDenied() const { return is_denied_; }
 
   /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what
   /// ended with it.
@@ -84,13 +87,13 @@ class ModelMonitor {
 
   SessionEvents watch(const Sample& sample, double max_gap);
   void updateFrom(const PastEvent& event);
-
   AnswerSteps steps_;
   EventWatch watch_;
   IntervalCalibrations calibrations_;
   std::optional<FittedModel> model_;
   std::optional<StateTracker> tracker_;
-  double fitted_until_ = 0.0;
+  double fitted_until_ = 0.0, looked_at_ = -HUGE_VAL;  // [s]
+  bool is_denied_ = false;
   std::deque<Compared> compared_;
   std::deque<double> charge_voltages_;  // [V], means of the last charges that passed
 };

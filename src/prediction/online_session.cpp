@@ -16,8 +16,6 @@ namespace {
 constexpr double kLookInterval = 10.0;  // [s] of driving, a look costs about a millisecond
 // of the recent RMSE; a tenth is within its own scatter
 constexpr double kToleratedWorsening = 1.1;
-// Half a step of the coarsest battery sensor known (25 mV): below it neither model is better.
-constexpr double kNegligibleRmse = 0.0125;  // [V]
 
 void requirePositive(const char* name, double value) {
   requireThat(value > 0.0, name, value, "above 0 and finite");
@@ -72,7 +70,7 @@ SessionEvents OnlineSession::take(const RawSample& sample) {
     if (newest_ && next.time <= newest_->time) restartClock(newest_->time, next);
     advance(next);
   }
-  return job_ ? SessionEvents() : std::exchange(events_, {});
+  return std::exchange(events_, {});
 }
 
 void OnlineSession::watchForJumps(const RawSample& sample) {
@@ -86,8 +84,7 @@ void OnlineSession::watchForJumps(const RawSample& sample) {
     const double spent = std::abs(*newest - jumped_to_);
     if (since > 0.0 && since <= SampleStream::kClockAhead + spent) {
       goBackTo(*std::exchange(before_jump_, nullptr));
-      SessionEvents ended = take(*first);
-      if (!job_) events_ = std::move(ended);
+      events_ = take(*first);
       return;
     }
   }
@@ -131,6 +128,7 @@ void OnlineSession::advance(const Sample& sample) {
   const double passed = newest_ ? sample.time - newest_->time : 0.0;
   if (passed > SampleStream::kClockAhead) offerRefusedAgain();
   if (passed <= stream_.maxGap()) driving_ += passed;
+  frozen_.add(sample, !newest_ || passed > stream_.maxGap());
   newest_ = sample;
   deep_discharges_.add(sample, stream_.maxGap());
   source_.add(sample);
@@ -139,6 +137,13 @@ void OnlineSession::advance(const Sample& sample) {
   if (!contenders_.base.holdsModel()) beginFromPopulation(sample);
   follow(sample, stream_.maxGap());
   watchForSwap(sample);
+  watchForDenial();
+}
+
+void OnlineSession::watchForDenial() {
+  const bool is_denied = inUse().holdsModel() && inUse().isDenied();
+  if (is_denied && !is_denied_) next_look_ = driving_;
+  is_denied_ = is_denied;
 }
 
 void OnlineSession::follow(const Sample& sample, double max_gap) {
@@ -179,7 +184,7 @@ void OnlineSession::loseModel(const std::string& why) {
 void OnlineSession::followAgain(double after, double max_gap) {
   const Series& series = stream_.series();
   for (std::size_t n = firstAfter(series, after); n < series.size(); ++n)
-    follow(series[n], max_gap);
+    followBoth(series[n], max_gap);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -251,8 +256,11 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   outcome.message = outcome.accepted ? result.message : refusal;
   const bool extends = acceptsExtended(result, outcome.accepted);
   if (outcome.accepted || extends) {
-    contenders_ = std::move(job.contenders);
+    const Contenders answered = std::exchange(contenders_, std::move(job.contenders));
     install(result, outcome.accepted, extends);
+    contenders_.base.setCalibrations(answered.base.calibrations());
+    if (contenders_.extended && answered.extended)
+      contenders_.extended->setCalibrations(answered.extended->calibrations());
   }
   if (outcome.accepted) basis_ = AnswerBasis::kThisTrip;
   if (outcome.accepted && !contenders_.base.holdsModel()) {
@@ -262,11 +270,12 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   outcome.model = outcome.accepted ? contenders_.base.now() : std::move(result.model);
   if (outcome.model) outcome.model->fit.series_blocks = options_.series_blocks;
   if (doesExtendedAnswer()) outcome.extended = ofRow(inUse().now());
+  is_denied_ = inUse().holdsModel() && inUse().isDenied();
   last_outcome_ =
       (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
       outcome.message;
-  next_look_ =
-      job.driving + (contenders_.base.learns() ? options_.retry_period : options_.identify_period);
+  next_look_ = job.driving + (contenders_.base.learns() || is_denied_ ? options_.retry_period
+                                                                      : options_.identify_period);
   return outcome;
 }
 
@@ -291,11 +300,12 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
     return "the identification took longer than the buffer reaches back";
   }
   if (!trial.incumbent_rmse || !may_compare) return {};
-  const double allowed = std::max(kToleratedWorsening * *trial.incumbent_rmse, kNegligibleRmse);
-  if (trial.recent_rmse <= allowed) return {};
-  return format("on the most recent window the new model's RMSE is %.4f V, the old one's %.4f V",
-                options_.series_blocks * trial.recent_rmse,
-                options_.series_blocks * *trial.incumbent_rmse);
+  if (trial.worsening <= kToleratedWorsening) return {};
+  return format(
+      "on the most recent window the new model's error is %.2f times the old one's, RMSE %.4f V "
+      "after %.4f V",
+      trial.worsening, options_.series_blocks * trial.recent_rmse,
+      options_.series_blocks * *trial.incumbent_rmse);
 }
 
 bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool base_accepted) {
@@ -307,7 +317,6 @@ bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool bas
 }
 
 void OnlineSession::install(const IdentificationResult& result, bool base, bool extended) {
-  events_ = {};
   if (base) install(contenders_.base, result);
   if (extended) {
     if (!contenders_.extended) {

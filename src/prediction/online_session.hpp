@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "prediction/frozen_channels.hpp"
 #include "prediction/identification_job.hpp"
 #include "prediction/model_monitor.hpp"
 #include "prediction/questions.hpp"
@@ -162,6 +163,8 @@ class ModelSnapshot {
  * is due, the session hands out a self-contained job; the caller runs it wherever it likes and
  * brings the result back. At most one job is out at a time.
  *
+ * Due at once: when a model is denied (denialOf()), and every retry_period while it is.
+ *
  * Due: while no window was fitted, once the newest stretch without a gap is a window long, holds charge and
  * discharge and is suitable enough (looked at every 10 s of driving, tried at most every
  * retry_period); then every identify_period of driving. Driving is the sum of sampling
@@ -169,11 +172,11 @@ class ModelSnapshot {
  *
  * Accepted: a usable fit whose r_discharge and u_dc are determined (a crank's voltage is u_dc +
  * r_discharge i + u_c2, and u_c2's share is the smallest), and whose error on the most recent
- * window is at most 1.1 times that of the model in use, or 12.5 mV; a model that still learns is
+ * window is at most 1.1 times that of the model in use (IdentificationTrial::worsening); a model that still learns is
  * replaced in any case. A refused model leaves the old one in use.
  *
- * Periods count from when a job was taken, and what happened since is judged by the new model once
- * it is accepted: how long an identification takes changes no answer after it.
+ * Periods count from when a job was taken, and the new model follows the samples since once it is
+ * accepted. Events are reported, and intervals calibrated, by the answer that was given before each.
  *
  * Clock jump back (SampleStream): the past and the state are begun again, the model stays with its
  * age, and the result of a job from before is dropped.
@@ -190,8 +193,7 @@ class OnlineSession {
   /// @throws std::invalid_argument for options that are not finite or outside their domain.
   explicit OnlineSession(const SessionOptions& options = {});
 
-  /// Offers one sample. @return cranks, charges and stops that ended; while a job is out they wait
-  /// for its result.
+  /// Offers one sample. @return cranks, charges and stops that ended, with what was answered before.
   SessionEvents push(const RawSample& sample);
 
   /// @return a job when an identification is due and none is out.
@@ -305,6 +307,8 @@ class OnlineSession {
   void followAgain(double after, double max_gap);
   void judgeRestored(const Sample& first);
   void beginFromPopulation(const Sample& sample);
+  /// A denied model is to be fitted again at once.
+  void watchForDenial();
   /// Where a first rest or crank denies the model of the trip before: another battery.
   void watchForSwap(const Sample& sample);
   /// Where the clock jumped: a saved model that was refused by the clock before is judged once
@@ -344,6 +348,8 @@ class OnlineSession {
   double next_look_ = 0.0;  // [s] of driving
   int epoch_ = 0;
 
+  bool is_denied_ = false;
+  FrozenChannels frozen_;
   ChargerShare source_;
   std::optional<FittedModel> restored_;               // waits until the stream knows its rate
   std::optional<FittedModel> refused_;                // was restored and refused

@@ -34,10 +34,31 @@ constexpr double kUsefulQuality = 0.05;
 // [s]: depletion builds up over 5 to 40 s (docs/physics.md#charge_acceptance)
 constexpr double kShortCharge = 10.0;
 
+constexpr double kKeepsMissing = 8.0;  // [s], as the present level's memory
+
 // Of an IntervalCalibration, see update().
 constexpr double kRate = 0.25;      // eta: an outlier widens by a quarter
 constexpr double kMissShare = 0.1;  // of a 90 % interval
 constexpr double kLeast = 0.1, kMost = 50.0;
+
+/// Half of the 90 % interval [V].
+double halfWidthOf(const ErrorForecast& error) {
+  return kNinetyPercent * std::sqrt(error.variance);
+}
+
+/// Whether it keeps missing the voltage of the present load by more than the whole interval in which
+/// that was expected. A crank's own error is MissedAnswer's.
+std::string presentlyMissed(const FittedModel& model) {
+  const PresentError& present = model.state.residual_state.present;
+  if (!present.current || present.since < kKeepsMissing) return "";
+  const ErrorForecast expected = expectedPresentError(model);
+  const double missed = present.level - expected.mean, width = 2.0 * halfWidthOf(expected);
+  if (std::abs(missed) <= width) return "";
+  return format(
+      "the model misses the present voltage by %+.2f V, more than the %.2f V of its "
+      "interval",
+      model.fit.series_blocks * missed, model.fit.series_blocks * width);
+}
 
 const ParameterEstimate* estimateOf(const Fit& fit, const char* name) {
   const auto found = std::find_if(fit.estimates.begin(), fit.estimates.end(),
@@ -172,6 +193,18 @@ ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity) {
   return {-kUsualSlope * share, std::pow(kSlopeSpread * share, 2)};
 }
 
+std::string denialOf(const FittedModel& model) {
+  std::string reasons = model.state.instrument_fault;
+  addReason(reasons, presentlyMissed(model));
+  if (const auto& missed = model.intervals.missed_answer) {
+    const double blocks = model.fit.series_blocks;
+    addReason(reasons,
+              format("the last crank measured %.2f V, answered was %.2f to %.2f V",
+                     blocks * missed->measured, blocks * missed->lower, blocks * missed->upper));
+  }
+  return reasons;
+}
+
 std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
   const Fit& fit = model.fit;
   const ExcitedRange& seen = fit.excited;
@@ -196,6 +229,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
                                     u->value, maxVoltage(fit)));
   }
   addReason(reasons, range.says_nothing);
+  addReason(reasons, denialOf(model));
   if (range.beyond_identified > kDiscrepancyReach)
     addReason(reasons,
               format("the discrepancy is held at its range's end, %.0f mV from where it would be",
@@ -260,9 +294,30 @@ Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error,
   return ninetyPercent(simulation.voltage() + error.mean, std::sqrt(variance), scale.factor);
 }
 
-Interval crankAnswer(const FittedModel& model, double current, const Interval& lowest,
+Interval beginAtPresent(const FittedModel& model, const Interval& modelled, double equations,
+                        double current, double ahead) {
+  const PresentForecast present = forecastOf(model, current, ahead);
+  const double half = 0.5 * (modelled.upper - modelled.lower);
+  if (present.share <= 0.0 || !(half > 0.0) || !areNumbers(modelled)) return modelled;
+  const ErrorForecast expected = expectedPresentError(model);
+  const double excess =
+      std::max(0.0, std::abs(present.level - expected.mean) - halfWidthOf(expected));
+  const double own = std::pow(half / kNinetyPercent, 2), share = present.share * present.share;
+  // What both say may differ by their variances; what is beyond their interval is the model's.
+  const double apart = equations + present.level - modelled.value;
+  const double beyond = std::pow(apart / kNinetyPercent, 2) - own / share - present.variance;
+  const double prior = own + excess * excess + std::max(0.0, beyond);
+  const double weight = share * prior / (prior + share * present.variance);
+  const double value = modelled.value + weight * apart,
+               factor = std::sqrt((1.0 - weight) * (prior + weight * apart * apart) / own);
+  return {value, value - factor * (modelled.value - modelled.lower),
+          value + factor * (modelled.upper - modelled.value)};
+}
+
+Interval crankAnswer(const FittedModel& model, double current, const LowestVoltage& lowest,
                      const ErrorForecast& fall) {
-  const Interval u = correctCrankPrediction(model, current, lowest);
+  const Interval u = beginAtPresent(model, correctCrankPrediction(model, current, lowest.by_model),
+                                    lowest.equations, current, lowest.ahead);
   const double more = kNinetyPercent * std::sqrt(fall.variance), value = u.value + fall.mean;
   return ofSeries({value, value - std::hypot(u.value - u.lower, more),
                    value + std::hypot(u.upper - u.value, more)},

@@ -7,6 +7,7 @@
 #include "model/simulation.hpp"
 #include "prediction/event_corrections.hpp"
 #include "state/fitted_model.hpp"
+#include "state/present_error.hpp"
 #include "state/state_estimator.hpp"
 #include "util/text.hpp"
 
@@ -82,7 +83,16 @@ double supportedCharge(const Fit& fit, double capacity, bool charges = false);
 ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity);
 
 /**
- * @brief Why a model should not be relied on for a query: what its window did not excite and its
+ * @brief Why a model answers nothing that is valid; empty when it may.
+ *
+ * One rule: it was missed by more than the whole interval that it was given, by the last crank
+ * (MissedAnswer) or by the present voltage (expectedPresentError()). Also where the samples are no
+ * measurement (LiveState::instrument_fault).
+ */
+std::string denialOf(const FittedModel& model);
+
+/**
+ * @brief Why a model should not be relied on for a query: denialOf(), and what its window did not excite and its
  * equations do not hold.
  *
  * A charge that past charges support (ChargeEvidence) may have more current than the window's, and
@@ -141,11 +151,36 @@ bool areNumbers(const Interval& answer);
 Interval voltageAnswer(const Simulation& simulation, const ErrorForecast& error, double own,
                        const IntervalCalibration& scale);
 
-/// Event history of a crank's lowest voltage (correctCrankPrediction()), after the open-circuit
-/// voltage fell. @param current lowest of the crank [A].  @param lowest [V], voltageAnswer() of a
-/// block.  @param fall openCircuitFall().  @return [V] of the model's series string.
-Interval crankAnswer(const FittedModel& model, double current, const Interval& lowest,
+/// A crank's lowest voltage as it is answered.
+struct LowestVoltage {
+  Interval by_model;       ///< [V], voltageAnswer() of a block
+  double equations = 0.0;  ///< [V], the equations' own
+  double ahead = 0.0;      ///< [s], after the model's state
+};
+
+/// Event history of a crank's lowest voltage (correctCrankPrediction()), the present error
+/// (beginAtPresent()), and the open-circuit voltage's fall. @param current lowest of the crank
+/// [A].  @param fall openCircuitFall().  @return [V] of the model's series string.
+Interval crankAnswer(const FittedModel& model, double current, const LowestVoltage& lowest,
                      const ErrorForecast& fall);
+
+/**
+ * @brief An answer that begins at what is measured: the present error, taken into it by what it
+ * says of the load that is queried for.
+ *
+ *     R = D + (1 / rho^2 - 1) V,   w = V / (V + R),   d = u_m + level - u,
+ *     u <- u + w d,   V <- (1 - w) (V + w d^2)
+ *
+ * V is the interval's variance, D and rho those of PresentForecast. At the present load (rho = 1)
+ * the answer is the measured voltage as far as such a level lasted in the past; far from it what
+ * the model and its past events say. What both say differs by d: beyond the interval of their
+ * variances the model is off, and V grows first until it is not; a level beyond the interval of
+ * expectedPresentError() adds the square of what is beyond.
+ *
+ * @param modelled of a block [V].  @param equations [V], the same by equations alone.
+ */
+Interval beginAtPresent(const FittedModel& model, const Interval& modelled, double equations,
+                        double current, double ahead);
 
 /// Event history of a charge's mean current (correctChargePrediction()), held to the source's limit
 /// [A]: at the limit the current is the source's, and past charges have no say.

@@ -55,7 +55,9 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
                                std::numeric_limits<double>::infinity());
     step.time += model.state.time;
     simulation.advance(step);
-    const Interval u = voltageAnswer(simulation, errors.forecast(time[n]), own, {});
+    const Interval u =
+        beginAtPresent(model, voltageAnswer(simulation, errors.forecast(time[n]), own, {}),
+                       simulation.voltage(), current[n], time[n]);
     if (!areNumbers(u)) return withoutNumbers<ProfileAnswer>();
     append(answer.predicted, ofSeries(u, model.fit.series_blocks));
     time_before = time[n];
@@ -63,6 +65,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   }
   std::string reasons = extrapolation(model.fit, current);
   addReason(reasons, emptiness(model.fit, answer.predicted));
+  addReason(reasons, denialOf(model));
   answer.message = format("%zu voltages", time.size());
   judge(answer, reasons);
   return answer;

@@ -87,6 +87,25 @@ FittedModel drivenByCurrent(FittedModel model) {
   return model;
 }
 
+double ageOf(const Fit& fit, double time) {
+  return fit.window.samples > 0 ? std::max(0.0, time - fit.window.to) : 0.0;
+}
+
+namespace {
+
+/// [V^2], by which the error of a voltage walked since the window.
+double walkedBy(const Fit& fit, double time) {
+  return fit.noise ? std::pow(fit.noise->walk_std, 2) * ageOf(fit, time) : 0.0;
+}
+
+/// Of what a model misses of a current: the variance at an age in units of the window's.
+double ageing(const Fit& fit, double time) {
+  const double duration = fit.window.to - fit.window.from;
+  return duration > 0.0 ? 1.0 + ageOf(fit, time) / duration : 1.0;
+}
+
+}  // namespace
+
 FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range) {
   if (range.empty()) return {};
   const auto [start, first, was_there] = startFor(model, series, range);
@@ -99,7 +118,10 @@ FollowedPrediction predictSeries(const FittedModel& model, const Series& series,
     const FollowedSample at = estimator.predict(inputs.samples[n - first]);
     if (n < range.first) continue;
     const bool is_current = at.voltage_controlled;
-    const double deviation = std::sqrt(at.variance + (is_current ? own_current : own_voltage));
+    const double time = estimator.state().time;
+    const double own = is_current ? own_current * ageing(start.fit, time)
+                                  : own_voltage + walkedBy(start.fit, time);
+    const double deviation = std::sqrt(at.variance + own);
     const Interval voltage = ninetyPercent(at.voltage, is_current ? 0.0 : deviation),
                    current = ninetyPercent(at.current, is_current ? deviation : 0.0);
     predicted.voltage_controlled.push_back(at.voltage_controlled);
@@ -321,17 +343,30 @@ BothWaysScores bothWays(const Series& series, IndexRange range, const std::vecto
 
 }  // namespace
 
+namespace {
+
+/// A charge's interval that past ones replaced is of their age; one that they left has its own.
+Interval agedAsExpected(const Interval& corrected, const Interval& expected, double factor) {
+  const double width = corrected.upper - corrected.lower;
+  if (std::abs(width - (expected.upper - expected.lower)) <= 1e-9 * width) return corrected;
+  return {corrected.value, corrected.value - factor * (corrected.value - corrected.lower),
+          corrected.value + factor * (corrected.upper - corrected.value)};
+}
+
+}  // namespace
+
 BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range,
                              const FollowedPrediction& predicted) {
-  return bothWays(series, range, overSeries(series, range, predicted.voltage_controlled), predicted,
-                  {predicted.equations_voltage, predicted.voltage_lower, predicted.voltage_upper},
-                  [&](const EventComparison& event) -> std::optional<Interval> {
-                    if (event.kind == PastEvent::Kind::kCrank)
-                      return correctCrankPrediction(model, event.current, event.expected);
-                    return correctChargePrediction(
-                        model, {event.voltage, event.first_voltage, event.duration},
-                        event.expected);
-                  });
+  return bothWays(
+      series, range, overSeries(series, range, predicted.voltage_controlled), predicted,
+      {predicted.equations_voltage, predicted.voltage_lower, predicted.voltage_upper},
+      [&](const EventComparison& event) -> std::optional<Interval> {
+        if (event.kind == PastEvent::Kind::kCrank)
+          return correctCrankPrediction(model, event.current, event.expected);
+        const Interval corrected = correctChargePrediction(
+            model, {event.voltage, event.first_voltage, event.duration}, event.expected);
+        return agedAsExpected(corrected, event.expected, std::sqrt(ageing(model.fit, event.time)));
+      });
 }
 
 BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& series,
@@ -398,6 +433,7 @@ RangePrediction predictRange(FittedModel model, const Series& series, IndexRange
   FollowedPrediction from_current = predictSeries(drivenByCurrent(model), series, range);
   RangePrediction result;
   PredictionReport& report = result.report;
+  report.model_age = range.empty() ? 0.0 : ageOf(model.fit, series.time[range.last - 1]);
   report.from_current = scorePrediction(series, range, from_current.voltages());
   result.course = both_ways ? predictSeries(model, series, range) : std::move(from_current);
   if (both_ways) {

@@ -30,8 +30,15 @@ FittedModel drivenByCurrent(FittedModel model);
  * runs on from the state it ended with. Otherwise, or for a range before that, it runs from the
  * first sample, whose state is taken from the first second's voltage (paper, eq. 5, median), so
  * inside a later range nothing is used but its inputs. Across gaps the battery is taken to rest.
+ *
+ * What the model misses by itself grows with its age (ageOf()). The error of a voltage walks as its
+ * noise model says. Of a current no noise is fitted: its mean square over the window's duration W is
+ * taken for a walk's, sigma^2 (1 + age / W).
  */
 FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range);
+
+/// @return [s], by how much a time is later than the model's window; 0 inside or before it.
+double ageOf(const Fit& fit, double time);
 
 /// How cranks were predicted.
 struct CrankScores {
@@ -123,6 +130,8 @@ struct PredictionReport {
   BothWaysScores baseline;
   /// of the baseline line; none without one
   std::optional<PredictionScores> baseline_from_current;
+  /// [s], from the end of the model's window to the end of the range; 0 inside the window
+  double model_age = 0.0;
 };
 
 /// A model's course through a range of a recording, and how well it did.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "battery_sof/version.hpp"
+#include "error_fields.hpp"
 #include "prediction/pipeline.hpp"
 #include "recording/control_mode.hpp"
 #include "recording/series_blocks.hpp"
@@ -116,52 +117,6 @@ void describeState(File& file, Model& model, Std& std, const BatteryModel& compo
   }
   if (model.fit.discrepancy)
     file.numbers("regressor_memory", state.regressor_memory, model.fit.discrepancy->memorySize());
-}
-
-template <typename File, typename Calibration>
-void describeCalibration(File& file, const char* key, Calibration& calibration) {
-  file.map(
-      key,
-      [&](auto& one) {
-        one.number("factor", calibration.factor);
-        one.count("events", calibration.events);
-        one.count("inside", calibration.inside);
-        one.require(calibration.factor > 0.0 && calibration.factor <= 1e6 &&
-                        calibration.events >= calibration.inside,
-                    "factor", "must be above 0, with events >= inside >= 0");
-      },
-      MapStyle::kFlow);
-}
-
-template <typename File, typename Residual>
-void describeResidual(File& now, Residual& d) {
-  now.number("drift_v", d.drift, kVoltages);
-  now.number("colored_v", d.colored, kVoltages);
-  now.row("covariance_v2", d.p_dd, d.p_da, d.p_aa);
-  constexpr double kMaxVariance = 1e4;  // [V^2]
-  now.require(d.p_dd >= 0.0 && d.p_dd <= kMaxVariance && d.p_aa >= 0.0 && d.p_aa <= kMaxVariance &&
-                  d.p_da * d.p_da <= d.p_dd * d.p_aa * (1.0 + kSame) + 1e-24,
-              "covariance_v2",
-              format("is [%g, %g, %g], expected variance of the drift, covariance, variance of the "
-                     "colored part",
-                     d.p_dd, d.p_da, d.p_aa));
-}
-
-/// What the model misses, and how wide its intervals must be.
-template <typename File, typename Model>
-void describeErrors(File& file, Model& model) {
-  constexpr Range kStd{0.0, 10.0};  // [V] and [V/sqrt(s)], of a 12 V battery's error
-  if constexpr (File::kReads)
-    if (file.has("white_std_v")) model.fit.noise.emplace();
-  if (auto& noise = model.fit.noise) {
-    file.number("white_std_v", noise->white_std, {1e-9, kStd.most});
-    file.number("ar_std_v", noise->ar_std, kStd);
-    file.number("ar_time_s", noise->ar_time, {1e-6, 1e9});
-    file.number("walk_std_v_per_sqrt_s", noise->walk_std, kStd);
-    file.map("now", [&](auto& now) { describeResidual(now, model.state.residual_state); });
-  }
-  describeCalibration(file, "crank_intervals", model.intervals.crank_calibration);
-  describeCalibration(file, "charge_intervals", model.intervals.charge_calibration);
 }
 
 template <typename File, typename Model>

@@ -167,6 +167,7 @@ nlohmann::json resultJson(const PredictionReport& report) {
   visit("schema", "battery_sof/prediction/1");
   visit("mixed", report.both_ways);
   visit("baseline", baseline);
+  visit("model_age_s", report.model_age);
   return visit.json;
 }
 
@@ -175,6 +176,10 @@ std::string resultText(const PredictionReport& report) {
   std::string text;
   text += format("window    %.2f to %.2f s, %zu samples\n", scores.window.from, scores.window.to,
                  scores.window.samples);
+  if (report.model_age > 0.0)
+    text += format(
+        "model     fitted %.0f s before the end of this range; intervals grow with its age\n",
+        report.model_age);
   if (report.both_ways) {
     text += format("voltage as input where a source controls it, current elsewhere:\n");
     text += format("%-9s %9s %9s %9s %10s %10s %10s\n", "", "explained", "current", "voltage",

@@ -126,6 +126,7 @@ FittedModel rested(FittedModel model) {
     memory = restedMemory(*model.fit.discrepancy, model.state.regressor_memory);
   model.state = {model.state.time, 0.0, composition.restState(), model.state.residual_state,
                  memory};
+  model.state.residual_state.present.current.reset();
   const Eigen::Index states = composition.stateCount();
   model.fit.covariance.bottomRows(states).setZero();
   model.fit.covariance.rightCols(states).setZero();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -72,11 +73,23 @@ struct EventHistory {
 /// "implausible", "refused".
 std::string toString(FitStatus status);
 
+/// What the model misses at the load that flows, and how far such errors missed later voltages;
+/// see PresentErrorFilter.
+struct PresentError {
+  std::optional<double> current = std::nullopt;  ///< [A], the load; none: the voltage is controlled
+  double since = 0.0;                            ///< [s], that this load has lasted
+  double level = 0.0;                            ///< [V], measured minus modelled
+  double largest = 0.0;                          ///< [A], current that was seen
+  /// [V^2], mean squares over the next sample, 30 and 120 s, and the comparisons that they count as
+  std::array<double, 3> squares = {}, weights = {};
+};
+
 /// What the model was seen to miss when its state stands where it does; see ResidualFilter.
 struct ResidualState {
   double drift = 0.0;                         ///< d [V], of the random walk
   double colored = 0.0;                       ///< a [V], of the AR(1)
   double p_dd = 0.0, p_da = 0.0, p_aa = 0.0;  ///< their covariance [V^2]
+  PresentError present = {};
 };
 
 /// Where the model's state stands, and what it was seen to miss there; the event of a query begins
@@ -95,6 +108,8 @@ struct LiveState {
   InputMemory memory = {};
   /// of the discharge under way; a file does not have it
   MissedCrank missed_crank = {};
+  /// why the samples that it stands at are no measurement, one sentence; a file does not have it
+  std::string instrument_fault = {};
 };
 
 /// The part of a recording that was fitted.
@@ -191,10 +206,19 @@ struct IntervalCalibrations {
   IntervalCalibration crank_calibration, charge_calibration;
 };
 
+/// An answer that its event missed by more than the whole interval that was given.
+struct MissedAnswer {
+  double time = 0.0;                ///< [s]
+  double measured = 0.0;            ///< [V]
+  double lower = 0.0, upper = 0.0;  ///< [V]
+};
+
 /// Calibration of the intervals of answers by past events.
 struct IntervalLearning : IntervalCalibrations {
   /// at a source: cranks, charges, stops of the window and since, with what was expected of them
   EventHistory event_history;
+  /// the last crank's, where that was missed
+  std::optional<MissedAnswer> missed_answer;
 };
 
 /// Where a model comes from.

@@ -24,7 +24,8 @@ ResidualFilter::ResidualFilter(const FittedModel& model, bool follows_stops)
       filter_(filterOf(model.fit.noise.value_or(NoiseModel{1.0, 0.0, 1.0, 0.0}))),
       drift_(model.state.residual_state.drift),
       colored_(model.state.residual_state.colored),
-      next_stop_(model.intervals.event_history.nextStop(model.fit.scores.rmse)) {
+      next_stop_(model.intervals.event_history.nextStop(model.fit.scores.rmse)),
+      present_(model) {
   const ResidualState& saved = model.state.residual_state;
   filter_.setVariances(saved.p_dd, saved.p_da, saved.p_aa);
   if (model.fit.source && follows_stops) min_current_ = model.fit.source->min_current;
@@ -34,8 +35,9 @@ void ResidualFilter::expectStop() {
   if (min_current_) setLevel(next_stop_);
 }
 
-void ResidualFilter::follow(const InputSample& sample, double error) {
+void ResidualFilter::follow(const InputSample& sample, double error, double physics_error) {
   const double duration = sample.step.duration;
+  present_.follow(sample, physics_error);
   if (!min_current_) return sample.voltage_controlled ? wait(duration) : update(duration, error);
   const bool in_stop = !sample.voltage_controlled && isStopLoad(sample.step.current, *min_current_);
   if (in_stop != in_stop_) setLevel(next_stop_);
@@ -87,19 +89,21 @@ ErrorForecast ResidualFilter::forecastThrough(double ahead) const {
 }
 
 ResidualState ResidualFilter::residualState() const {
-  return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa()};
+  return {drift_, colored_, filter_.p_dd(), filter_.p_da(), filter_.p_aa(), present_.state()};
 }
 
 namespace {
 
-/// What a model missed of its window's voltage; nothing where the voltage drove.
+/// What a model missed of its window's voltage; nothing where the voltage drove. @param present
+/// follows it.
 std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const Series& series,
-                                                 IndexRange range) {
+                                                 IndexRange range, PresentErrorFilter& present) {
   if (model.fit.first_state.size() == 0 || range.empty()) return {};
   Simulation simulation = simulationOf(atFirstState(model));
   std::vector<std::optional<double>> missed;
   for (const InputSample& sample : inputsOf(model.fit, series, range).samples) {
     const double error = simulation.follow(sample);
+    present.follow(sample, error);
     missed.push_back(sample.voltage_controlled ? std::nullopt : std::optional<double>(error));
   }
   return missed;
@@ -108,7 +112,9 @@ std::vector<std::optional<double>> missedVoltage(const FittedModel& model, const
 }  // namespace
 
 void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
-  const std::vector<std::optional<double>> missed = missedVoltage(model, series, range);
+  PresentErrorFilter present(model);
+  const auto missed = missedVoltage(model, series, range, present);
+  model.state.residual_state.present = present.state();
   const double interval = medianInterval(series);
   const auto each =
       static_cast<std::size_t>(std::max(1.0, std::round(kAverage / std::max(interval, 1e-6))));
@@ -137,8 +143,8 @@ void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
   model.fit.noise = fitNoise(
       Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())),
       samples);
-  model.state.residual_state = {0.0, 0.0, 0.0, 0.0,
-                                model.fit.noise->ar_std * model.fit.noise->ar_std};
+  model.state.residual_state = {
+      0.0, 0.0, 0.0, 0.0, model.fit.noise->ar_std * model.fit.noise->ar_std, present.state()};
   ResidualFilter tracker(model);
   for (std::size_t n = 0; n < missed.size(); ++n) {
     const double duration =
@@ -195,7 +201,7 @@ FollowedSample StateEstimator::predict(InputSample sample) {
 
 FollowedSample StateEstimator::follow(const InputSample& sample) {
   FollowedSample followed = predict(sample);
-  update(sample, sample.voltage - followed.voltage);
+  update(sample, sample.voltage - followed.voltage, followed.physics_error);
   return followed;
 }
 

@@ -3,6 +3,7 @@
 #include "battery_sof/series.hpp"
 #include "model/input_sequence.hpp"
 #include "state/fitted_model.hpp"
+#include "state/present_error.hpp"
 
 namespace battery_sof {
 
@@ -21,6 +22,8 @@ inline constexpr double kOhmsOfCurrentError = 0.01;
  * zero: between stops what past ones say (EventHistory::nextStop()), in a stop the mean of its own
  * samples, which forgets within ten seconds. What a crank misses says nothing of it.
  *
+ * What is missed at the load that flows is followed in addition (PresentErrorFilter).
+ *
  *     1 / p <- 1 / p + w,   w = duration / (s^2 T),   p >= (20 mV)^2,   s = 50 mV,   T = 5 s
  *     level <- level + max(p w, 1 - exp(-duration / 8 s)) (error - level)
  */
@@ -35,8 +38,8 @@ class ResidualFilter {
   void setNextStop(const ErrorForecast& level) { next_stop_ = level; }
 
   /// Moves on to a sample. @param error [V], measured - modelled; not looked at where the voltage is
-  /// the input.
-  void follow(const InputSample& sample, double error);
+  /// the input.  @param physics_error [V], the same of the equations alone, which answers use.
+  void follow(const InputSample& sample, double error, double physics_error);
   /// Takes in the error of a sample. @param duration [s] since the sample before.  @param error
   /// [V], measured - modelled.
   void update(double duration, double error);
@@ -61,6 +64,7 @@ class ResidualFilter {
   std::optional<double> min_current_;  // [A], of a charger's rule
   ErrorForecast next_stop_;
   bool in_stop_ = false;
+  PresentErrorFilter present_;
 };
 
 /**
@@ -107,8 +111,11 @@ class StateEstimator {
   /// Moves to a sample, driven by what is controlled there.
   FollowedSample predict(InputSample sample);
   /// Takes in what the model misses of the sample it moved to. @param error [V], measured - modelled;
-  /// not looked at where the voltage is the input.
-  void update(const InputSample& sample, double error) { errors_.follow(sample, error); }
+  /// not looked at where the voltage is the input.  @param physics_error the same of the equations
+  /// alone.
+  void update(const InputSample& sample, double error, double physics_error) {
+    errors_.follow(sample, error, physics_error);
+  }
   /// Both.
   FollowedSample follow(const InputSample& sample);
 

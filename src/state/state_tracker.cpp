@@ -71,7 +71,8 @@ void StateTracker::settleOldest() {
   const InputSample sample = sampleAfter(settled_, oldest);
   const FollowedSample followed = settled_.predict(sample);
   const std::optional<double> left = learns_ ? learnFromSettled(sample, followed) : std::nullopt;
-  settled_.update(sample, left.value_or(sample.voltage - followed.voltage));
+  const double error = sample.voltage - followed.voltage, remaining = left.value_or(error);
+  settled_.update(sample, remaining, followed.physics_error + remaining - error);
   last_ = SettledSample{followed, settled_.state().time, sample.voltage,
                         sample.voltage_controlled
                             ? kOhmsOfCurrentError * (sample.step.current - followed.current)
@@ -181,6 +182,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
   model.state.time = time;
   model.state.current = current;
   model.state.missed_crank = {};
+  model.state.residual_state.present.current.reset();
   Simulation here = uncertainSimulationOf(model);
   here.hold(current, 0.0);
   const double missing = voltage - here.voltage();

@@ -84,6 +84,10 @@ class StateTracker {
     past.add(event);
     settled_.errors().setNextStop(past.nextStop(model_.fit.scores.rmse));
   }
+  /// The last crank was missed, or was not.
+  void setMissedAnswer(const std::optional<MissedAnswer>& missed) {
+    model_.intervals.missed_answer = missed;
+  }
   const EventHistory& eventHistory() const { return model_.intervals.event_history; }
 
  private:

@@ -78,8 +78,8 @@ TEST(ChargeAnswer, TakesPastChargesInBelowTheSourcesLimitAndIsTheSourcesThere) {
 TEST(CrankAnswer, IsLowerAndWiderWhereTheOpenCircuitVoltageFell) {
   FittedModel model = test::knownModel();
   model.fit.series_blocks = 2.0;
-  const Interval held = crankAnswer(model, -200.0, {9.0, 8.7, 9.3}, {});
-  const Interval fallen = crankAnswer(model, -200.0, {9.0, 8.7, 9.3}, {-0.5, 0.01});
+  const Interval held = crankAnswer(model, -200.0, {{9.0, 8.7, 9.3}, 9.0, 0.0}, {});
+  const Interval fallen = crankAnswer(model, -200.0, {{9.0, 8.7, 9.3}, 9.0, 0.0}, {-0.5, 0.01});
   EXPECT_NEAR(held.value, 18.0, 1e-12);
   EXPECT_NEAR(fallen.value, 17.0, 1e-12);
   EXPECT_NEAR(fallen.value - fallen.lower, 2.0 * std::hypot(0.3, kNinety * 0.1), 1e-4);

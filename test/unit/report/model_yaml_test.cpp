@@ -73,6 +73,24 @@ TEST(ModelYaml, AnswersQueriesAsTheModelItCameFrom) {
               1e-9);
 }
 
+TEST(ModelYaml, KeepsWhatIsMissedAtThePresentLoadAndTheAnswerThatWasMissed) {
+  FittedModel model = fittedModel();
+  PresentError& present = model.state.residual_state.present;
+  present = {-12.5, 40.0, -0.8, 250.0, {1e-6, 4e-6, 9e-5}, {10.0, 5.0, 4.0}};
+  model.intervals.missed_answer = MissedAnswer{95.0, 6.5, 11.4, 11.6};
+  const FittedModel read = parseModelYaml(modelYaml(model), "m.yaml");
+  const PresentError& back = read.state.residual_state.present;
+  EXPECT_EQ(back.current, present.current);
+  EXPECT_EQ(back.since, present.since);
+  EXPECT_EQ(back.level, present.level);
+  EXPECT_EQ(back.largest, present.largest);
+  EXPECT_EQ(back.squares, present.squares);
+  EXPECT_EQ(back.weights, present.weights);
+  ASSERT_TRUE(read.intervals.missed_answer);
+  EXPECT_EQ(read.intervals.missed_answer->measured, 6.5);
+  EXPECT_EQ(read.intervals.missed_answer->upper, 11.6);
+}
+
 TEST(ModelYaml, KeepsAMissingStandardErrorMissing) {
   FittedModel model = fittedModel();
   model.fit.estimates[1].std.reset();
