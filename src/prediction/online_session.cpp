@@ -128,7 +128,6 @@ void OnlineSession::advance(const Sample& sample) {
   const double passed = newest_ ? sample.time - newest_->time : 0.0;
   if (passed > SampleStream::kClockAhead) offerRefusedAgain();
   if (passed <= stream_.maxGap()) driving_ += passed;
-  frozen_.add(sample, !newest_ || passed > stream_.maxGap());
   newest_ = sample;
   deep_discharges_.add(sample, stream_.maxGap());
   source_.add(sample);

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "prediction/frozen_channels.hpp"
 #include "prediction/identification_job.hpp"
 #include "prediction/model_monitor.hpp"
 #include "prediction/questions.hpp"
@@ -349,7 +348,6 @@ class OnlineSession {
   int epoch_ = 0;
 
   bool is_denied_ = false;
-  FrozenChannels frozen_;
   ChargerShare source_;
   std::optional<FittedModel> restored_;               // waits until the stream knows its rate
   std::optional<FittedModel> refused_;                // was restored and refused

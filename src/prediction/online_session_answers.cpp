@@ -136,7 +136,6 @@ ModelSnapshot OnlineSession::live() const {
   if (reason) return ModelSnapshot({}, std::move(reason), options_.capacity);
   FittedModel now = restored_ ? restoredNow() : inUse().now();
   const Series& series = stream_.series();
-  now.state.instrument_fault = frozen_.reason();
   if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
   return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity, whyNotValid());
 }

@@ -194,8 +194,7 @@ ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity) {
 }
 
 std::string denialOf(const FittedModel& model) {
-  std::string reasons = model.state.instrument_fault;
-  addReason(reasons, presentlyMissed(model));
+  std::string reasons = presentlyMissed(model);
   if (const auto& missed = model.intervals.missed_answer) {
     const double blocks = model.fit.series_blocks;
     addReason(reasons,

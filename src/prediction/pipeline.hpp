@@ -86,8 +86,7 @@ ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity);
  * @brief Why a model answers nothing that is valid; empty when it may.
  *
  * One rule: it was missed by more than the whole interval that it was given, by the last crank
- * (MissedAnswer) or by the present voltage (expectedPresentError()). Also where the samples are no
- * measurement (LiveState::instrument_fault).
+ * (MissedAnswer) or by the present voltage (expectedPresentError()).
  */
 std::string denialOf(const FittedModel& model);
 

@@ -108,8 +108,6 @@ struct LiveState {
   InputMemory memory = {};
   /// of the discharge under way; a file does not have it
   MissedCrank missed_crank = {};
-  /// why the samples that it stands at are no measurement, one sentence; a file does not have it
-  std::string instrument_fault = {};
 };
 
 /// The part of a recording that was fitted.

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "prediction/frozen_channels.hpp"
 #include "prediction/model_monitor.hpp"
 #include "prediction/online_session.hpp"
 #include "prediction/questions.hpp"
@@ -125,47 +124,6 @@ TEST(PredictRange, IntervalsGrowWithTheAgeOfTheModelWhichIsReported) {
   };
   EXPECT_NEAR(width(1000) / width(0), std::hypot(0.02, 1e-3 * std::sqrt(1000.0)) / 0.02, 1e-6);
   EXPECT_EQ(ageOf(model.fit, 50.0), 0.0);
-}
-
-/// Flickering channels of a load that changes every five seconds, frozen from a moment on.
-std::string frozenAfter(double seconds, bool current, bool voltage) {
-  FrozenChannels channels;
-  test::Random random(1);
-  Sample sample{0.0, 0.0, 0.0};
-  for (int n = 0; n < 60000; ++n) {
-    sample.time = 0.01 * n;
-    const double load = std::fmod(sample.time, 10.0) < 5.0 ? -10.0 : 20.0;
-    const bool is_sound = sample.time < 500.0;
-    if (!current || is_sound) sample.current = load + 0.1 * std::round(10.0 * random.normal());
-    if (!voltage || is_sound)
-      sample.voltage = 12.4 + 0.006 * load + 1e-3 * std::round(10.0 * random.normal());
-    channels.add(sample, false);
-    if (is_sound) {
-      EXPECT_EQ(channels.reason(), "");
-    }
-    if (sample.time >= 500.0 + seconds) break;
-  }
-  return channels.reason();
-}
-
-TEST(FrozenChannels, AreNoticedTogetherAndOneByOne) {
-  EXPECT_THAT(frozenAfter(60.0, true, true), HasSubstr("current and voltage have repeated"));
-  EXPECT_THAT(frozenAfter(60.0, false, true), HasSubstr("the voltage has been stuck"));
-  EXPECT_THAT(frozenAfter(60.0, true, false), HasSubstr("the current has been stuck"));
-  EXPECT_EQ(frozenAfter(60.0, false, false), "");
-}
-
-TEST(FrozenChannels, ASensorOfCoarseStepsIsNotFrozen) {
-  FrozenChannels channels;
-  test::Random random(2);
-  double level = 0.0;
-  for (int n = 0; n < 7200; ++n) {
-    level += 0.02 * random.normal() - 0.01 * level;
-    channels.add({static_cast<double>(n), std::round(-5.0 + 10.0 * level),
-                  0.025 * std::round((12.4 + 0.1 * level) / 0.025)},
-                 false);
-    EXPECT_EQ(channels.reason(), "") << n;
-  }
 }
 
 }  // namespace
