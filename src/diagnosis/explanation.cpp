@@ -56,7 +56,7 @@ class StepwiseSelection {
   }
 
   /// The rows linearised where a composition was fitted in another way: what the regressors say of
-  /// mechanisms in addition to the circuit, and what is left of the composition.
+  /// mechanisms in addition to the circuit, and the residual of the composition.
   Explanation around(const CompositionPoint& circuit, const BatteryModel& model,
                      const CompositionPoint& point) {
     ExplanationState start = fits_.baseState();

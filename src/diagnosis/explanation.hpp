@@ -125,7 +125,7 @@ Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
 
 /**
  * @brief What the rows say, linearised, of a selection that was made in another way
- * (selectByScore()): of each mechanism's regressors in addition to the circuit, and of what is left.
+ * (selectByScore()): of each mechanism's regressors in addition to the circuit, and of the residual.
  *
  * Terms, evidence and weighed members are the selection's and stay empty.
  * @param circuit, point where the circuit and the composition with the effects were fitted.

@@ -78,11 +78,6 @@ std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
   return std::make_unique<ExplanationFits>(inputs, residuals.base.point, options);
 }
 
-CompositionPoint pointOfFit(const FittedModel& model) {
-  const ModelPoint first = pointOf(atFirstState(model));
-  return {first.parameters, first.state};
-}
-
 /// Where a charger controls the voltage, effects are those that predict left-out blocks; the rows
 /// are linearised there for what regressors say of mechanisms and of the rest.
 /// @param train as it was recorded: circuit and effects are what identify() makes of it.
@@ -100,8 +95,8 @@ void explainByScore(const Series& train, const std::vector<std::string>& ids,
   ScoreSelection selection = selectByScore(train, {0, train.size()}, fit, ids, options);
   tell(options, "weighing mechanisms");
   explained.explanation =
-      explanationAround(fits, pointOfFit(selection.circuit), compositionOf(selection.extended.fit),
-                        pointOfFit(selection.extended), options);
+      explanationAround(fits, optimumOf(selection.circuit), compositionOf(selection.extended.fit),
+                        optimumOf(selection.extended), options);
   Explanation& explanation = explained.explanation;
   explanation.terms = selection.terms;
   explanation.weighed = selection.weighed;

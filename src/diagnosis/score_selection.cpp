@@ -16,8 +16,10 @@ namespace {
 
 // Two in each quarter of the rows, whose pairs are the half-samples of mechanism_evidence.hpp.
 constexpr std::size_t kBlocks = 8;
-constexpr std::size_t kPromising = 6;  // candidates of a step that are fitted whole
+constexpr std::size_t kPromising = 4;    // candidates of a step that are scored
+constexpr std::size_t kTriedAgain = 10;  // candidates of a step that the next one looks at
 constexpr std::size_t kMaxMembers = 5;
+constexpr int kFirstSteps = 3, kFurtherSteps = 8;  // of a candidate's fit
 
 using Effects = std::vector<std::string>;
 
@@ -50,7 +52,8 @@ struct ScoredFit {
 struct Addition {
   std::string id;
   Effects effects;  // with it and what it needs
-  double promised = 0.0;
+  Promise promise;
+  BlockScore score;
   ScoreGain gain;
 };
 
@@ -64,7 +67,7 @@ class Selection {
         options_(options),
         least_(2.0 * options.relevance.charge_share),
         independent_(0.5 * ChannelErrors{}.independent * static_cast<double>(train.size())) {
-    scoreAll({{}});
+    scoreAll({{}}, nullptr);
   }
 
   ScoreSelection run(const Effects& ids) {
@@ -72,11 +75,12 @@ class Selection {
     if (!options_.given.empty()) {
       for (const std::string& id : inOrder(options_.given)) {
         members = inOrder(enlarged(BatteryModel(members), id).effects());
-        scoreAll({members});
+        scoreAll({members}, nullptr);
       }
     } else {
+      Effects left = ids;
       while (members.size() < kMaxMembers) {
-        const std::optional<Addition> best = bestAddition(members, ids);
+        const std::optional<Addition> best = bestAddition(members, left);
         if (!best) break;
         members = best->effects;
         tell(options_, "weighing effects (taken in so far: " + join(members) + ")");
@@ -90,30 +94,44 @@ class Selection {
   const ScoredFit& at(const Effects& effects) const { return fits_.at(effects); }
 
   /// Fits and scores compositions that are not known yet.
-  void scoreAll(const std::vector<Effects>& sets) {
+  /// @param start in addition, of the one set.
+  void scoreAll(const std::vector<Effects>& sets, const CompositionPoint* start) {
     std::vector<Effects> unknown;
     for (const Effects& effects : sets)
       if (!fits_.count(effects) && !contains(unknown, effects)) unknown.push_back(effects);
     std::vector<ScoredFit> scored(unknown.size());
     parallelFor(unknown.size(), options_.threads,
-                [&](std::size_t k) { scored[k] = scoredFit(unknown[k]); });
+                [&](std::size_t k) { scored[k] = scoredFit(unknown[k], start); });
     for (std::size_t k = 0; k < unknown.size(); ++k)
       fits_.emplace(unknown[k], std::move(scored[k]));
     pulse(options_);
   }
 
-  ScoredFit scoredFit(const Effects& effects) const {
+  /// The known composition inside one that has most of its effects; of several the one that predicts
+  /// best.
+  const ScoredFit* bestInside(const Effects& effects) const {
+    const auto rank = [](const auto& one) {
+      return std::make_pair(one.first.size(), one.second.score.equations.share());
+    };
+    const std::pair<const Effects, ScoredFit>* best = nullptr;
+    for (const auto& known : fits_)
+      if (known.first.size() < effects.size() && holdsAll(effects, known.first) &&
+          (!best || rank(known) > rank(*best)))
+        best = &known;
+    return best ? &best->second : nullptr;
+  }
+
+  ScoredFit scoredFit(const Effects& effects, const CompositionPoint* start) const {
     IdentifyOptions fit = fit_;
     fit.effects = effects;
     const BatteryModel model(effects);
-    for (const auto& [known, scored] : fits_) {
-      if (known.size() + 2 < effects.size() || !holdsAll(effects, known)) continue;
-      const ModelPoint optimum = pointOf(atFirstState(scored.model));
-      fit.starts.push_back(withNewAtMagnitudes(compositionOf(scored.model.fit),
-                                               {optimum.parameters, optimum.state}, model));
-    }
+    if (start)
+      fit.starts = {*start};
+    else if (const ScoredFit* inside = bestInside(effects))
+      fit.starts = {
+          withNewAtMagnitudes(compositionOf(inside->model.fit), optimumOf(inside->model), model)};
     FittedModel fitted = identify(series_, train_, fit);
-    BlockScore score = scoreBlocks(fitted, series_, train_, fit_, kBlocks);
+    BlockScore score = scoreBlocks(model, optimumOf(fitted), series_, train_, fit_, kBlocks);
     return {std::move(fitted), std::move(score)};
   }
 
@@ -121,41 +139,54 @@ class Selection {
     return gainOf(at(more).score, at(less).score);
   }
 
-  /// The effects that promise most in addition to some.
-  std::vector<Addition> promisingAdditions(const Effects& members, const Effects& ids) {
+  /// The effects that promise most in addition to some, fitted and scored.
+  /// @param ids become those that the next step looks at.
+  std::vector<Addition> promisingAdditions(const Effects& members, Effects& ids) {
     std::vector<Addition> additions;
     for (const std::string& id : ids)
       if (!contains(members, id))
-        additions.push_back({id, inOrder(enlarged(BatteryModel(members), id).effects()), 0.0, {}});
+        additions.push_back(
+            {id, inOrder(enlarged(BatteryModel(members), id).effects()), {}, {}, {}});
     const FittedModel& model = at(members).model;
     const FittedCost cost = fittedCost(model, series_, train_, fit_);
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
       if (options_.threads == 1) pulse(options_);
-      additions[k].promised =
-          promisedGain(model, cost, additions[k].effects, series_, train_, fit_);
+      additions[k].promise =
+          promiseOf(model, cost, additions[k].effects, series_, train_, fit_, kFirstSteps);
     });
-    for (const Addition& one : additions) addWeighed(one.id, one.promised);
-    std::stable_sort(additions.begin(), additions.end(),
-                     [](const Addition& a, const Addition& b) { return a.promised > b.promised; });
+    for (const Addition& one : additions) addWeighed(one.id, one.promise.gain);
+    std::stable_sort(additions.begin(), additions.end(), [](const Addition& a, const Addition& b) {
+      return a.promise.gain > b.promise.gain;
+    });
+    ids.clear();
+    for (const Addition& one : additions)
+      if (ids.size() < kTriedAgain) ids.push_back(one.id);
     if (additions.size() > kPromising) additions.resize(kPromising);
+    parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
+      if (options_.threads == 1) pulse(options_);
+      Addition& one = additions[k];
+      one.promise = promiseOf(model, cost, one.effects, series_, train_, fit_, kFurtherSteps,
+                              &one.promise.point);
+      one.score =
+          scoreBlocks(BatteryModel(one.effects), one.promise.point, series_, train_, fit_, kBlocks);
+    });
     return additions;
   }
 
-  std::optional<Addition> bestAddition(const Effects& members, const Effects& ids) {
+  std::optional<Addition> bestAddition(const Effects& members, Effects& ids) {
     std::vector<Addition> additions = promisingAdditions(members, ids);
-    std::vector<Effects> sets;
-    for (const Addition& one : additions) sets.push_back(one.effects);
-    scoreAll(sets);
     const Addition* best = nullptr;
     for (Addition& one : additions) {
-      one.gain = gain(one.effects, members);
+      one.gain = gainOf(one.score, at(members).score);
       weighed(one.id).score = one.gain;
       if (one.gain.isAbove(least_) && (!best || one.gain.value > best->gain.value)) best = &one;
     }
     if (!best) return std::nullopt;
+    scoreAll({best->effects}, &best->promise.point);
+    if (!gain(best->effects, members).isAbove(least_)) return std::nullopt;
     for (const Addition& other : additions)
       if (other.id != best->id && other.gain.isAbove(least_) &&
-          !gain(best->effects, other.effects).isAbove(0.0))
+          !gainOf(best->score, other.score).isAbove(0.0))
         alike_[best->id].push_back(other.id);
     return *best;
   }
@@ -164,7 +195,7 @@ class Selection {
     for (const std::string& id : Effects(members)) {
       if (members.size() < 2 || !contains(members, id)) continue;
       const Effects others = without(members, id);
-      scoreAll({others});
+      scoreAll({others}, nullptr);
       if (!gain(members, others).isAbove(least_)) members = others;
     }
   }
@@ -177,7 +208,7 @@ class Selection {
     result.score = at(members).score;
     for (const std::string& id : members) {
       const Effects others = without(members, id);
-      scoreAll({others});
+      scoreAll({others}, nullptr);
       result.terms.push_back(termOf(id, members, others));
     }
     std::stable_sort(result.terms.begin(), result.terms.end(),

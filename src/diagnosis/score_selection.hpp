@@ -20,9 +20,9 @@ struct ScoreSelection {
  * @brief Selects effects by how well a composition predicts left-out blocks, where a source controls
  * the voltage.
  *
- * In each step the effects that promise most (promisedGain()) are fitted (identify()) and scored
- * (scoreBlocks()); the one of largest gain joins where that exceeds two standard errors and the
- * relevance. Then each member must be worth its place once more with the others. What does as well
+ * In each step the effects that promise most (promiseOf()) are scored (scoreBlocks()); the one of
+ * largest gain is fitted as identify() does, and joins where its gain exceeds two standard errors
+ * and the relevance. Then each member must be worth its place once more with the others. What does as well
  * in a member's step is reported as indistinguishable from it. Fits begin at typical values and at
  * the optima of known compositions inside.
  *

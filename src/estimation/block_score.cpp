@@ -13,8 +13,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr int kStepsFromOptimum = 3;  // of a fit to all blocks but one
-constexpr int kPromisingSteps = 4;
+constexpr int kStepsFromOptimum = 2;   // of a fit to all blocks but one
 constexpr double kLeastError = 1e-12;  // [1], of a block that is predicted exactly
 
 CompositionSearch searchOf(int iterations) {
@@ -22,11 +21,6 @@ CompositionSearch searchOf(int iterations) {
   search.tolerance = 1e-4;
   search.max_iterations = iterations;
   return search;
-}
-
-CompositionPoint optimumOf(const FittedModel& model) {
-  const ModelPoint first = pointOf(atFirstState(model));
-  return {first.parameters, first.state};
 }
 
 /// Variances of the two quantities over the rows in which they are compared.
@@ -128,16 +122,20 @@ ScoreGain gainOf(const BlockScore& more, const BlockScore& less) {
   return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1.0))};
 }
 
-BlockScore scoreBlocks(const FittedModel& model, const Series& series, IndexRange range,
-                       const IdentifyOptions& options, std::size_t blocks) {
+CompositionPoint optimumOf(const FittedModel& model) {
+  const ModelPoint first = pointOf(atFirstState(model));
+  return {first.parameters, first.state};
+}
+
+BlockScore scoreBlocks(const BatteryModel& composition, const CompositionPoint& optimum,
+                       const Series& series, IndexRange range, const IdentifyOptions& options,
+                       std::size_t blocks) {
   if (!options.source || blocks < 2)
     throw std::invalid_argument(
         format("scoreBlocks: %zu blocks%s, expected at least 2 and a source", blocks,
                options.source ? "" : " and no source"));
   const InputSequence inputs = controlledWindow(series, range, options).inputs;
   const FitCost cost = controlledCost(options);
-  const BatteryModel composition = compositionOf(model.fit);
-  const CompositionPoint optimum = optimumOf(model);
   const Variances variances = variancesOf(inputs);
   const std::size_t rows = inputs.samples.size();
   const CompositionProblem whole(composition, inputs, cost, optimum);
@@ -173,18 +171,17 @@ FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange
   return {at.cost, problem.precision()};
 }
 
-double promisedGain(const FittedModel& model, const FittedCost& nested,
-                    const std::vector<std::string>& larger, const Series& series, IndexRange range,
-                    const IdentifyOptions& options) {
+Promise promiseOf(const FittedModel& model, const FittedCost& nested,
+                  const std::vector<std::string>& larger, const Series& series, IndexRange range,
+                  const IdentifyOptions& options, int steps, const CompositionPoint* start) {
   const InputSequence inputs = controlledWindow(series, range, options).inputs;
   const FitCost cost = controlledCost(options);
-  const BatteryModel smaller = compositionOf(model.fit), composition(larger);
-  const CompositionPoint optimum = optimumOf(model);
-  const CompositionPoint start = withNewAtMagnitudes(smaller, optimum, composition);
-  const CompositionProblem problem(composition, inputs, cost, start, {}, nested.precision);
-  const CompositionFit fit = fitComposition(
-      problem, {start, embedded(smaller, optimum, composition)}, searchOf(kPromisingSteps));
-  return std::max(0.0, 0.5 * cost.channels->independent * (nested.cost - fit.at.cost));
+  const BatteryModel composition(larger);
+  const CompositionPoint from =
+      start ? *start : withNewAtMagnitudes(compositionOf(model.fit), optimumOf(model), composition);
+  const CompositionProblem problem(composition, inputs, cost, from, {}, nested.precision);
+  const CompositionFit fit = fitComposition(problem, {from}, searchOf(steps));
+  return {std::max(0.0, 0.5 * cost.channels->independent * (nested.cost - fit.at.cost)), fit.point};
 }
 
 Eigen::VectorXd equationErrors(const FittedModel& model, const Series& series, IndexRange range,

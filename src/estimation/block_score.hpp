@@ -44,18 +44,22 @@ std::vector<double> blockGains(const BlockScore& more, const BlockScore& less);
 ScoreGain gainOf(const BlockScore& more, const BlockScore& less);
 
 /**
- * @brief Score(S) of a fitted composition: each block in turn is predicted by a fit to the others.
+ * @brief Score(S) of a composition: each block in turn is predicted by a fit to the others.
  *
- * Every fit begins at the model's own optimum and takes a few steps, which suffices as a block is a
- * small part. The rows of the left-out block still drive the model, so its state there is that of
- * a model that runs through them; they cost nothing and the regression does not see them.
+ * Every fit begins at the composition's own optimum and takes two steps, which suffices as a block
+ * is a small part. The rows of the left-out block still drive the model, so its state there is that
+ * of a model that runs through them; they cost nothing and the regression does not see them.
  *
- * @param model of identify() over the range, where a source controls the voltage: options.source.
- * @param blocks of as many samples each, at least two.
+ * @param optimum of the composition over the range, where a source controls the voltage.
+ * @param options with that source.  @param blocks of as many samples each, at least two.
  * @throws std::invalid_argument without a source, or for fewer than two blocks.
  */
-BlockScore scoreBlocks(const FittedModel& model, const Series& series, IndexRange range,
-                       const IdentifyOptions& options, std::size_t blocks);
+BlockScore scoreBlocks(const BatteryModel& composition, const CompositionPoint& optimum,
+                       const Series& series, IndexRange range, const IdentifyOptions& options,
+                       std::size_t blocks);
+
+/// @return the point at which a model of identify() stands, at its window's first sample.
+CompositionPoint optimumOf(const FittedModel& model);
 
 /// A fitted composition's cost, with the weights that its rows have at its optimum.
 struct FittedCost {
@@ -67,12 +71,20 @@ struct FittedCost {
 FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange range,
                       const IdentifyOptions& options);
 
-/// What effects added to a composition promise after a few steps of a fit: fall of the cost, as ln
-/// likelihood of the rows that count as independent [1], >= 0. @param nested the model's own cost,
-/// whose weights are used. @param larger effects, those of the model among them.
-double promisedGain(const FittedModel& model, const FittedCost& nested,
-                    const std::vector<std::string>& larger, const Series& series, IndexRange range,
-                    const IdentifyOptions& options);
+/// What effects added to a composition promise.
+struct Promise {
+  /// fall of the cost, as ln likelihood of the rows that count as independent [1], >= 0
+  double gain = 0.0;
+  CompositionPoint point;  ///< where the fit stands, in the larger composition
+};
+
+/// @param model of identify() over the range.  @param nested its own cost, whose weights are used.
+/// @param larger effects, those of the model among them.  @param steps of the fit, from the model's
+/// optimum with the new parameters at their magnitudes or from `start`.
+Promise promiseOf(const FittedModel& model, const FittedCost& nested,
+                  const std::vector<std::string>& larger, const Series& series, IndexRange range,
+                  const IdentifyOptions& options, int steps,
+                  const CompositionPoint* start = nullptr);
 
 /// What the equations alone leave of the range's rows: [A] where the voltage is the input, times
 /// kOhmsOfCurrentError, and [V] elsewhere.

@@ -48,24 +48,29 @@ TEST(ScoreBlocks, OfTheLawThatMadeTheDriveIsNearAllOfTheVariation) {
   const FittedModel circuit = identify(series, all, options);
   options.effects = {"fresh_sulphate"};
   const FittedModel law = identify(series, all, options);
-  const BlockScore of_law = scoreBlocks(law, series, all, options, 4);
-  const BlockScore of_circuit = scoreBlocks(circuit, series, all, options, 4);
+  const BlockScore of_law =
+      scoreBlocks(BatteryModel({"fresh_sulphate"}), optimumOf(law), series, all, options, 4);
+  const BlockScore of_circuit =
+      scoreBlocks(BatteryModel(), optimumOf(circuit), series, all, options, 4);
   ASSERT_EQ(4u, of_law.equations.relative.size());
   EXPECT_GT(of_law.equations.share(), 0.8);
   EXPECT_LT(of_circuit.equations.share(), of_law.equations.share() - 0.1);
   EXPECT_TRUE(gainOf(of_law, of_circuit).isAbove(0.06));
 }
 
-TEST(PromisedGain, OfAnEffectThatCanVanishIsNeverNegative) {
-  const Series series = sourcedDrive(900, knownModel({}), 5);
+TEST(PromiseOf, TheLawThatMadeTheDriveIsLargestAndMoreStepsPromiseNoLess) {
+  const Series series = sourcedDrive(900, knownModel({"fresh_sulphate"}), 5);
   IdentifyOptions options;
   options.source = chargerControl(series).value();
   const IndexRange all{0, series.size()};
   const FittedModel circuit = identify(series, all, options);
   const FittedCost cost = fittedCost(circuit, series, all, options);
-  EXPECT_GT(cost.cost, 0.0);
-  for (const char* id : {"fast_arc", "current_gain", "charge_transfer", "ocv_soc"})
-    EXPECT_GE(promisedGain(circuit, cost, {id}, series, all, options), 0.0) << id;
+  const Promise law = promiseOf(circuit, cost, {"fresh_sulphate"}, series, all, options, 3);
+  for (const char* id : {"fast_arc", "current_gain", "ocv_soc"})
+    EXPECT_LT(promiseOf(circuit, cost, {id}, series, all, options, 3).gain, law.gain) << id;
+  const Promise more =
+      promiseOf(circuit, cost, {"fresh_sulphate"}, series, all, options, 8, &law.point);
+  EXPECT_GE(more.gain, law.gain);
 }
 
 TEST(ScoreBlocks, NeedsASourceAndTwoBlocks) {
@@ -73,9 +78,13 @@ TEST(ScoreBlocks, NeedsASourceAndTwoBlocks) {
   IdentifyOptions options;
   options.source = chargerControl(series).value();
   const FittedModel circuit = identify(series, {0, series.size()}, options);
-  EXPECT_THROW(scoreBlocks(circuit, series, {0, series.size()}, options, 1), std::invalid_argument);
+  EXPECT_THROW(
+      scoreBlocks(BatteryModel(), optimumOf(circuit), series, {0, series.size()}, options, 1),
+      std::invalid_argument);
   options.source.reset();
-  EXPECT_THROW(scoreBlocks(circuit, series, {0, series.size()}, options, 4), std::invalid_argument);
+  EXPECT_THROW(
+      scoreBlocks(BatteryModel(), optimumOf(circuit), series, {0, series.size()}, options, 4),
+      std::invalid_argument);
 }
 
 }  // namespace
