@@ -165,10 +165,12 @@ TEST(NotValid, AStreamThatTurnsBadIsNoticedAfterAGapAndBelievedAgainWithTheNextS
     RawSample sample{series.time[n], series.current[n], series.voltage[n], {}};
     if (sample.time >= 100.0 && sample.time < 120.0) sample.current = kNan;
     session.push(sample);
-    if (sample.time > 106.0 && sample.time < 120.0)
+    if (sample.time > 106.0 && sample.time < 120.0) {
       EXPECT_THAT(session.whyNotValid(), HasSubstr("every sample of the last")) << sample.time;
-    if (sample.time < 104.0 || sample.time > 121.0)
+    }
+    if (sample.time < 104.0 || sample.time > 121.0) {
       EXPECT_EQ(session.whyNotValid(), "") << sample.time;
+    }
   }
 }
 
