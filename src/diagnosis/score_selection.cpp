@@ -162,6 +162,7 @@ class Selection {
     for (const Addition& one : additions)
       if (ids.size() < kTriedAgain) ids.push_back(one.id);
     if (additions.size() > kPromising) additions.resize(kPromising);
+    while (!additions.empty() && !(additions.back().promise.gain > 0.0)) additions.pop_back();
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
       if (options_.threads == 1) pulse(options_);
       Addition& one = additions[k];

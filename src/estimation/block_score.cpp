@@ -180,6 +180,8 @@ Promise promiseOf(const FittedModel& model, const FittedCost& nested,
   const CompositionPoint from =
       start ? *start : withNewAtMagnitudes(compositionOf(model.fit), optimumOf(model), composition);
   const CompositionProblem problem(composition, inputs, cost, from, {}, nested.precision);
+  NormalEquations at;
+  if (!problem.evaluate(problem.coordinatesOf(from), at)) return {0.0, from};
   const CompositionFit fit = fitComposition(problem, {from}, searchOf(steps));
   return {std::max(0.0, 0.5 * cost.channels->independent * (nested.cost - fit.at.cost)), fit.point};
 }

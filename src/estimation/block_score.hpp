@@ -73,7 +73,8 @@ FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange
 
 /// What effects added to a composition promise.
 struct Promise {
-  /// fall of the cost, as ln likelihood of the rows that count as independent [1], >= 0
+  /// fall of the cost, as ln likelihood of the rows that count as independent [1], >= 0; 0 also
+  /// where the larger composition has no finite cost at its start
   double gain = 0.0;
   CompositionPoint point;  ///< where the fit stands, in the larger composition
 };
