@@ -416,9 +416,13 @@ FitCost controlledCost(const IdentifyOptions& options) {
 CompositionPoint withNewAtMagnitudes(const BatteryModel& nested, const CompositionPoint& point,
                                      const BatteryModel& larger) {
   CompositionPoint at = embedded(nested, point, larger);
-  for (Eigen::Index j = 0; j < larger.parameterCount(); ++j)
-    if (!nested.parameterRow(larger.parameters()[j].name))
+  for (Eigen::Index j = 0; j < larger.parameterCount(); ++j) {
+    const ParameterInfo& info = larger.parameters()[j];
+    const auto row = nested.parameterRow(info.name);
+    // An effect may give the circuit's parameters another meaning, and so another magnitude.
+    if (!row || nested.parameters()[*row].magnitude != info.magnitude)
       at.parameters[j] = larger.typicalParameters()[j];
+  }
   return at;
 }
 

@@ -11,6 +11,8 @@
 namespace battery_sof::check_parts {
 namespace {
 
+// [V], of a block that is not empty: a median below it is that of another kind of cell
+constexpr double kLeastOfBlock = 6.0;
 constexpr std::size_t kEdgesForSign = 3;
 constexpr std::size_t kEdgesForSkew = 6;
 constexpr std::size_t kEdgesForDoubt = 10;
@@ -183,7 +185,8 @@ std::vector<Finding> findDeepDischarge(const Evidence& evidence) {
   const bool is_of_other_blocks = typical > kHighestBlock || seriesThatFits(typical).first == 0.5;
   if (is_of_other_blocks) return {};
   const DeepDischargeDetector deep = findDeepDischarges(evidence.series);
-  if (deep.count() == 0) return {};
+  const bool is_lead_acid = quantile(evidence.series.voltage, 0.5) > kLeastOfBlock;
+  if (deep.count() == 0 || !is_lead_acid) return {};
   return {
       Finding{"deep_discharge",
               Severity::kWarning,

@@ -56,6 +56,17 @@ inline void takeEstimates(Fit& fit) {
   fit.parameters = baseParameters(p);
 }
 
+/// The same with every parameter at the composition's magnitude, those of the circuit that an effect
+/// gives another meaning among them.
+inline FittedModel typicalBattery(const std::vector<std::string>& effects) {
+  FittedModel model = knownModel(effects);
+  const Eigen::VectorXd p = BatteryModel(effects).typicalParameters();
+  for (Eigen::Index j = 0; j < p.size(); ++j)
+    if (j != kRowUDc) model.fit.estimates[static_cast<std::size_t>(j)].value = p[j];
+  takeEstimates(model.fit);
+  return model;
+}
+
 inline bool holds(const std::string& text, const std::string& piece) {
   return text.find(piece) != std::string::npos;
 }

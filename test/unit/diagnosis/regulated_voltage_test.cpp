@@ -18,7 +18,7 @@ using namespace test;
 constexpr std::size_t kSamples = 1500;
 
 Series drawnFrom(const std::vector<std::string>& law) {
-  return sourcedDrive(kSamples, knownModel(law), 11);
+  return sourcedDrive(kSamples, typicalBattery(law), 11);
 }
 
 ScoreSelection selectedFrom(const Series& series, const std::vector<std::string>& ids,

@@ -41,7 +41,7 @@ TEST(BlockErrors, ExplainTheShareThatTheirMeanLeaves) {
 /// A drive of a known law: every block is predicted almost as well as the noise lets it, and a
 /// wrong model of it is not.
 TEST(ScoreBlocks, OfTheLawThatMadeTheDriveIsNearAllOfTheVariation) {
-  const Series series = sourcedDrive(1200, knownModel({"fresh_sulphate"}), 5);
+  const Series series = sourcedDrive(1200, typicalBattery({"fresh_sulphate"}), 5);
   IdentifyOptions options;
   options.source = chargerControl(series).value();
   const IndexRange all{0, series.size()};
@@ -59,7 +59,7 @@ TEST(ScoreBlocks, OfTheLawThatMadeTheDriveIsNearAllOfTheVariation) {
 }
 
 TEST(PromiseOf, TheLawThatMadeTheDriveIsLargestAndMoreStepsPromiseNoLess) {
-  const Series series = sourcedDrive(900, knownModel({"fresh_sulphate"}), 5);
+  const Series series = sourcedDrive(900, typicalBattery({"fresh_sulphate"}), 5);
   IdentifyOptions options;
   options.source = chargerControl(series).value();
   const IndexRange all{0, series.size()};

@@ -260,7 +260,8 @@ TEST(SessionAtASource, AnIdentificationHoweverLongLosesNoEventAndCountsNoneTwice
   prompt.drive(series);
   late.drive(series);
   ASSERT_GE(prompt.accepted, 2) << prompt.message;
-  ASSERT_EQ(late.accepted, prompt.accepted);
+  // A missed answer asks for a fit at once: one that takes long is asked for less often.
+  ASSERT_GE(late.accepted, 2) << late.message;
   EXPECT_EQ(late.events.cranks.size(), prompt.events.cranks.size());
   EXPECT_EQ(late.events.charges.size(), prompt.events.charges.size());
   EXPECT_EQ(late.session.calibrations().crank_calibration.events,

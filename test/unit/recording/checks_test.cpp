@@ -749,13 +749,13 @@ TEST_F(RealChecks, RobotHasASlowLateUnipolarCurrent) {
 TEST_F(RealChecks, BenchCycleHasADischargeThatWasEntered) {
   EXPECT_EQ(findings("agm_bench/full_cycle.csv",
                      {"t_s", "current_A", "voltage_V", std::string("battery_temp_C"), false}),
-            "rate:warning excitation:note stuck:note");
+            "deep_discharge:warning rate:warning excitation:note stuck:note");
 }
 
 TEST_F(RealChecks, SolarRecordingReadWithTheWrongSignIsAProblem) {
   CsvColumns columns{"time", "current", "voltage", std::string("temperature"), true};
   EXPECT_EQ(findings("solar_vrla/ten_days.csv", columns),
-            "rate:warning excitation:note clock:note");
+            "deep_discharge:warning rate:warning excitation:note clock:note");
   columns.discharge_positive = false;
   EXPECT_EQ(findings("solar_vrla/ten_days.csv", columns).substr(0, 12), "sign:problem");
 }
