@@ -149,7 +149,7 @@ FinalFit fitExplained(const Residuals& residuals, const Explained& explained) {
   return last;
 }
 
-constexpr int kLeftOutBlocks = 4;
+constexpr int kDiscrepancyBlocks = 4;
 constexpr std::size_t kReportedTerms = 4;
 
 /// A fit with a discrepancy, as it was estimated.
@@ -212,9 +212,9 @@ DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Residual
   const DesignMatrix table = designMatrix(full, response, without.point.parameters[kRowBeta]);
   DiscrepancyFinding discrepancy;
   pulse(options);
-  discrepancy.left_out = leftOutErrors(response, table, kLeftOutBlocks, isTimeless);
+  discrepancy.left_out = leftOutErrors(response, table, kDiscrepancyBlocks, isTimeless);
   pulse(options);
-  const LeftOutErrors with_clocks = leftOutErrors(response, table, kLeftOutBlocks);
+  const LeftOutErrors with_clocks = leftOutErrors(response, table, kDiscrepancyBlocks);
   const bool takes_clocks = with_clocks.discrepancy < discrepancy.left_out.discrepancy;
   if (takes_clocks) discrepancy.left_out = with_clocks;
   pulse(options);

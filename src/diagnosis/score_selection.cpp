@@ -15,7 +15,7 @@ namespace battery_sof {
 namespace {
 
 // Two in each quarter of the rows, whose pairs are the half-samples of mechanism_evidence.hpp.
-constexpr std::size_t kBlocks = 8;
+constexpr std::size_t kScoreBlocks = 8;
 constexpr std::size_t kPromising = 4;    // candidates of a step that are scored
 constexpr std::size_t kTriedAgain = 10;  // candidates of a step that the next one looks at
 constexpr std::size_t kMaxMembers = 5;
@@ -131,7 +131,7 @@ class Selection {
       fit.starts = {
           withNewAtMagnitudes(compositionOf(inside->model.fit), optimumOf(inside->model), model)};
     FittedModel fitted = identify(series_, train_, fit);
-    BlockScore score = scoreBlocks(model, optimumOf(fitted), series_, train_, fit_, kBlocks);
+    BlockScore score = scoreBlocks(model, optimumOf(fitted), series_, train_, fit_, kScoreBlocks);
     return {std::move(fitted), std::move(score)};
   }
 
@@ -169,7 +169,7 @@ class Selection {
       one.promise = promiseOf(model, cost, one.effects, series_, train_, fit_, kFurtherSteps,
                               &one.promise.point);
       one.score =
-          scoreBlocks(BatteryModel(one.effects), one.promise.point, series_, train_, fit_, kBlocks);
+          scoreBlocks(BatteryModel(one.effects), one.promise.point, series_, train_, fit_, kScoreBlocks);
     });
     return additions;
   }
@@ -231,7 +231,7 @@ class Selection {
     const auto ofQuarter = [&](std::size_t quarter) {
       return gains[2 * quarter] + gains[2 * quarter + 1];
     };
-    for (std::size_t one = 1; one < kBlocks / 2; ++one)
+    for (std::size_t one = 1; one < kScoreBlocks / 2; ++one)
       for (std::size_t other = 0; other < one; ++other)
         term.half_gains.push_back(0.5 * independent_ * 0.25 * (ofQuarter(one) + ofQuarter(other)));
     return term;

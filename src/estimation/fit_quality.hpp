@@ -12,6 +12,11 @@
 
 namespace battery_sof {
 
+/// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
+/// magnitude of 10 mOhm: errors that differ by less are equal.
+constexpr double kNegligibleVoltage = 0.0125;  // [V]
+constexpr double kNegligibleCurrent = 1.25;    // [A]
+
 /**
  * @brief Explained variation of the voltage (paper, eq. 6).
  *

@@ -14,11 +14,6 @@ namespace {
 
 constexpr double kShareBlock = 10.0;  // [s], of a ChargerShare
 
-// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
-// magnitude of 10 mOhm: below them neither model is better.
-constexpr double kNegligibleVoltage = 0.0125;  // [V]
-constexpr double kNegligibleCurrent = 1.25;    // [A]
-
 /// Errors of one quantity over the samples in which it is not the input.
 struct OpenLoopError {
   std::size_t samples = 0;

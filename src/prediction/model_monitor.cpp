@@ -14,11 +14,7 @@ constexpr double kBlock = 10.0;              // [s], of ModelSelector
 constexpr double kClearlyBetter = 0.95;      // of the RMSE
 constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
 constexpr int kMinEvents = 3;
-constexpr double kLookInterval = 1.0;  // [s], whether a model is denied
-// Half a step of the coarsest battery sensor known (25 mV), and what it moves through r_charge's
-// magnitude of 10 mOhm.
-constexpr double kNegligibleVoltage = 0.0125;  // [V]
-constexpr double kNegligibleCurrent = 1.25;    // [A]
+constexpr double kDenialLookInterval = 1.0;  // [s], whether a model is denied
 
 double blockOf(double time) { return std::floor(time / kBlock); }
 
@@ -92,7 +88,7 @@ SessionEvents ModelMonitor::follow(const Sample& sample, double max_gap) {
     compared_.push_back({last->time, last->measured, last->voltage});
   while (!compared_.empty() && compared_.front().time < sample.time - kBacktestSpan)
     compared_.pop_front();
-  if (sample.time - looked_at_ >= kLookInterval || !events.cranks.empty()) {
+  if (sample.time - looked_at_ >= kDenialLookInterval || !events.cranks.empty()) {
     is_denied_ = !denialOf(tracker_->modelNow()).empty();
     looked_at_ = sample.time;
   }

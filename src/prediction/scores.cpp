@@ -18,7 +18,7 @@ namespace battery_sof {
 namespace {
 
 constexpr double kSameTime = 1e-6;     // [s]
-constexpr double kSameCurrent = 1e-6;  // [A]
+constexpr double kUnmovedCurrent = 1e-6;  // [A]
 // [s], samples that the first state is taken from
 constexpr double kStartSpan = 1.0;
 
@@ -56,7 +56,7 @@ std::optional<std::size_t> indexOfState(const FittedModel& model, const Series& 
       std::lower_bound(series.time.begin(), series.time.end(), model.state.time - kSameTime);
   if (at == series.time.end() || *at > model.state.time + kSameTime) return std::nullopt;
   const auto index = static_cast<std::size_t>(at - series.time.begin());
-  if (std::abs(series.current[index] - model.state.current) > kSameCurrent) return std::nullopt;
+  if (std::abs(series.current[index] - model.state.current) > kUnmovedCurrent) return std::nullopt;
   return index;
 }
 
