@@ -168,8 +168,8 @@ class Selection {
       Addition& one = additions[k];
       one.promise = promiseOf(model, cost, one.effects, series_, train_, fit_, kFurtherSteps,
                               &one.promise.point);
-      one.score =
-          scoreBlocks(BatteryModel(one.effects), one.promise.point, series_, train_, fit_, kScoreBlocks);
+      one.score = scoreBlocks(BatteryModel(one.effects), one.promise.point, series_, train_, fit_,
+                              kScoreBlocks);
     });
     return additions;
   }

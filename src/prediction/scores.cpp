@@ -17,7 +17,7 @@ namespace battery_sof {
 
 namespace {
 
-constexpr double kSameTime = 1e-6;     // [s]
+constexpr double kSameTime = 1e-6;        // [s]
 constexpr double kUnmovedCurrent = 1e-6;  // [A]
 // [s], samples that the first state is taken from
 constexpr double kStartSpan = 1.0;

@@ -13,7 +13,6 @@ import unittest
 
 import numpy as np
 
-import reading_ease  # beside this file
 from battery_sof_tools import docs_site, files, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
 from battery_sof_tools.benchmark import answers, laws, real, same
 from battery_sof_tools.benchmark.generator import Generator
@@ -101,21 +100,6 @@ class CliPage(unittest.TestCase):
         self.assertEqual(pages_of_sof.shared(helps), {("a", "b", "c"): ["  --shared A\n       of many"]})
         self.assertEqual(pages_of_sof.shared({name: helps[name] for name in ("a", "b")}), {})
         self.assertEqual(pages_of_sof.section("a", helps["a"], {"  --shared A\n       of many"}), "\n## sof a\n\n    does it\n    Usage: sof x REC\n\n      --own-a    of one\n")
-
-
-class ReadingEase(unittest.TestCase):
-    def test_code_tables_headings_and_comments_are_no_prose(self):
-        page = "# A title\n\nThe cat sat. It *saw* [a dog](x.md).\n\n    sof code\n\n| a | b |\n<!-- no word -->\n- one item\n- two items\n\n```\nfenced\n```\n"
-        self.assertEqual(reading_ease.prose(page), ["The cat sat. It saw a dog.", "one item", "two items"])
-        self.assertEqual(reading_ease.counted(page), (4, 11, 13))
-
-    def test_short_words_read_more_easily(self):
-        easy = "The cat sat on the mat. It saw a dog."
-        self.assertGreater(reading_ease.reading_ease(easy), 100.0)
-        self.assertLess(reading_ease.reading_ease("Identification necessitates considerable excitation of electrochemical dynamics."), 0.0)
-
-    def test_syllables_are_groups_of_vowels(self):
-        self.assertEqual([reading_ease.syllables(word) for word in ("crank", "battery", "voltage", "explained", "table", "identify", "start-stop")], [1, 3, 2, 2, 2, 4, 2])
 
 
 class Site(unittest.TestCase):
