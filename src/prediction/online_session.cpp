@@ -56,6 +56,12 @@ OnlineSession::OnlineSession(const SessionOptions& options)
 // ----------------------------------------------------------------------------------------------------
 // samples
 
+void OnlineSession::setCapacity(double capacity) {
+  requirePositive("capacity", capacity);
+  options_.capacity = capacity;
+  stream_.setCapacity(capacity);
+}
+
 SessionEvents OnlineSession::push(const RawSample& sample) {
   RawSample of_one = sample;
   of_one.voltage /= options_.series_blocks;

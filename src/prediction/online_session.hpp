@@ -190,6 +190,10 @@ class OnlineSession {
   /// @throws std::invalid_argument for options that are not finite or outside their domain.
   explicit OnlineSession(const SessionOptions& options = {});
 
+  /// From now on. @param capacity [Ah], nominal, > 0; std::invalid_argument else.
+  void setCapacity(double capacity);
+  double capacity() const { return options_.capacity; }  ///< [Ah]
+
   /// Offers one sample. @return cranks, charges and stops that ended, with what was answered before.
   SessionEvents push(const RawSample& sample);
 

@@ -55,6 +55,8 @@ class SampleStream {
   /// each of one of its blocks, are said to be of.
   explicit SampleStream(double kept, const StreamBattery& battery = {});
 
+  void setCapacity(double capacity) { watch_.setCapacity(capacity); }  ///< [Ah]
+
   Step push(const RawSample& sample);
 
   /// The first sample on the new clock, where this sample would confirm a jump of the clock; none

@@ -29,6 +29,7 @@ class StreamWatch {
  public:
   explicit StreamWatch(const StreamBattery& battery = {}) : battery_(battery) {}
 
+  void setCapacity(double capacity) { battery_.capacity = capacity; }  ///< [Ah]
   /// A sample whose values were refused, at a stamp that may be believed [s].
   void refuse(double time, double max_gap);
   /// An accepted sample, the voltage that of one block.

@@ -402,6 +402,9 @@ void describeOrigin(File& file, Model& model) {
   file.map("recording", [&](auto& recording) {
     recording.text("name", model.provenance.recording);
     recording.text("hash", model.provenance.recording_hash);
+    auto& serial_number = model.provenance.serial_number;
+    if (recording.has("serial_number", !serial_number.empty()))
+      recording.text("serial_number", serial_number);
   });
   auto& blocks = model.fit.series_blocks;
   if (!file.has("series_blocks", blocks != 1.0)) return;

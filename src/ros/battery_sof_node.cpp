@@ -87,7 +87,7 @@ BatterySofNode::~BatterySofNode() {
     std::optional<FittedModel> model;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
-      model = session_.modelToSave();
+      model = modelToSave();
     }
     if (!model) return;
     const StateFile::Result result = state_file_.save(*model);
@@ -139,6 +139,7 @@ void BatterySofNode::loadStateFile() {
   }
   if (!result.model) return;
   session_.restore(*result.model);
+  battery_.expect(result.model->provenance.serial_number);
   stands_on_state_file_ = true;
 }
 
@@ -148,12 +149,18 @@ void BatterySofNode::saveStateFile(const FittedModel& model) {
   ahead([&] { record_.state_file_fault = result.said; });
 }
 
+std::optional<FittedModel> BatterySofNode::modelToSave() const {
+  std::optional<FittedModel> model = session_.modelToSave();
+  if (model) model->provenance.serial_number = battery_.serialNumber();
+  return model;
+}
+
 void BatterySofNode::save(bool at_once) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const double since = (ros::SteadyTime::now() - unsaved_.since).toSec();
   const bool is_early = since < (unsaved_.events ? kSaveAfterEvent : kSaveInAnyCase);
   if (!unsaved_.samples || (is_early && !at_once)) return;
-  std::optional<FittedModel> model = session_.modelToSave();
+  std::optional<FittedModel> model = modelToSave();
   if (!model) return;
   unsaved_ = {};
   saver_.post([this, model = std::move(*model)] {
@@ -191,7 +198,7 @@ void BatterySofNode::onBatteryState(const SampleEvent& event) {
   guarded("taking a sample", [&] {
     const std::lock_guard<std::mutex> lock(mutex_);
     try {
-      take(rawSampleOf(*event.getConstMessage()));
+      take(*event.getConstMessage());
     } catch (const std::exception& error) {
       beginAnew(error.what());
       throw;
@@ -200,7 +207,28 @@ void BatterySofNode::onBatteryState(const SampleEvent& event) {
   response_clock_.addSample(1e3 * (waited + (ros::SteadyTime::now() - begun).toSec()));
 }
 
-void BatterySofNode::take(const RawSample& sample) {
+void BatterySofNode::take(const sensor_msgs::BatteryState& message) {
+  const BatteryIdentity::Sample sample = battery_.observe(message);
+  if (sample == BatteryIdentity::Sample::kOfNone) return;
+  if (sample == BatteryIdentity::Sample::kOfOther) beginOtherBattery();
+  const double capacity = battery_.designCapacity().value_or(options_.session.capacity);
+  if (!options_.capacity_is_given && capacity != session_.capacity())
+    session_.setCapacity(capacity);
+  push(rawSampleOf(message));
+}
+
+void BatterySofNode::beginOtherBattery() {
+  record_.other_battery =
+      "the serial number became " + battery_.serialNumber() + ": another battery is followed";
+  ROS_WARN("%s", record_.other_battery.c_str());
+  session_.beginAnew();
+  extended_answered_ = false;
+  if (stands_on_state_file_)
+    ROS_WARN("the saved model is of the battery before: %s", state_file_.setAside().c_str());
+  stands_on_state_file_ = false;
+}
+
+void BatterySofNode::push(const RawSample& sample) {
   last_arrival_ = ros::Time::now();
   const std::size_t deep_discharges = session_.deepDischarges().count();
   const SessionEvents events = session_.push(sample);
@@ -315,7 +343,10 @@ std::optional<double> BatterySofNode::noDataFor() const {
 
 SessionStatus BatterySofNode::statusNow() const {
   SessionStatus status = session_.status();
-  if (const auto silent = noDataFor()) {
+  if (!battery_.whyNone().empty()) {
+    status.state = SessionState::kNoSample;
+    status.reason = battery_.whyNone();
+  } else if (const auto silent = noDataFor()) {
     status.state = SessionState::kNoSample;
     status.reason = "no sample for " + std::to_string(std::lround(*silent)) + " s";
   }
@@ -359,7 +390,13 @@ void BatterySofNode::onSteadyTimer(const ros::SteadyTimerEvent&) {
     if (since.toSec() >= kStatusPeriod) demandStatus();
   });
   guarded("the state file", [this] { save(false); });
-  guarded("the diagnostics", [this] { diagnostics_.publish(snapshot()); });
+  guarded("the diagnostics", [this] {
+    // Half a timer's period: a late timer shifts none.
+    const double since = (ros::SteadyTime::now() - last_diagnostics_steady_).toSec();
+    if (since < options_.diagnostic_period - 0.5 * kStatusPeriod) return;
+    last_diagnostics_steady_ = ros::SteadyTime::now();
+    diagnostics_.publish(snapshot());
+  });
 }
 
 DiagnosticsSnapshot BatterySofNode::snapshot() {
@@ -373,6 +410,11 @@ DiagnosticsSnapshot BatterySofNode::snapshot() {
   static_cast<NodeRecord&>(snapshot) = record_;
   static_cast<IntervalCalibrations&>(snapshot.events) = session_.calibrations();
   snapshot.state_file = options_.state_file.empty() ? "off" : options_.state_file;
+  snapshot.battery = battery_;
+  snapshot.capacity = session_.capacity();
+  const std::string& name =
+      options_.battery_name.empty() ? battery_.serialNumber() : options_.battery_name;
+  snapshot.hardware_id = name.empty() ? "battery" : name;
   return snapshot;
 }
 

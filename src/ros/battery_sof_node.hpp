@@ -12,6 +12,7 @@
 
 #include "prediction/online_session.hpp"
 #include "ros/background_work.hpp"
+#include "ros/battery_identity.hpp"
 #include "ros/diagnosis_runner.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/node_diagnostics.hpp"
@@ -166,7 +167,11 @@ class BatterySofNode {
 
   // These need mutex_ held.
   IdentificationOutcome takenBack(IdentificationResult result, bool is_requested);
-  void take(const RawSample& sample);
+  void take(const sensor_msgs::BatteryState& message);
+  void push(const RawSample& sample);
+  /// Forgets the battery before, its saved model too.
+  void beginOtherBattery();
+  std::optional<FittedModel> modelToSave() const;
   void beginAnew(const char* why);
   bool isStatusDue() const;
   void demandStatus();
@@ -200,11 +205,12 @@ class BatterySofNode {
   std::mutex mutex_;
   OnlineSession session_;
   std::optional<double> last_status_time_;  // [s], newest sample at the last ~status
-  ros::SteadyTime last_status_steady_;
+  ros::SteadyTime last_status_steady_, last_diagnostics_steady_;
   std::optional<StatusContents> due_status_;  // whose answers are still to be computed
   std::optional<ros::Time> last_arrival_;
   std::optional<Answered> last_answer_;
   NodeRecord record_;
+  BatteryIdentity battery_;
   bool stands_on_state_file_ = false;
   Unsaved unsaved_;
   bool extended_answered_ = false;  // when it was last announced

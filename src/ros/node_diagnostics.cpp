@@ -75,11 +75,17 @@ void reportRejected(Status& status, const Snapshot& now, const Snapshot& before)
 
 void reportBattery(Status& status, const Snapshot& now, const Snapshot&) {
   const std::string& deep = now.status.deep_discharge;
-  if (deep.empty()) {
-    status.summary(Level::OK, "no deep discharge was seen");
-  } else {
+  if (!now.battery.whyNone().empty()) {
+    status.summary(Level::WARN, now.battery.whyNone());
+  } else if (!deep.empty()) {
     status.summary(Level::WARN, deep);
+  } else {
+    status.summary(Level::OK,
+                   now.other_battery.empty() ? "no deep discharge was seen" : now.other_battery);
   }
+  status.add("serial number", now.battery.serialNumber());
+  status.add("location", now.battery.location());
+  status.add("capacity [Ah]", now.capacity);
 }
 
 void reportIdentification(Status& status, const Snapshot& now, const Snapshot&) {
@@ -156,7 +162,6 @@ void reportDiagnosis(Status& status, const Snapshot& now, const Snapshot&) {
 }  // namespace
 
 NodeDiagnostics::NodeDiagnostics() {
-  updater_.setHardwareID("battery");
   const auto add = [this](const char* name, auto* report) {
     updater_.add(name, [this, report](Status& status) { report(status, now_, before_); });
   };
@@ -171,6 +176,7 @@ NodeDiagnostics::NodeDiagnostics() {
 
 void NodeDiagnostics::publish(DiagnosticsSnapshot snapshot) {
   now_ = std::move(snapshot);
+  updater_.setHardwareID(now_.hardware_id);
   updater_.force_update();
   before_ = now_;
 }

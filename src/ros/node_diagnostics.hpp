@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "ros/battery_identity.hpp"
 #include "ros/diagnosis_runner.hpp"
 #include "ros/node_statistics.hpp"
 
@@ -17,6 +18,7 @@ struct NodeRecord {
   std::string internal_fault;    ///< what failed last inside the node; empty when nothing did
   std::size_t internal_faults = 0;
   std::string state_file_fault;  ///< empty when the last access went well
+  std::string other_battery;     ///< since when another one is followed; empty when none is
 };
 
 /// What the diagnostics are made of, taken at one moment.
@@ -27,6 +29,9 @@ struct DiagnosticsSnapshot : NodeRecord {
   ResponseTimes response_times;
   DiagnosisLine diagnosis;
   std::string state_file;  ///< its path, or "off"
+  BatteryIdentity battery;
+  std::string hardware_id;
+  double capacity = 0.0;  ///< [Ah], that answers rest on
 };
 
 /// Publishes data rate, rejected samples by reason, deep discharges, identification, prediction error, response

@@ -145,6 +145,15 @@ Schema fitSchema(IdentifyOptions& fit) {
   return schema;
 }
 
+/// What actionlib reads below an action's name: the server does, the node has nothing to take.
+Schema actionlibSchema() {
+  Schema schema;
+  for (const char* key : {"status_list_timeout", "status_frequency", "actionlib_status_frequency",
+                          "actionlib_server_pub_queue_size", "actionlib_server_sub_queue_size"})
+    schema.number(key, 0.0, 1e6, [](double) {});
+  return schema;
+}
+
 Schema schemaOf(NodeOptions& options) {
   SessionOptions& session = options.session;
   Schema schema;
@@ -155,11 +164,18 @@ Schema schemaOf(NodeOptions& options) {
   schema.number("min_window_quality", 0.0, 1.0, session.min_window_quality);
   schema.number("identify_period_s", 10.0, 86400.0, session.identify_period);
   schema.number("retry_period_s", 10.0, 86400.0, session.retry_period);
-  schema.number("capacity_ah", 1.0, 1000.0, session.capacity);
+  schema.number("capacity_ah", 1.0, 1000.0, [&options](double value) {
+    options.session.capacity = value;
+    options.capacity_is_given = true;
+  });
+  schema.text("battery_name", options.battery_name);
   schema.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, session.series_blocks);
   schema.number("crank_current_a", -2000.0, -1.0, session.events.crank_current);
   schema.map("standing_query", standingQuerySchema(options.standing));
   schema.map("fit", fitSchema(session.identify));
+  schema.number("diagnostic_period", 0.0, 86400.0, options.diagnostic_period);
+  schema.map("identify", actionlibSchema());
+  schema.map("diagnose", actionlibSchema());
   schema.number("diagnose_period_s", 0.0, 86400.0, options.diagnose_period);
   schema.flag("use_diagnosis", options.use_diagnosis);
   schema.text("state_file", options.state_file);

@@ -27,6 +27,11 @@ struct StandingQueries {
 /// All that the node's private parameters say; config/battery_sof.yaml explains each.
 struct NodeOptions {
   SessionOptions session;
+  /// else BatteryState's design_capacity, where there is one
+  bool capacity_is_given = false;
+  /// of /diagnostics; empty: the battery's serial number, or "battery"
+  std::string battery_name;
+  double diagnostic_period = 1.0;  ///< [s] between two /diagnostics, at least 1 s
   StandingQueries standing;
   double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
   bool use_diagnosis = false;    ///< evaluates what is diagnosed in parallel to the base model

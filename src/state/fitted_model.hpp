@@ -223,6 +223,7 @@ struct IntervalLearning : IntervalCalibrations {
 struct Provenance {
   std::string recording;       ///< file name or topic
   std::string recording_hash;  ///< "sha256:..." of the file, empty when there is no file
+  std::string serial_number;   ///< of the battery, empty when unknown
   double fit_ms = 0.0;         ///< [ms] wall time, filled in by the caller that holds a clock
 };
 

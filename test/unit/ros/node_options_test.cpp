@@ -84,6 +84,21 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.standing.charge.i_limit, built_in.standing.charge.i_limit);
 }
 
+TEST(NodeOptions, TakesWhatStandardLibrariesReadBelowTheNodesName) {
+  XmlRpc::XmlRpcValue given = with("diagnostic_period", 5.0);
+  given["identify"] = with("status_list_timeout", 5.0);
+  given["diagnose"] = with("status_frequency", 2);
+  EXPECT_EQ(parseNodeOptions(given).diagnostic_period, 5.0);
+  given["diagnose"] = with("timeout", 2);
+  EXPECT_THAT(refusal(given), HasSubstr("~diagnose/timeout is unknown"));
+}
+
+TEST(NodeOptions, KnowsWhetherTheCapacityIsGiven) {
+  EXPECT_FALSE(parseNodeOptions({}).capacity_is_given);
+  EXPECT_TRUE(parseNodeOptions(with("capacity_ah", 50.0)).capacity_is_given);
+  EXPECT_EQ(parseNodeOptions(with("battery_name", std::string("starter"))).battery_name, "starter");
+}
+
 TEST(NodeOptions, VoltagesOfARowOfBlocksAreAsManyTimesAsLargeByDefault) {
   for (const XmlRpc::XmlRpcValue& two : {XmlRpc::XmlRpcValue(2), XmlRpc::XmlRpcValue(2.0)}) {
     const NodeOptions row = parseNodeOptions(with("series_blocks", two));
