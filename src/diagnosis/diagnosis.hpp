@@ -104,8 +104,9 @@ struct RegimeFinding {
 struct ParameterBias {
   std::string parameter;
   std::string regime;
-  double z = 0.0;       ///< [1], > 0: a larger value fits better there
-  double change = 0.0;  ///< that fits best, relative to the parameter's value [1]; of u_dc in V
+  double z = 0.0;  ///< [1], > 0: a larger value fits better there
+  /// that fits best, inside the parameter's bounds and relative to its value [1]; of u_dc in V
+  double change = 0.0;
 };
 
 /// Errors of a model over a stretch; NaN where nothing was compared.

@@ -45,6 +45,17 @@ double unitOf(const WhitenedFit& fit, Eigen::Index coordinate) {
                         : std::abs(info.magnitude) / fit.point.parameters[row];
 }
 
+/// A linear change as far as the parameter can take it: its value stays inside its bounds.
+double possible(const WhitenedFit& fit, Eigen::Index row, double change) {
+  if (row == kRowUDc) return change;
+  const ParameterInfo& info = fit.model.parameters()[row];
+  const double value = fit.point.parameters[row];
+  return std::clamp(value * (1.0 + change), std::min(info.lower, value),
+                    std::max(info.upper, value)) /
+             value -
+         1.0;
+}
+
 /// The Jacobian's columns of some coordinates, a copy for every part with zeros outside it; parts
 /// run fastest.
 Eigen::MatrixXd cutColumns(const WhitenedFit& fit, const InputSequence& inputs,
@@ -94,8 +105,8 @@ std::vector<ParameterBias> parameterBiases(const WhitenedFit& fit, const InputSe
       if (length <= 0.0 || length / signatures.length[column] <= kMinShare) continue;
       if (unit * std / length > (row == kRowUDc ? kMaxLevel : kMaxRelative)) continue;
       const double along = signatures.columns.col(column).dot(fit.innovation) / length;
-      map.push_back(
-          {fit.model.parameters()[row].name, partName(part), along / std, unit * along / length});
+      map.push_back({fit.model.parameters()[row].name, partName(part), along / std,
+                     possible(fit, row, unit * along / length)});
     }
   }
   return map;

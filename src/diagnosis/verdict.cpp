@@ -17,6 +17,19 @@ std::string joined(const std::vector<std::string>& parts, const std::string& las
   return text;
 }
 
+/// "Two effects are missing: the likelier one (96 %): ...; the other: ...", all of them named.
+std::string severalMissing(const std::vector<std::string>& titles, const Diagnosis& diagnosis) {
+  static constexpr std::array kCounts = {"Two", "Three", "Four", "Five", "Six"};
+  const std::size_t count = titles.size();
+  const std::string number =
+      count - 2 < kCounts.size() ? kCounts.at(count - 2) : std::to_string(count);
+  const std::string sure =
+      diagnosis.probability > 0.0 ? format(" (%.0f %%)", 100.0 * diagnosis.probability) : "";
+  return number + " effects are missing: the " + (count == 2 ? "likelier one" : "likeliest one") +
+         sure + ": " + titles.front() + (count == 2 ? "; the other: " : "; the others: ") +
+         joined({titles.begin() + 1, titles.end()}, " and ");
+}
+
 /// What the circuit is off by on the hold-out, and the extended model: in explained variation where
 /// a charger controls the voltage.
 std::string costAndGain(const Diagnosis& diagnosis) {
@@ -197,8 +210,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
           1e3 * diagnosis.fit.base_holdout.rmse);
     case Verdict::kEffect:
     case Verdict::kSeveral:
-      return missing(ids.front() + (ids.size() > 1 ? format(" and %zu more", ids.size() - 1) : ""),
-                     diagnosis) +
+      return (ids.size() > 1 ? severalMissing(ids, diagnosis) : missing(ids.front(), diagnosis)) +
              costAndGain(diagnosis) + ".";
     case Verdict::kAmbiguous:
       return missing(mechanismSentence(*diagnosis.mechanism) + byEquation(diagnosis), diagnosis) +

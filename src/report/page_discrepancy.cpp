@@ -94,9 +94,10 @@ std::string bandHtml(const Curve& curve, const Axis& x, const Axis& y) {
   bool is_known = false;
   for (const Point& point : curve.points) {
     is_known = is_known || point.half_band > 0.0;
-    upper += format("%s%.1f %.1f", upper.empty() ? "M" : "L", xOf(x, point.x),
-                    yOf(y, point.y + point.half_band));
-    lower = format("L%.1f %.1f", xOf(x, point.x), yOf(y, point.y - point.half_band)) + lower;
+    const double top = std::min(point.y + point.half_band, y.high),
+                 bottom = std::max(point.y - point.half_band, y.low);
+    upper += format("%s%.1f %.1f", upper.empty() ? "M" : "L", xOf(x, point.x), yOf(y, top));
+    lower = format("L%.1f %.1f", xOf(x, point.x), yOf(y, bottom)) + lower;
   }
   return is_known ? element("path.band", "", "d=\"" + upper + lower + "z\"") : "";
 }
@@ -119,12 +120,18 @@ std::string curveHtml(const Curve& curve, const Axis& x, const Axis& y) {
                  "class=\"" + curve.css_class + "\"");
 }
 
+/// Of the lines, and as much of their bands as they are high: where little was driven a band may be
+/// volts wide.
 Axis valueAxis(const std::vector<Curve>& curves) {
+  double largest = 0.0;
+  for (const Curve& curve : curves)
+    for (const Point& point : curve.points) largest = std::max(largest, std::abs(point.y));
   Axis axis{0.0, 0.0, false};
   for (const Curve& curve : curves)
     for (const Point& point : curve.points) {
-      axis.low = std::min(axis.low, point.y - point.half_band);
-      axis.high = std::max(axis.high, point.y + point.half_band);
+      const double half_band = std::min(point.half_band, largest);
+      axis.low = std::min(axis.low, point.y - half_band);
+      axis.high = std::max(axis.high, point.y + half_band);
     }
   const double room = std::max(0.08 * (axis.high - axis.low), 0.05);
   return {axis.low - room, axis.high + room, false};
@@ -197,7 +204,7 @@ std::string bandNote(const DiscrepancyFinding& discrepancy) {
   if (std::none_of(discrepancy.answers.begin(), discrepancy.answers.end(), has_band)) return "";
   return element("p.note",
                  "Bands: 95 % by the posterior of the weights; what no regressor can follow is not "
-                 "in them.");
+                 "in them. A band that leaves the chart is cut off: little was driven there.");
 }
 
 std::string answerTable(const DiscrepancyFinding& discrepancy) {

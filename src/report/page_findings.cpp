@@ -178,10 +178,15 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
       escaped(plainName(c.mechanism)) + format(" \xc2\xb7 evidence %.0f", c.evidence);
   if (c.holdout_gain_percent)
     numbers += format(" \xc2\xb7 hold-out %+.0f %%", *c.holdout_gain_percent);
-  if (is_accepted) numbers += " \xc2\xb7 probability " + escaped(confidenceText(c.confidence));
   const std::string bar = format("style=\"width:%.1f%%\"", 100.0 * onAxis(c.evidence, end)),
                     line = format("style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end)),
-                    why = is_accepted ? "accepted" : "rejected: " + escaped(c.rejected_because);
+                    why =
+                        is_accepted
+                            ? "accepted: its evidence is above the line. Its mechanism is what is "
+                              "missing, by this equation and no other that fits alike, with "
+                              "a probability of " +
+                                  escaped(confidenceText(c.confidence))
+                            : "rejected: " + escaped(c.rejected_because);
   return element(
       is_accepted ? "li.accepted" : "li",
       element("div.name", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id)) +
@@ -222,8 +227,11 @@ std::string effectHtml(const NamedEffect& effect) {
          numberCell(withError(p.value, p.std, p.unit)),
          numberCell(p.lower || p.upper ? intervalText(p.lower, p.upper, spoken_in(p.unit)) : kNone),
          {plausibility(effect.id, p)}});
-  std::string facts = "Confidence " + confidenceText(effect.confidence) +
-                      "; it moves the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
+  std::string facts = "Its mechanism is what is missing with a probability of " +
+                      escaped(confidenceText(effect.probability));
+  if (!effect.indistinguishable_from.empty())
+    facts += ", by this equation with " + escaped(confidenceText(effect.confidence));
+  facts += ". It moves the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
   if (!effect.biased_parameters.empty())
     facts += " Without it, " + escaped(join(effect.biased_parameters)) + " had taken it up.";
   if (!effect.indistinguishable_from.empty())
@@ -264,11 +272,21 @@ std::string metricTable(const Diagnosis& d) {
   std::vector<std::vector<Cell>> rows;
   for (const MetricRow& row : metricRows(d.fit)) {
     const Cell title{escaped(row.title)};
-    const Cell after{element("strong", cell(row.extended_holdout).html), kNumber};
-    if (is_extended)
-      rows.push_back(
-          {title, cell(row.base_holdout), after, cell(row.base_train), cell(row.extended_train)});
-    else
+    // The better one of two is bold, where they differ as they are shown.
+    const auto pair = [&](const std::optional<double>& base,
+                          const std::optional<double>& extended) {
+      std::vector<Cell> cells = {cell(base), cell(extended)};
+      if (!base || !extended || cells[0].html == cells[1].html) return cells;
+      const bool is_better =
+          row.more_is_better ? *extended > *base : std::abs(*extended) < std::abs(*base);
+      cells[is_better ? 1 : 0].html = element("strong", cells[is_better ? 1 : 0].html);
+      return cells;
+    };
+    if (is_extended) {
+      const auto holdout = pair(row.base_holdout, row.extended_holdout),
+                 train = pair(row.base_train, row.extended_train);
+      rows.push_back({title, holdout[0], holdout[1], train[0], train[1]});
+    } else
       rows.push_back({title, cell(row.base_holdout), cell(row.base_train)});
   }
   const std::string sentence = baselineSentence(d), counts = crankCounts(d.fit);
@@ -380,7 +398,8 @@ std::string comparisonSection(const Diagnosis& d) {
   return section(
       "comparison", "Before and after",
       element("p.note", note + "The hold-out is the end of the drive: no fit and no choice has "
-                               "seen it. Better is a higher Q_dyn and less of everything else.") +
+                               "seen it. The better value is bold: a higher Q_dyn or explained "
+                               "variation, and less of everything else.") +
           metricTable(d) + regimeComparisonTable(d));
 }
 

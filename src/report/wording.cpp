@@ -69,24 +69,29 @@ std::string plainName(std::string name) {
 
 std::vector<MetricRow> metricRows(const Comparison& fit) {
   std::vector<MetricRow> rows;
-  const auto add = [&](const char* title, double scale, auto ErrorMetrics::*value) {
+  const auto add = [&](const char* title, double scale, auto ErrorMetrics::*value,
+                       bool more_is_better = false) {
     const auto shown = [&](const ErrorMetrics& metrics) {
       const std::optional<double> number = metrics.*value;
       return number ? std::optional(scale * *number) : number;
     };
-    const MetricRow row{title, shown(fit.base_train), shown(fit.extended_train),
-                        shown(fit.base_holdout), shown(fit.extended_holdout)};
+    const MetricRow row{title,
+                        more_is_better,
+                        shown(fit.base_train),
+                        shown(fit.extended_train),
+                        shown(fit.base_holdout),
+                        shown(fit.extended_holdout)};
     if (row.base_train || row.extended_train || row.base_holdout || row.extended_holdout)
       rows.push_back(row);
   };
-  add("Q_dyn [%]", 1.0, &ErrorMetrics::q_dyn_percent);
+  add("Q_dyn [%]", 1.0, &ErrorMetrics::q_dyn_percent, true);
   add("RMS error [mV]", 1e3, &ErrorMetrics::rmse);
   add("largest error [mV]", 1e3, &ErrorMetrics::max_abs);
   add("cranks' minima [mV]", 1e3, &ErrorMetrics::crank_mae);
   add("bias in charges [mV]", 1e3, &ErrorMetrics::charge_bias);
   add("charge current [A]", 1.0, &ErrorMetrics::charge_current_error);
-  add("explained variation [%]", 1.0, &ErrorMetrics::share_percent);
-  add("explained, of the current [%]", 1.0, &ErrorMetrics::current_share_percent);
+  add("explained variation [%]", 1.0, &ErrorMetrics::share_percent, true);
+  add("explained, of the current [%]", 1.0, &ErrorMetrics::current_share_percent, true);
   return rows;
 }
 

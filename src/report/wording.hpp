@@ -50,6 +50,7 @@ std::string plainName(std::string name);
 /// A number of ErrorMetrics for tables, in the unit of its title: "RMS error [mV]".
 struct MetricRow {
   std::string title;
+  bool more_is_better;  ///< else what is nearer to 0 is
   std::optional<double> base_train, extended_train, base_holdout, extended_holdout;
 };
 
