@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <vector>
 
 #include "battery_sof/recording_error.hpp"
 #include "battery_sof/series.hpp"
@@ -37,15 +38,21 @@ using BytesSeen = std::function<void(std::string_view)>;
  * Empty cells and NaN are missing values: such rows are counted, not used. Rows may carry a
  * temperature alone. Time is kept as written; dates become seconds since 1970-01-01 UTC. Cells may
  * be quoted and have spaces around them; a line break inside quotes is not understood. Blank lines,
- * a byte-order mark, CRLF and one trailing comma are allowed. A last line with too few cells and no
+ * a byte-order mark, CRLF, one trailing comma, comments (lines that begin with #) and a row of units
+ * below the header are allowed. A last line with too few cells and no
  * line break was cut off while it was written: it counts as a missing value. The recording's name
  * is the file's, printable(). Numbers have a decimal point, whatever the locale, here and in
  * writeCsv. Where the header is separated by semicolons (it has one, and no column of the time's
  * name between commas), cells are too, and a number may have a decimal comma ("12,5"; not
  * "1.012,5").
  *
+ * Cells may end with tabs, too. Where the package's own column name is asked for and the file does
+ * not have it, the one column of a common name is read ("t", "Current (A)", "u" ...), the end of a
+ * time column's name is its unit (ms, us, ns), and `notes` says so.
+ *
  * @param seen is reported the bytes as they are read, all of them where nothing is thrown: a pipe
  * cannot be read again.
+ * @param notes grows by what was assumed of the file; none: nobody wants to know.
  * @throws RecordingError when the file cannot be read, is no regular file or pipe, has a line that
  * is too long (TextLines), is empty, has a header only, lacks a column or has it twice, has a row
  * with more or fewer cells than the header (file and line are named), has text where a number
@@ -53,7 +60,7 @@ using BytesSeen = std::function<void(std::string_view)>;
  * tenth of its samples go back in time (the file is not sorted).
  */
 Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns = {},
-                  BytesSeen seen = {});
+                  BytesSeen seen = {}, std::vector<std::string>* notes = nullptr);
 
 /**
  * @brief Writes time_s,current_a,voltage_v and, when measured, temperature_c with the digits that
