@@ -20,6 +20,16 @@ enum class AnswerCode : int {
 /// @return "ok", "invalid_query", "no_model", "extrapolation".
 std::string toString(AnswerCode code);
 
+/// What an answer with numbers says of the limit that was asked for. Its message begins with it.
+enum class Assurance {
+  kHolds,       ///< the unfavourable end of the 90 % interval keeps the limit
+  kNotAssured,  ///< it does not: the limit may be missed
+  kNotValid,    ///< the model is not to be relied on for the question (kExtrapolation)
+};
+
+/// @return "holds", "not assured", "not valid".
+std::string toString(Assurance assurance);
+
 /// A number with its 90 % prediction interval. It never contains NaN: structs that may lack a
 /// number hold it as optional.
 struct Interval {
@@ -66,6 +76,9 @@ struct CrankingAnswer {
   std::string message;  ///< one sentence
 };
 
+/// @return none without numbers, and of a valid answer without u_required.
+std::optional<Assurance> assuranceOf(const CrankingAnswer& answer);
+
 /// How long may the engine stay off?
 struct StopTimeQuery {
   double i_load = 0.0;      ///< [A], <= 0
@@ -103,6 +116,10 @@ struct StopTimeAnswer {
   std::string message;
 };
 
+/// @return none without numbers; not assured where the lower end of t_stop is 0 s: a crank at once
+/// may miss u_required already.
+std::optional<Assurance> assuranceOf(const StopTimeAnswer& answer);
+
 /// How much charge will the battery accept? (paper, Fig. 2)
 struct ChargeAcceptanceQuery {
   double u_boost = 0.0;  ///< [V], terminal voltage that is held, above 0 to 100
@@ -121,6 +138,10 @@ struct ChargeAcceptanceAnswer {
   std::string message;
 };
 
+/// @return none without numbers; not assured where the lower end of i_boost is 0 A or below: the
+/// voltage may discharge the battery.
+std::optional<Assurance> assuranceOf(const ChargeAcceptanceAnswer& answer);
+
 /// Predicted voltages with 90 % intervals [V], one for each sample of the profile.
 struct PredictedVoltage {
   std::vector<double> voltage, lower, upper;
@@ -133,5 +154,8 @@ struct ProfileAnswer {
   AnswerCode code = AnswerCode::kOk;
   std::string message;
 };
+
+/// @return "not valid", or none: a profile has no limit.
+std::optional<Assurance> assuranceOf(const ProfileAnswer& answer);
 
 }  // namespace battery_sof

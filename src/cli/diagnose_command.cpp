@@ -155,16 +155,18 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
           "model file to write: the base model alone");
   addOption(options, "--holdout", search.holdout_share,
             "share of the samples, the last ones, kept for the comparison alone");
-  CLI::Option* hypotheses = addList(options, "--hypotheses", search.hypotheses,
-                                    "ids to weigh, comma-separated; by default all of sof effects, "
-                                    "fresh_sulphate where a source controls the voltage");
-  CLI::Option* given = addList(options, "--given", search.given,
-                               "ids that are known to be there, comma-separated: they are modelled "
-                               "and nothing is searched for")
-                           ->excludes(hypotheses);
-  addList(options, "--verify-detection-limits", search.confirm,
-          "ids, comma-separated, of detection limits: diagnose the recording with each put in "
-          "until it is named")
+  CLI::Option* hypotheses =
+      addEffectIds(options, "--hypotheses", search.hypotheses,
+                   "ids to weigh, comma-separated; by default all of sof effects, "
+                   "fresh_sulphate where a source controls the voltage");
+  CLI::Option* given =
+      addEffectIds(options, "--given", search.given,
+                   "ids that are known to be there, comma-separated: they are modelled "
+                   "and nothing is searched for")
+          ->excludes(hypotheses);
+  addEffectIds(options, "--verify-detection-limits", search.confirm,
+               "ids, comma-separated, of detection limits: diagnose the recording with each put in "
+               "until it is named")
       ->excludes(given);
   addOption(options, "--min-rmse", search.relevance.rmse,
             "smallest RMS effect that is reported [V]; half the noise where that is more");
