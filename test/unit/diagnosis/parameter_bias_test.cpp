@@ -63,6 +63,22 @@ TEST(ParameterBiases, ChargingResistanceThatRisesInLongChargesIsSeenThereByAsMuc
   EXPECT_NEAR(entry->change, 0.1 * magnitude / test::drivenBattery().r_charge, 0.04);
 }
 
+TEST(ParameterBiases, AChangeStaysInsideTheParametersBounds) {
+  const auto regimes = regimesOf(tenMinutes());
+  for (const double by : {-20.0, 200.0}) {
+    const Eigen::VectorXd effect = changedWhere(
+        kRowRCharge, by, [&](std::size_t n) { return regimes[n] == Regime::kLongCharge; });
+    const WhitenedFit fit = fitOf(effect, 2);
+    for (const ParameterBias& entry : parameterBiases(fit, tenMinutes(), regimes)) {
+      if (entry.parameter != "r_charge") continue;
+      const ParameterInfo& info = BatteryModel().parameters()[kRowRCharge];
+      const double value = fit.point.parameters[kRowRCharge] * (1.0 + entry.change);
+      EXPECT_GE(value, info.lower * (1.0 - 1e-9)) << entry.regime;
+      EXPECT_LE(value, info.upper * (1.0 + 1e-9)) << entry.regime;
+    }
+  }
+}
+
 TEST(ParameterBiases, ACapacityThatFallsOverTheDriveIsSeenInItsThirds) {
   const double middle = 0.5 * tenMinutes().samples.back().step.time;
   const Eigen::VectorXd effect = changedWhere(

@@ -140,6 +140,29 @@ TEST(DiagnosisPage, TellsWhatBecameWorse) {
   EXPECT_NE(page.find("class=\"verdict-chip better\""), std::string::npos);
 }
 
+TEST(DiagnosisPage, TheBetterOfTwoIsBoldWhicheverColumnItStandsIn) {
+  test::MadeDiagnosis made = test::madeNamed();
+  Comparison& fit = made.diagnosis.fit;
+  fit.base_holdout.max_abs = 0.0123;
+  fit.extended_holdout.max_abs = 0.0456;
+  fit.base_holdout.q_dyn_percent = 61.3;
+  fit.extended_holdout.q_dyn_percent = 78.9;
+  const std::string markup = markupOf(pageOf(made));
+  for (const char* better : {"<strong>12.3</strong>", "<strong>78.9</strong>"})
+    EXPECT_NE(markup.find(better), std::string::npos) << better;
+  for (const char* worse : {"<strong>45.6</strong>", "<strong>61.3</strong>"})
+    EXPECT_EQ(markup.find(worse), std::string::npos) << worse;
+}
+
+TEST(DiagnosisPage, SaysOfWhatAProbabilityIs) {
+  test::MadeDiagnosis made = test::madeNamed();
+  made.diagnosis.candidates[0].confidence = 0.09;
+  EXPECT_NE(markupOf(pageOf(made))
+                .find("by this equation and no other that fits alike, with a "
+                      "probability of 9 %"),
+            std::string::npos);
+}
+
 TEST_F(PlottedPage, DrawsOneModelWhenNothingWasAdded) {
   const test::MadeDiagnosis made = test::madeNoMismatch();
   EXPECT_EQ(pageOf(made).find("\"extended\":["), std::string::npos);
@@ -190,6 +213,16 @@ TEST(DiagnosisPage, DrawsABandWhereTheDeviationIsKnown) {
     one.charging_std.reset(), one.discharging_std.reset();
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 0u);
   EXPECT_EQ(pageOf(made).find("Bands: 95 %"), std::string::npos);
+}
+
+TEST(DiagnosisPage, ABandOfVoltsWidensNoChart) {
+  test::MadeDiagnosis made = test::madeUnknown();
+  for (DiscrepancyAnswer& one : made.diagnosis.discrepancy->answers)
+    one.charging_std = one.discharging_std = 3.0;
+  const std::string markup = markupOf(pageOf(made));
+  EXPECT_EQ(countOf(markup, "class=\"band\""), 2u);
+  for (const char* tick : {">1000<", ">2000<", ">5000<"})
+    EXPECT_EQ(markup.find(tick), std::string::npos) << tick;
 }
 
 TEST(DiagnosisPage, DrawsADecadeOfTimeAsWideAsTheNext) {
