@@ -19,8 +19,8 @@ _sof() {
       told=$(sof effects --json - 2>/dev/null | sed -n 's/^ *"id": "\([a-z0-9_]*\)".*/\1/p')
       prefix=${word%"${word##*,}"}
       ;;
-    *:{*})
-      told=${takes#*:{}
+    *':{'*'}'*)
+      told=${takes#*:\{}
       told=${told//[,\}]/ }
       ;;
     *)
