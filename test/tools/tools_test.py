@@ -51,6 +51,13 @@ class Version(unittest.TestCase):
                 self.assertIn(said, file.read(), path)
 
 
+class Debian(unittest.TestCase):
+    def test_the_copyright_file_has_the_whole_licence(self):
+        licence = files.read_text(os.path.join(ROOT, "LICENSE")).partition("All rights reserved.")[2].split()
+        shown = [word for word in files.read_text(os.path.join(ROOT, "debian", "copyright")).split() if word != "."]
+        self.assertEqual(shown[-len(licence):], licence)
+
+
 class Messages(unittest.TestCase):
     def test_no_field_is_a_keyword_of_python(self):
         paths = [path for kind in ("msg", "srv", "action") for path in glob.glob(os.path.join(ROOT, "**", f"*.{kind}"), recursive=True)
