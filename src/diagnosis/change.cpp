@@ -23,11 +23,13 @@ constexpr double kResistanceLeast = 3e-4;      // [Ohm], of each
 constexpr double kBlockedSpread = 0.2;         // [A]
 constexpr double kTapSpread[kTaps] = {0.03, 0.04, 0.07, 0.11, 0.06, 0.04, 0.03, 0.03, 0.03};
 
-constexpr double kLeastGain = 10.0;  // of D; see docs/decisions/0021-changes-against-a-reference.md
-constexpr double kAlike = 4.0;       // of D: two standard errors
-constexpr double kNinety = 2.71;     // of D, the 90 % interval of one strength
-constexpr double kPower = 1.28;      // standard errors above a limit in nine of ten cases
-constexpr double kAnotherBattery = 0.87;  // mean of ln ratios of errors
+constexpr double kLeastGain = 8.0;  // of D; see docs/decisions/0021-changes-against-a-reference.md
+constexpr double kAlike = 4.0;      // of D: two standard errors
+constexpr double kNinety = 2.71;    // of D, the 90 % interval of one strength
+constexpr double kPower = 1.28;     // standard errors above a limit in nine of ten cases
+constexpr double kAnotherBattery = 1.0;  // mean of ln ratios of errors
+// of D, what a shift of the channels may leave where they look as if the sign were wrong
+constexpr double kExplained = 0.2;
 constexpr std::size_t kFewestRows = 300;
 constexpr std::size_t kFewestFeatures = 8;
 
@@ -329,16 +331,14 @@ struct Modelled {
 };
 
 /// The longest of the recordings, fitted as a whole; none where it cannot be.
-std::optional<Modelled> fitted(const std::vector<Series>& all, bool anyway,
-                               const std::vector<std::string>* effects = nullptr) {
+std::optional<Modelled> fitted(const std::vector<Series>& all) {
   const Series& longest = *std::max_element(
       all.begin(), all.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
   FitRequest request;
   request.from = longest.time.front();
   request.to = longest.time.back();
-  request.anyway = anyway;
-  request.options.chooses_effects = effects == nullptr;
-  if (effects) request.options.effects = *effects;
+  request.anyway = true;  // what must not be compared has been refused
+  request.options.chooses_effects = true;
   FittedModel model = fitPlanned(longest, planFit(longest, request));
   if (!isUsable(model.fit)) return std::nullopt;
   return Modelled{longest, std::move(model)};
@@ -388,6 +388,31 @@ std::vector<Series> changed(std::vector<Series> all, const Weighed& by) {
   return all;
 }
 
+/// Fits both, the reference with the change in it too, and runs them on each other's recording.
+void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
+               const std::vector<Series>& then, const Weighed* change,
+               const ChangeOptions& options) {
+  const auto stage = [&](const char* what) {
+    if (options.progress) options.progress(what);
+  };
+  stage("fitting the reference");
+  const auto reference = fitted(then);
+  stage("fitting the recording");
+  const auto present = fitted(now);
+  std::optional<Modelled> with_change = reference;
+  if (change) {
+    stage("fitting the reference with the change");
+    with_change = fitted(changed(then, *change));
+  }
+  if (!present) return;
+  stage("running the models on each other's recording");
+  diagnosis.own_model = lastQuarter(present->model, present->series);
+  if (reference) diagnosis.reference_model = lastQuarter(reference->model, present->series);
+  if (!with_change) return;
+  diagnosis.changed_model = lastQuarter(with_change->model, present->series);
+  diagnosis.model_distance = modelDistance(*present, *with_change);
+}
+
 // ---------------------------------------------------------------------------------------------
 // words
 
@@ -418,17 +443,29 @@ void conclude(ChangeDiagnosis& diagnosis, ChangeVerdict verdict, std::string sum
   diagnosis.summary = std::move(summary);
 }
 
-/// @return why a recording cannot be compared; empty where it can.
-std::string whyNot(const std::vector<Series>& all, const char* which, bool anyway) {
-  for (const Series& series : all) {
+/// The problems of a recording, that of the sign apart: channels that are shifted against each other
+/// can look like a wrong sign.
+struct Problems {
+  std::vector<Finding> sign, others;
+};
+Problems problemsOf(const std::vector<Series>& all) {
+  Problems problems;
+  for (const Series& series : all)
+    for (Finding& finding : findProblems(series))
+      (finding.id == "sign" ? problems.sign : problems.others).push_back(std::move(finding));
+  return problems;
+}
+
+std::string tooShort(const std::vector<Series>& all, const char* which) {
+  for (const Series& series : all)
     if (series.size() < kFewestRows)
       return format("%s has %zu samples, a comparison needs %zu", which, series.size(),
                     kFewestRows);
-    const auto problems = findProblems(series);
-    if (!anyway && !problems.empty())
-      return std::string(which) + " has a problem: " + format(problems);
-  }
   return "";
+}
+
+std::string problemText(const std::vector<Finding>& problems, const char* which) {
+  return problems.empty() ? "" : std::string(which) + " has a problem: " + format(problems);
 }
 
 void requireBoth(const std::vector<Series>& now, bool has_reference) {
@@ -471,11 +508,20 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector
     if (options.progress) options.progress(what);
   };
   ChangeDiagnosis diagnosis;
-  for (const auto& [all, which] : {std::pair(&now, "the recording"), {&then, "the reference"}})
-    if (const std::string why = whyNot(*all, which, options.anyway); !why.empty()) {
-      conclude(diagnosis, ChangeVerdict::kInsufficientData, "No comparison: " + why + ".");
-      return diagnosis;
-    }
+  constexpr const char* kNow = "the recording";
+  constexpr const char* kThen = "the reference";
+  const auto refuse = [&](const std::string& why) {
+    conclude(diagnosis, ChangeVerdict::kInsufficientData, "No comparison: " + why + ".");
+    return diagnosis;
+  };
+  for (const std::string& why : {tooShort(now, kNow), tooShort(then, kThen)})
+    if (!why.empty()) return refuse(why);
+  const Problems problems = options.anyway ? Problems() : problemsOf(now);
+  const Problems before = options.anyway ? Problems() : problemsOf(then);
+  for (const std::string& why :
+       {problemText(problems.others, kNow), problemText(before.others, kThen),
+        problemText(before.sign, kThen)})
+    if (!why.empty()) return refuse(why);
   stage("comparing responses");
   const Comparison comparison(now, then);
   for (const int k : comparison.compared())
@@ -497,26 +543,12 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector
   Weighed& best = weighed.front();
   diagnosis.gain = diagnosis.distance - best.distance;
   const bool has_changed = diagnosis.gain > kLeastGain;
+  if (!problems.sign.empty() &&
+      !(isInRows(best.family->kind) && best.distance < kExplained * diagnosis.distance))
+    return refuse(problemText(problems.sign, kNow));
   diagnosis.detection_limits = limitsOf(comparison);
 
-  stage("fitting the reference");
-  const auto reference = fitted(then, options.anyway);
-  stage("fitting the recording");
-  const auto present = fitted(now, options.anyway);
-  std::optional<Modelled> with_change = reference;
-  if (has_changed) {
-    stage("fitting the reference with the change");
-    with_change = fitted(changed(then, best), true);
-  }
-  if (reference && present) {
-    stage("running the models on each other's recording");
-    diagnosis.reference_model = lastQuarter(reference->model, present->series);
-    diagnosis.own_model = lastQuarter(present->model, present->series);
-    diagnosis.model_distance = modelDistance(*present, with_change ? *with_change : *reference);
-  }
-  if (with_change && present)
-    diagnosis.changed_model = lastQuarter(with_change->model, present->series);
-
+  if (options.runs_models) runModels(diagnosis, now, then, has_changed ? &best : nullptr, options);
   if (diagnosis.model_distance && *diagnosis.model_distance > kAnotherBattery) {
     conclude(diagnosis, ChangeVerdict::kAnotherBattery,
              format("This is another battery, or another vehicle: each one's model misses the "

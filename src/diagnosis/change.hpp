@@ -70,6 +70,8 @@ struct ChangeDiagnosis {
 
 struct ChangeOptions {
   bool anyway = false;  ///< recordings with a problem (findProblems()) are compared all the same
+  /// false: the responses alone are compared, in a second; another battery is not noticed then
+  bool runs_models = true;
   /// called with what is done next
   std::function<void(const std::string&)> progress = nullptr;
 };
