@@ -22,6 +22,8 @@ constexpr double kResistanceApart = 0.04;      // [1], of each
 constexpr double kResistanceLeast = 3e-4;      // [Ohm], of each
 constexpr double kBlockedSpread = 0.2;         // [A]
 constexpr double kTapSpread[kTaps] = {0.03, 0.04, 0.07, 0.11, 0.06, 0.04, 0.03, 0.03, 0.03};
+// of each where rows are less than kFastRow apart: loggers whose channels are not sampled together
+constexpr double kFastTapSpread = 0.12, kFastRow = 0.25;  // [1], [s]
 
 constexpr double kLeastGain = 8.0;  // of D; see docs/decisions/0021-changes-against-a-reference.md
 constexpr double kAlike = 4.0;      // of D: two standard errors
@@ -94,8 +96,9 @@ ResponseRows withChange(ResponseRows rows, Kind kind, double strength) {
   return rows;
 }
 
-/// Variance between two sound trips. @param trips 1/number of the one + 1/number of the other, by 2.
-Eigen::MatrixXd betweenTrips(const Eigen::VectorXd& then, double trips) {
+/// Variance between two sound trips. @param interval [s], between rows. @param trips half of 1/number
+/// of the one + 1/number of the other.
+Eigen::MatrixXd betweenTrips(const Eigen::VectorXd& then, double interval, double trips) {
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(kResponseFeatures, kResponseFeatures);
   Eigen::VectorXd together = Eigen::VectorXd::Zero(kResponseFeatures);
   for (const int k : {kEdgeResistance, kSlowEdgeResistance}) {
@@ -104,7 +107,8 @@ Eigen::MatrixXd betweenTrips(const Eigen::VectorXd& then, double trips) {
   }
   spread(kBlockedCurrent, kBlockedCurrent) = std::pow(kBlockedSpread, 2);
   for (int tap = 0; tap < kTaps; ++tap)
-    spread(kFirstTap + tap, kFirstTap + tap) = std::pow(kTapSpread[tap], 2);
+    spread(kFirstTap + tap, kFirstTap + tap) =
+        std::pow(interval < kFastRow ? kFastTapSpread : kTapSpread[tap], 2);
   return trips * (spread + together * together.transpose());
 }
 
@@ -121,14 +125,21 @@ class Comparison {
     trips_ = 0.5 * (1.0 / static_cast<double>(now.size()) + 1.0 / static_cast<double>(then.size()));
     for (int k = 0; k < kResponseFeatures; ++k)
       if (now_.known[k] && reference_.known[k]) compared_.push_back(k);
+    ResponseFeatures alike = now_;
+    alike.value = reference_.value;
+    level_ = distance(reference_, alike);
   }
 
   const std::vector<int>& compared() const { return compared_; }
   const ResponseFeatures& now() const { return now_; }
   const ResponseFeatures& reference() const { return reference_; }
   double interval() const { return then_.front().interval; }
-  double spreadOf(int k) const { return std::sqrt(betweenTrips(reference_.value, trips_)(k, k)); }
+  double spreadOf(int k) const {
+    return std::sqrt(betweenTrips(reference_.value, interval(), trips_)(k, k));
+  }
   double currentScale() const { return scale_.current; }
+  /// ln determinant of V with nothing changed: D counts from there.
+  double level() const { return level_; }
 
   ResponseFeatures featuresWith(Kind kind, double strength) const {
     std::vector<ResponseFeatures> features;
@@ -138,9 +149,10 @@ class Comparison {
     return meanOf(features);
   }
 
+  /// -2 ln likelihood, but for a constant that is the same for every change.
   double distance(const ResponseFeatures& expected, const ResponseFeatures& seen) const {
     const auto size = static_cast<Eigen::Index>(compared_.size());
-    const Eigen::MatrixXd spread = betweenTrips(expected.value, trips_);
+    const Eigen::MatrixXd spread = betweenTrips(expected.value, interval(), trips_);
     Eigen::VectorXd difference(size);
     Eigen::MatrixXd variance(size, size);
     for (Eigen::Index k = 0; k < size; ++k) {
@@ -151,22 +163,25 @@ class Comparison {
         variance(k, m) = seen.covariance(row, compared_[m]) +
                          expected.covariance(row, compared_[m]) + spread(row, compared_[m]);
     }
-    return difference.dot(variance.ldlt().solve(difference));
+    const Eigen::LDLT<Eigen::MatrixXd> factors(variance);
+    const double log_determinant = factors.vectorD().array().max(1e-30).log().sum();
+    return difference.dot(factors.solve(difference)) + log_determinant;
   }
-  double nothing() const { return distance(reference_, now_); }
+  double nothing() const { return distance(reference_, now_) - level(); }
   double withChangeOf(Kind kind, double strength) const {
-    return distance(featuresWith(kind, strength), now_);
+    return distance(featuresWith(kind, strength), now_) - level();
   }
-  /// D between the reference with a change and without: what a change of this strength would show.
+  /// By how much D would fall if a change of this strength were all that has changed.
   double visible(Kind kind, double strength) const {
-    return distance(reference_, featuresWith(kind, strength));
+    const ResponseFeatures changed = featuresWith(kind, strength);
+    return distance(reference_, changed) - distance(changed, changed);
   }
 
  private:
   std::vector<ResponseRows> then_;
   ResponseScale scale_;
   ResponseFeatures now_, reference_;
-  double trips_ = 1.0;
+  double trips_ = 1.0, level_ = 0.0;
   std::vector<int> compared_;
 };
 

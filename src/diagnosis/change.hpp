@@ -83,9 +83,11 @@ struct ChangeOptions {
  * exactly (v + R i, (1 + g) i, i + i_o, a shift by rows, a first-order lag of one channel), so its
  * signature needs no model and no linearisation:
  *
- *     D(c, s) = (f_now - f_then(c, s))' V^-1 (f_now - f_then(c, s)),   V = V_now + V_then + V_between
+ *     D(c, s) = (f_now - f_then(c, s))' V^-1 (f_now - f_then(c, s)) + ln det V,
+ *     V = V_now + V_then(c, s) + V_between
  *
- * V_between is the spread between sound trips of one battery (kBetweenTrips, docs/changes.md).
+ * V_between is the spread between sound trips of one battery (docs/changes.md); D counts from ln det
+ * V with nothing changed.
  * The change of least D is stated where it lowers D(nothing) by more than kLeastGain; changes
  * within kAlike of it are indistinguishable. A contact's resistance looks like the battery's own
  * ohmic one, an offset like a load that the sensor does not see, always.

@@ -142,6 +142,7 @@ std::optional<double> modeOf(const std::vector<Ratio>& values, double scale, int
 }
 
 Jackknife blockedCurrent(const ResponseRows& rows, double scale) {
+  if (!rows.has_source) return {};
   const auto stride =
       static_cast<std::size_t>(std::max(1.0, std::round(3.0 / std::max(rows.interval, 1e-3))));
   std::vector<Ratio> values;
@@ -150,7 +151,7 @@ Jackknife blockedCurrent(const ResponseRows& rows, double scale) {
     const double current = rows.current[middle];
     if (std::abs(current) >= kBlockedWindow * scale || !isJoined(rows, k - stride, k)) continue;
     const double moved = std::abs(rows.voltage[k] - rows.voltage[k - stride]);
-    if (rows.has_source && (moved <= kMoves || moved >= kJumps)) continue;
+    if (moved <= kMoves || moved >= kJumps) continue;
     values.push_back({current, 1.0, blockOf(k, rows.size())});
   }
   Jackknife of;

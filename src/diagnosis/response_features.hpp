@@ -73,7 +73,7 @@ ResponseScale responseScale(const ResponseRows& reference);
  *   voltage moves by more than 40 mV in 3 s. A charger moves the voltage of a battery that neither
  *   charges nor discharges without a current of its reaction (docs/physics.md#charge_acceptance):
  *   what the sensor reads then is its offset, and a small constant current of the battery's own.
- *   Without a charger: the mode over all rows.
+ *   Without a charger it is unknown.
  * - Pulse response: coefficients h_j of
  *
  *       v(n) - v(n-1) = sum_j h_j (i(n-j) - i(n-j-1)),   j = -3 ... 5
