@@ -1,11 +1,11 @@
 #include "diagnosis/change.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "diagnosis/response_comparison.hpp"
 #include "estimation/identification.hpp"
 #include "model/mechanism.hpp"
 #include "prediction/scores.hpp"
@@ -15,283 +15,29 @@
 namespace battery_sof {
 namespace {
 
-// Spread between sound trips of one battery: standard deviation of the difference of two.
-// `scripts/change_study --spread` prints what pairs of real recordings show (docs/changes.md).
-constexpr double kResistancesTogether = 0.08;  // [1], of all resistances: temperature
-constexpr double kResistanceApart = 0.04;      // [1], of each
-constexpr double kResistanceLeast = 3e-4;      // [Ohm], of each
-constexpr double kBlockedSpread = 0.2;         // [A]
-constexpr double kTapSpread[kTaps] = {0.03, 0.04, 0.07, 0.11, 0.06, 0.04, 0.03, 0.03, 0.03};
-// of each where rows are less than kFastRow apart: loggers whose channels are not sampled together
-constexpr double kFastTapSpread = 0.12, kFastRow = 0.25;  // [1], [s]
-
-constexpr double kLeastGain = 8.0;  // of D; see docs/decisions/0021-changes-against-a-reference.md
-constexpr double kAlike = 4.0;      // of D: two standard errors
-constexpr double kNinety = 2.71;    // of D, the 90 % interval of one strength
-constexpr double kPower = 1.28;     // standard errors above a limit in nine of ten cases
+// of D; see docs/decisions/0021-changes-against-a-reference.md
+constexpr double kLeastGain = 8.0;
+constexpr double kAlike = 4.0;           // of D: two standard errors
 constexpr double kAnotherBattery = 1.0;  // mean of ln ratios of errors
 // of D, what a shift of the channels may leave where they look as if the sign were wrong
 constexpr double kExplained = 0.2;
 constexpr std::size_t kFewestRows = 300;
 constexpr std::size_t kFewestFeatures = 8;
 
-enum class Kind { kContact, kGain, kOffset, kSkew, kLag };
-
-struct Family {
-  Kind kind;
-  const char* id;
-  const char* unit;
-  std::vector<double> grid;  // ascending; strengths in unit, of kSkew and kLag in rows
-  bool continuous = true;
-};
-
-const std::vector<Family>& families() {
-  static const std::vector<Family> all = {
-      {Kind::kContact,
-       "contact_resistance",
-       "ohm",
-       {-0.004, -0.002, -0.001, -0.0005, 0.0005, 0.001, 0.002, 0.003, 0.004, 0.006, 0.009, 0.014,
-        0.02}},
-      {Kind::kGain,
-       "current_gain",
-       "1",
-       {-0.3, -0.2, -0.14, -0.1, -0.06, -0.03, 0.03, 0.06, 0.1, 0.14, 0.2, 0.3}},
-      {Kind::kOffset,
-       "current_offset",
-       "A",
-       {-5.0, -3.0, -2.0, -1.2, -0.8, -0.4, 0.4, 0.8, 1.2, 2.0, 3.0, 5.0}},
-      {Kind::kSkew, "time_skew", "s", {-3, -2, -1, 1, 2, 3}, false},
-      // > 0: the voltage lags; < 0: the current
-      {Kind::kLag, "sensor_lag", "s", {-5, -3, -2, -1.3, -0.7, 0.7, 1.3, 2, 3, 5}},
-  };
-  return all;
-}
-
-void lag(std::vector<double>& values, const std::vector<double>& time, double constant) {
-  for (std::size_t n = 1; n < values.size(); ++n) {
-    const double kept = std::exp(-(time[n] - time[n - 1]) / constant);
-    values[n] = kept * values[n - 1] + (1.0 - kept) * values[n];
-  }
-}
-
-/// What the recording would be had its instruments been changed so. @param strength as in the grid.
-ResponseRows withChange(ResponseRows rows, Kind kind, double strength) {
-  switch (kind) {
-    case Kind::kContact:
-      for (std::size_t n = 0; n < rows.size(); ++n) rows.voltage[n] += strength * rows.current[n];
-      break;
-    case Kind::kGain:
-      for (double& current : rows.current) current *= 1.0 + strength;
-      break;
-    case Kind::kOffset:
-      for (double& current : rows.current) current += strength;
-      break;
-    case Kind::kSkew:  // d > 0: the voltage comes late, the current early
-      return withCurrentMoved(std::move(rows), -static_cast<int>(std::lround(strength)));
-    case Kind::kLag:
-      lag(strength > 0.0 ? rows.voltage : rows.current, rows.time,
-          std::abs(strength) * rows.interval);
-      break;
-  }
-  return rows;
-}
-
-/// Variance between two sound trips. @param interval [s], between rows. @param trips half of 1/number
-/// of the one + 1/number of the other.
-Eigen::MatrixXd betweenTrips(const Eigen::VectorXd& then, double interval, double trips) {
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(kResponseFeatures, kResponseFeatures);
-  Eigen::VectorXd together = Eigen::VectorXd::Zero(kResponseFeatures);
-  for (const int k : {kEdgeResistance, kSlowEdgeResistance}) {
-    together[k] = kResistancesTogether * then[k];
-    spread(k, k) = std::pow(kResistanceApart * then[k], 2) + std::pow(kResistanceLeast, 2);
-  }
-  spread(kBlockedCurrent, kBlockedCurrent) = std::pow(kBlockedSpread, 2);
-  for (int tap = 0; tap < kTaps; ++tap)
-    spread(kFirstTap + tap, kFirstTap + tap) =
-        std::pow(interval < kFastRow ? kFastTapSpread : kTapSpread[tap], 2);
-  return trips * (spread + together * together.transpose());
-}
-
-/// NOW's features against those of the reference with a change put in.
-class Comparison {
- public:
-  Comparison(const std::vector<Series>& now, const std::vector<Series>& then) {
-    for (const Series& one : then) then_.push_back(responseRows(one));
-    scale_ = responseScale(then_.front());
-    std::vector<ResponseFeatures> features;
-    for (const Series& one : now) features.push_back(responseFeatures(responseRows(one), scale_));
-    now_ = meanOf(features);
-    reference_ = featuresWith(Kind::kOffset, 0.0);
-    trips_ = 0.5 * (1.0 / static_cast<double>(now.size()) + 1.0 / static_cast<double>(then.size()));
-    for (int k = 0; k < kResponseFeatures; ++k)
-      if (now_.known[k] && reference_.known[k]) compared_.push_back(k);
-    ResponseFeatures alike = now_;
-    alike.value = reference_.value;
-    level_ = distance(reference_, alike);
-  }
-
-  const std::vector<int>& compared() const { return compared_; }
-  const ResponseFeatures& now() const { return now_; }
-  const ResponseFeatures& reference() const { return reference_; }
-  double interval() const { return then_.front().interval; }
-  double spreadOf(int k) const {
-    return std::sqrt(betweenTrips(reference_.value, interval(), trips_)(k, k));
-  }
-  double currentScale() const { return scale_.current; }
-  /// ln determinant of V with nothing changed: D counts from there.
-  double level() const { return level_; }
-
-  ResponseFeatures featuresWith(Kind kind, double strength) const {
-    std::vector<ResponseFeatures> features;
-    for (const ResponseRows& rows : then_)
-      features.push_back(
-          responseFeatures(strength == 0.0 ? rows : withChange(rows, kind, strength), scale_));
-    return meanOf(features);
-  }
-
-  /// -2 ln likelihood, but for a constant that is the same for every change.
-  double distance(const ResponseFeatures& expected, const ResponseFeatures& seen) const {
-    const auto size = static_cast<Eigen::Index>(compared_.size());
-    const Eigen::MatrixXd spread = betweenTrips(expected.value, interval(), trips_);
-    Eigen::VectorXd difference(size);
-    Eigen::MatrixXd variance(size, size);
-    for (Eigen::Index k = 0; k < size; ++k) {
-      const int row = compared_[k];
-      if (!expected.known[row]) return HUGE_VAL;
-      difference[k] = seen.value[row] - expected.value[row];
-      for (Eigen::Index m = 0; m < size; ++m)
-        variance(k, m) = seen.covariance(row, compared_[m]) +
-                         expected.covariance(row, compared_[m]) + spread(row, compared_[m]);
-    }
-    const Eigen::LDLT<Eigen::MatrixXd> factors(variance);
-    const double log_determinant = factors.vectorD().array().max(1e-30).log().sum();
-    return difference.dot(factors.solve(difference)) + log_determinant;
-  }
-  double nothing() const { return distance(reference_, now_) - level(); }
-  double withChangeOf(Kind kind, double strength) const {
-    return distance(featuresWith(kind, strength), now_) - level();
-  }
-  /// By how much D would fall if a change of this strength were all that has changed.
-  double visible(Kind kind, double strength) const {
-    const ResponseFeatures changed = featuresWith(kind, strength);
-    return distance(reference_, changed) - distance(changed, changed);
-  }
-
- private:
-  std::vector<ResponseRows> then_;
-  ResponseScale scale_;
-  ResponseFeatures now_, reference_;
-  double trips_ = 1.0, level_ = 0.0;
-  std::vector<int> compared_;
-};
-
-/// A family's best strength.
-struct Weighed {
-  const Family* family = nullptr;
-  double strength = 0.0, distance = HUGE_VAL;
-  double lower = 0.0, upper = 0.0;
-};
-
-double refined(const Comparison& comparison, Weighed& best, double low, double high) {
-  constexpr double kGolden = 0.618033988749895;
-  double a = low, b = high;
-  double c = b - kGolden * (b - a), d = a + kGolden * (b - a);
-  double at_c = comparison.withChangeOf(best.family->kind, c);
-  double at_d = comparison.withChangeOf(best.family->kind, d);
-  for (int step = 0; step < 9; ++step) {
-    if (at_c < at_d) {
-      b = d, d = c, at_d = at_c;
-      c = b - kGolden * (b - a);
-      at_c = comparison.withChangeOf(best.family->kind, c);
-    } else {
-      a = c, c = d, at_c = at_d;
-      d = a + kGolden * (b - a);
-      at_d = comparison.withChangeOf(best.family->kind, d);
-    }
-  }
-  if (std::min(at_c, at_d) < best.distance) {
-    best.strength = at_c < at_d ? c : d;
-    best.distance = std::min(at_c, at_d);
-  }
-  return best.distance;
-}
-
-Weighed weigh(const Comparison& comparison, const Family& family) {
-  Weighed best{&family};
-  std::size_t at = 0;
-  const double scale = family.kind == Kind::kOffset ? comparison.currentScale() : 1.0;
-  std::vector<double> grid = family.grid;
-  for (double& strength : grid) strength *= scale;
-  for (std::size_t k = 0; k < grid.size(); ++k) {
-    const double distance = comparison.withChangeOf(family.kind, grid[k]);
-    if (distance >= best.distance) continue;
-    best.distance = distance;
-    best.strength = grid[k];
-    at = k;
-  }
-  if (!family.continuous || !std::isfinite(best.distance)) return best;
-  const auto neighbour = [&](std::size_t k, bool above) {
-    if (above) return k + 1 < grid.size() ? grid[k + 1] : grid[k];
-    return k > 0 ? grid[k - 1] : grid[k];
-  };
-  double low = neighbour(at, false), high = neighbour(at, true);
-  // A lag of one channel does not go over into one of the other.
-  if (family.kind == Kind::kLag && low * best.strength <= 0.0)
-    low = best.strength > 0.0 ? 0.3 : low;
-  if (family.kind == Kind::kLag && high * best.strength <= 0.0)
-    high = best.strength < 0.0 ? -0.3 : high;
-  refined(comparison, best, low, high);
-  return best;
-}
-
-/// Where D rises by kNinety on one side.
-double bound(const Comparison& comparison, const Weighed& of, bool above) {
-  const Family& family = *of.family;
-  const double limit = of.distance + kNinety;
-  const auto isBeyond = [&](double strength) {
-    return comparison.withChangeOf(family.kind, strength) > limit;
-  };
-  double inside = of.strength, step = std::max(0.25 * std::abs(of.strength), 1e-4);
-  double outside = inside;
-  for (int k = 0; k < 6; ++k, step *= 2.0) {
-    outside = of.strength + (above ? step : -step);
-    if (family.kind == Kind::kLag && outside * of.strength <= 0.0)
-      return of.strength > 0.0 ? 0.0 : -0.0;
-    if (isBeyond(outside)) break;
-    inside = outside;
-  }
-  for (int k = 0; k < 6; ++k) {
-    const double middle = 0.5 * (inside + outside);
-    (isBeyond(middle) ? outside : inside) = middle;
-  }
-  return inside;
-}
-
-void addInterval(const Comparison& comparison, Weighed& of) {
-  if (!of.family->continuous) {
-    of.lower = of.strength - 0.5;
-    of.upper = of.strength + 0.5;
-    return;
-  }
-  of.lower = bound(comparison, of, false);
-  of.upper = bound(comparison, of, true);
-}
-
-bool isInRows(Kind kind) { return kind == Kind::kSkew || kind == Kind::kLag; }
-
 /// What no current and voltage can tell from a change, whatever is recorded.
-std::vector<std::string> alwaysAlike(Kind kind, double strength) {
-  if (kind == Kind::kContact) return {"r_discharge", "r_charge"};
-  if (kind == Kind::kOffset && strength > 0.0) return {"parasitic_load", "gassing"};
+std::vector<std::string> alwaysAlike(ChangeKind kind, double strength) {
+  if (kind == ChangeKind::kContact) return {"r_discharge", "r_charge"};
+  if (kind == ChangeKind::kOffset && strength > 0.0) return {"parasitic_load", "gassing"};
   return {};
 }
 
-std::vector<Change> changesOf(const Comparison& comparison, std::vector<Weighed> weighed) {
+std::vector<Change> changesOf(const ResponseComparison& comparison,
+                              std::vector<WeighedChange> weighed) {
   const double nothing = comparison.nothing();
-  const Weighed best = weighed.front();
+  const WeighedChange best = weighed.front();
   double all = std::exp(-0.5 * (nothing - kLeastGain - best.distance)), alike = 0.0;
   Change change;
-  for (const Weighed& one : weighed) {
+  for (const WeighedChange& one : weighed) {
     const double weight = std::exp(-0.5 * (one.distance - best.distance));
     all += weight;
     if (one.distance > best.distance + kAlike) continue;
@@ -300,7 +46,7 @@ std::vector<Change> changesOf(const Comparison& comparison, std::vector<Weighed>
     for (const std::string& id : alwaysAlike(one.family->kind, one.strength))
       change.indistinguishable.push_back(id);
   }
-  const double unit = isInRows(best.family->kind) ? comparison.interval() : 1.0;
+  const double unit = best.family->isInRows() ? comparison.interval() : 1.0;
   change.id = best.family->id;
   change.mechanism = mechanismId(mechanismOf(change.id));
   change.now = unit * best.strength;
@@ -311,28 +57,13 @@ std::vector<Change> changesOf(const Comparison& comparison, std::vector<Weighed>
   return {change};
 }
 
-std::vector<ChangeLimit> limitsOf(const Comparison& comparison) {
-  const double wanted = std::pow(std::sqrt(kLeastGain) + kPower, 2);
+std::vector<ChangeLimit> limitsOf(const ResponseComparison& comparison) {
   std::vector<ChangeLimit> limits;
-  for (const Family& family : families()) {
-    const double scale = family.kind == Kind::kOffset ? comparison.currentScale() : 1.0;
-    double hidden = 0.0, seen = HUGE_VAL;
-    for (const double in_grid : family.grid) {
-      if (in_grid <= 0.0) continue;
-      const double strength = scale * in_grid;
-      if (comparison.visible(family.kind, strength) >= wanted) {
-        seen = strength;
-        break;
-      }
-      hidden = strength;
-    }
-    if (!std::isfinite(seen)) continue;  // more than is ever looked for
-    for (int k = 0; k < 6 && family.continuous; ++k) {
-      const double middle = 0.5 * (hidden + seen);
-      (comparison.visible(family.kind, middle) >= wanted ? seen : hidden) = middle;
-    }
-    limits.push_back(
-        {family.id, family.unit, seen * (isInRows(family.kind) ? comparison.interval() : 1.0)});
+  for (const ChangeFamily& family : changeFamilies()) {
+    const double strength = visibleStrength(comparison, family, kLeastGain);
+    if (std::isfinite(strength))
+      limits.push_back(
+          {family.id, family.unit, strength * (family.isInRows() ? comparison.interval() : 1.0)});
   }
   return limits;
 }
@@ -392,7 +123,7 @@ std::optional<double> modelDistance(const Modelled& now, const Modelled& then) {
   return 0.5 * (*one + *other);
 }
 
-std::vector<Series> changed(std::vector<Series> all, const Weighed& by) {
+std::vector<Series> changed(std::vector<Series> all, const WeighedChange& by) {
   for (Series& series : all) {
     ResponseRows rows{series.time, series.current, series.voltage, {}, medianInterval(series)};
     rows.excluded.assign(rows.size(), 0);
@@ -405,7 +136,7 @@ std::vector<Series> changed(std::vector<Series> all, const Weighed& by) {
 
 /// Fits both, the reference with the change in it too, and runs them on each other's recording.
 void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
-               const std::vector<Series>& then, const Weighed* change,
+               const std::vector<Series>& then, const WeighedChange* change,
                const ChangeOptions& options) {
   const auto stage = [&](const char* what) {
     if (options.progress) options.progress(what);
@@ -483,6 +214,16 @@ std::string problemText(const std::vector<Finding>& problems, const char* which)
   return problems.empty() ? "" : std::string(which) + " has a problem: " + format(problems);
 }
 
+std::vector<ComparedFeature> comparedOf(const ResponseComparison& comparison) {
+  const ResponseFeatures &then = comparison.reference(), &now = comparison.now();
+  std::vector<ComparedFeature> all;
+  for (const int k : comparison.compared())
+    all.push_back({featureId(k), featureUnit(k), then.value[k], now.value[k],
+                   std::sqrt(now.covariance(k, k) + then.covariance(k, k)),
+                   comparison.spreadOf(k)});
+  return all;
+}
+
 void requireBoth(const std::vector<Series>& now, bool has_reference) {
   if (now.empty()) throw std::invalid_argument("diagnoseChange: no recording of now");
   if (!has_reference) throw std::invalid_argument("diagnoseChange: no reference");
@@ -538,28 +279,18 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector
         problemText(before.sign, kThen)})
     if (!why.empty()) return refuse(why);
   stage("comparing responses");
-  const Comparison comparison(now, then);
-  for (const int k : comparison.compared())
-    diagnosis.compared.push_back(
-        {featureId(k), featureUnit(k), comparison.reference().value[k], comparison.now().value[k],
-         std::sqrt(comparison.now().covariance(k, k) + comparison.reference().covariance(k, k)),
-         comparison.spreadOf(k)});
-  if (comparison.compared().size() < kFewestFeatures) {
-    conclude(diagnosis, ChangeVerdict::kInsufficientData,
-             "No comparison: too few changes of current of 8 A and more are in both recordings.");
-    return diagnosis;
-  }
+  const ResponseComparison comparison(now, then);
+  diagnosis.compared = comparedOf(comparison);
+  if (comparison.compared().size() < kFewestFeatures)
+    return refuse("too few changes of current of 8 A and more are in both recordings");
   diagnosis.distance = comparison.nothing();
   stage("weighing changes");
-  std::vector<Weighed> weighed;
-  for (const Family& family : families()) weighed.push_back(weigh(comparison, family));
-  std::sort(weighed.begin(), weighed.end(),
-            [](const Weighed& a, const Weighed& b) { return a.distance < b.distance; });
-  Weighed& best = weighed.front();
+  std::vector<WeighedChange> weighed = weighChanges(comparison);
+  WeighedChange& best = weighed.front();
   diagnosis.gain = diagnosis.distance - best.distance;
   const bool has_changed = diagnosis.gain > kLeastGain;
   if (!problems.sign.empty() &&
-      !(isInRows(best.family->kind) && best.distance < kExplained * diagnosis.distance))
+      !(best.family->isInRows() && best.distance < kExplained * diagnosis.distance))
     return refuse(problemText(problems.sign, kNow));
   diagnosis.detection_limits = limitsOf(comparison);
 
