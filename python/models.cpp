@@ -4,10 +4,12 @@
 
 #include "battery_sof/model.hpp"
 #include "bindings.hpp"
+#include "diagnosis/change.hpp"
 #include "diagnosis/diagnosis.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/questions.hpp"
 #include "prediction/scores.hpp"
+#include "report/change_results.hpp"
 #include "report/descriptions.hpp"
 #include "report/results.hpp"
 #include "util/files.hpp"
@@ -119,6 +121,24 @@ DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to
                                    threads, nullptr, held.hash, anyway});
 }
 
+/// @return JSON and text of a comparison. @param from, to of the recording; references are whole.
+std::pair<std::string, std::string> diagnoseChangeHeld(
+    const HeldRecording& held, const std::vector<const HeldRecording*>& references, Seconds from,
+    Seconds to, bool anyway) {
+  const py::gil_scoped_release released;
+  ChangeOptions options;
+  options.anyway = anyway;
+  std::vector<Series> then;
+  std::vector<std::string> names;
+  for (const HeldRecording* one : references) {
+    then.push_back(one->fitted);
+    names.push_back(one->recording.name);
+  }
+  const ChangeDiagnosis found =
+      diagnoseChange({slice(held.fitted, samplesBetween(held.fitted, from, to))}, then, options);
+  return {jsonText(resultJson(found, {held.recording.name}, names)), resultText(found)};
+}
+
 Numbers covarianceOf(const Model& model) {
   const Eigen::MatrixXd& covariance = model.fitted().fit.covariance;
   Numbers rows({covariance.rows(), covariance.cols()});
@@ -175,6 +195,7 @@ void defineModels(py::module_& module) {
   module.def("stop_time", &askStopTime);
   module.def("charge", &askCharge);
   module.def("diagnose", &diagnoseHeld);
+  module.def("diagnose_change", &diagnoseChangeHeld);
 }
 
 }  // namespace battery_sof::python

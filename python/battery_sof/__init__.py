@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING, Any, List
 
 if TYPE_CHECKING:
     from .api import (Model, Recording, charge, crank, diagnose, identify, predict, stop_time, version)
-    from .results import (Candidate, ChargeAnswer, CrankAnswer, CrankScore, Diagnosis, Effect, Metrics, Mismatch, Parameter,
-                          Prediction, StopTimeAnswer)
+    from .results import (Candidate, Change, ChangeDiagnosis, ChargeAnswer, CrankAnswer, CrankScore, Diagnosis, Effect, Metrics,
+                          Mismatch, Parameter, Prediction, StopTimeAnswer)
 
 _PLACES = {
     **dict.fromkeys(("Model", "Recording", "charge", "crank", "diagnose", "identify", "predict", "stop_time", "version"),
                     "api"),
-    **dict.fromkeys(("Candidate", "ChargeAnswer", "CrankAnswer", "CrankScore", "Diagnosis", "Effect", "Metrics", "Mismatch",
-                     "Parameter", "Prediction", "StopTimeAnswer"), "results"),
+    **dict.fromkeys(("Candidate", "Change", "ChangeDiagnosis", "ChargeAnswer", "CrankAnswer", "CrankScore", "Diagnosis", "Effect",
+                     "Metrics", "Mismatch", "Parameter", "Prediction", "StopTimeAnswer"), "results"),
 }
 __all__ = sorted(_PLACES)
 

@@ -4,14 +4,14 @@ import hashlib
 import json
 from os import PathLike, fsencode
 from os.path import isfile
-from typing import Any, Dict, List, Optional, Sequence, Union
+from typing import Any, Dict, List, Optional, Sequence, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .results import (Candidate, ChargeAnswer, CrankAnswer, CrankScore, Diagnosis, Effect, Metrics, Mismatch, Parameter,
-                      Prediction, StopTimeAnswer, encoded, made)
+from .results import (Candidate, Change, ChangeDiagnosis, ChargeAnswer, CrankAnswer, CrankScore, Diagnosis, Effect, Metrics,
+                      Mismatch, Parameter, Prediction, StopTimeAnswer, encoded, made)
 
 Path = Union[str, "PathLike[str]"]
 Numbers = npt.ArrayLike
@@ -196,9 +196,21 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
     return made(ChargeAnswer, json.loads(_core.charge(_begun(model, rested), u_boost, t_sof2, i_limit, capacity_ah)))
 
 
+@overload
 def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
-             series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Diagnosis:
+             series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Diagnosis: ...
+
+
+@overload
+def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recording]], from_s: Optional[float] = None,
+             to_s: Optional[float] = None, anyway: bool = False) -> ChangeDiagnosis: ...
+
+
+def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recording], None] = None,
+             from_s: Optional[float] = None, to_s: Optional[float] = None,
+             holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
+             series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Union[Diagnosis, ChangeDiagnosis]:
     """Finds where the base model and a recording deviate and which physics is missing, as `sof diagnose` does. This takes minutes.
 
     from_s, to_s [s]: the range that is diagnosed; its last holdout_share is kept for the comparison alone. hypotheses: ids of the
@@ -206,8 +218,20 @@ def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
     number of 12 V blocks in series, as in identify(); volts and ohms in the result are those of one block. threads: 0 for all; it
     changes no result. anyway: also diagnose a recording with a problem, as in identify().
 
+    reference: one or more recordings of the same battery from when it was sound. What has changed since is found instead, as
+    `sof diagnose --reference` does, and a ChangeDiagnosis comes back; from_s, to_s and anyway alone go with it.
+
     Raises ValueError for a range without samples, an unknown id, or an option that is out of range.
     """
+    if reference is not None:
+        if (holdout_share, list(hypotheses), list(given), series_blocks) != (0.25, [], [], 1.0):
+            raise ValueError("reference is given, expected without holdout_share, hypotheses, given and series_blocks")
+        references = [reference] if isinstance(reference, Recording) else list(reference)
+        if not references:
+            raise ValueError("reference is empty, expected at least one recording")
+        answer, text = _core.diagnose_change(recording._core, [one._core for one in references], from_s, to_s, anyway)
+        told = json.loads(answer)
+        return made(ChangeDiagnosis, told, changes=[made(Change, one) for one in told["changes"]], text=text, details=told)
     core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), series_blocks,
                           threads, anyway)
     details = json.loads(core.json())

@@ -199,3 +199,29 @@ class Diagnosis:
     def write_page(self, path: Union[str, "PathLike[str]"]) -> None:
         """Writes the diagnosis as one HTML page that needs no network; whole or not at all."""
         self._core.write_page(encoded(path))
+
+
+@dataclass(frozen=True)
+class Change:
+    """What has changed since a reference."""
+
+    id: str
+    kind: str  #: effect, or parameter of the model
+    mechanism: str
+    then: float  #: in unit
+    now: float  #: in unit
+    unit: str
+    interval: List[float]  #: 90 % interval of now, lower and upper end
+    probability: float
+    indistinguishable: List[str]  #: ids that these recordings cannot tell it from
+
+
+@dataclass(frozen=True)
+class ChangeDiagnosis:
+    """What has changed in a battery or its instruments since a reference recording."""
+
+    verdict: str  #: no_change, changed, another_battery or insufficient_data
+    summary: str
+    changes: List[Change]  #: likeliest first; empty but for changed
+    text: str = field(repr=False)  #: as `sof diagnose --reference` prints it
+    details: Dict[str, Any] = field(repr=False)  #: the whole JSON of `sof diagnose --reference`

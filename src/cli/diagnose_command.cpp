@@ -3,9 +3,11 @@
 #include <utility>
 
 #include "command.hpp"
+#include "diagnosis/change.hpp"
 #include "diagnosis/combination.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "recording/series_blocks.hpp"
+#include "report/change_results.hpp"
 #include "report/diagnosis_page.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
@@ -17,7 +19,7 @@ namespace {
 
 struct DiagnoseArguments {
   RecordingArguments recording;  ///< each of the paths in turn
-  std::vector<std::string> paths;
+  std::vector<std::string> paths, references;
   WindowArguments window;
   PriorsArguments priors;
   std::string report, out, base_out, json;
@@ -105,9 +107,62 @@ void writeFiles(const DiagnoseArguments& arguments, const Recording& recording,
   if (!arguments.base_out.empty()) writeModelFile(arguments.base_out, diagnosis.base);
 }
 
+/// Recordings at the rate models are fitted at, and their names.
+struct Recordings {
+  std::vector<Series> series;
+  std::vector<std::string> names;
+};
+
+Recordings recordingsOf(const std::vector<Stretch>& stretches) {
+  Recordings all;
+  for (const Stretch& stretch : stretches) {
+    all.series.push_back(stretch.recording.series);
+    all.names.push_back(stretch.recording.name);
+  }
+  return all;
+}
+
+/// The references as they are: --from and --to are of the recordings that are diagnosed.
+std::vector<Stretch> referencesOf(const DiagnoseArguments& arguments) {
+  for (const std::string& path : arguments.references)
+    if (const auto ending = std::filesystem::path(path).extension();
+        ending == ".yaml" || ending == ".yml")
+      throw UsageError("--reference: is " + path +
+                       ", a model file; expected the recording that it was fitted to: a change of "
+                       "the instruments cannot be told from a model alone");
+  DiagnoseArguments of = arguments;
+  of.paths = arguments.references;
+  of.window = {};
+  return stretchesOf(of);
+}
+
+int runChange(const CommandLine& line, const DiagnoseArguments& arguments) {
+  Progress progress(line.err);
+  const std::vector<Stretch> stretches = stretchesOf(arguments);
+  const std::vector<Stretch> references = referencesOf(arguments);
+  for (std::size_t k = 0; k < stretches.size(); ++k)
+    for (std::size_t j = 0; j < references.size(); ++j)
+      if (stretches[k].hash == references[j].hash && arguments.window.from.empty() &&
+          arguments.window.to.empty())
+        throw UsageError("--reference: " + arguments.references[j] + " is the same recording as " +
+                         arguments.paths[k]);
+  ChangeOptions options;
+  options.anyway = arguments.options.anyway;
+  options.progress = [&](const std::string& stage) { progress.stage(stage); };
+  const Interruption interruption(progress);
+  const Recordings now = recordingsOf(stretches), then = recordingsOf(references);
+  const ChangeDiagnosis found = diagnoseChange(now.series, then.series, options);
+  progress.end();
+  emit(line, resultText(found), resultJson(found, now.names, then.names), arguments.json);
+  if (found.verdict != ChangeVerdict::kInsufficientData) return kExitDone;
+  complain(line.err, "no comparison: " + found.summary);
+  return kExitNegative;
+}
+
 int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
-  requireOneRecording(arguments);
   requireFolders(arguments);
+  if (!arguments.references.empty()) return runChange(line, arguments);
+  requireOneRecording(arguments);
   DiagnoseOptions options = arguments.options;
   options.priors = loadPriors(arguments.priors);
   Progress progress(line.err);
@@ -147,12 +202,18 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   addRecordingOptions(options, values.recording, false);
   addSeriesBlocksOption(options, values.recording);
   addWindowOptions(options, values.window);
-  addFile(options, kWrittenFile, "--report", values.report,
-          "page to write: one HTML file that needs no network");
-  addFile(options, kWrittenFile, "--out", values.out,
-          "model file to write: the base model with what was found");
-  addFile(options, kWrittenFile, "--base-out", values.base_out,
-          "model file to write: the base model alone");
+  CLI::Option* reference =
+      addFile(options, kReadFile, "--reference", values.references,
+              "recording of the same battery from when it was sound: reports what has changed "
+              "since (docs/changes.md); repeatable")
+          ->allow_extra_args(false);
+  for (CLI::Option* page : {addFile(options, kWrittenFile, "--report", values.report,
+                                    "page to write: one HTML file that needs no network"),
+                            addFile(options, kWrittenFile, "--out", values.out,
+                                    "model file to write: the base model with what was found"),
+                            addFile(options, kWrittenFile, "--base-out", values.base_out,
+                                    "model file to write: the base model alone")})
+    page->excludes(reference);
   addOption(options, "--holdout", search.holdout_share,
             "share of the samples, the last ones, kept for the comparison alone");
   CLI::Option* hypotheses =
@@ -163,11 +224,14 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       addEffectIds(options, "--given", search.given,
                    "ids that are known to be there, comma-separated: they are modelled "
                    "and nothing is searched for")
-          ->excludes(hypotheses);
+          ->excludes(hypotheses)
+          ->excludes(reference);
+  hypotheses->excludes(reference);
   addEffectIds(options, "--verify-detection-limits", search.confirm,
                "ids, comma-separated, of detection limits: diagnose the recording with each put in "
                "until it is named")
-      ->excludes(given);
+      ->excludes(given)
+      ->excludes(reference);
   addOption(options, "--min-rmse", search.relevance.rmse,
             "smallest RMS effect that is reported [V]; half the noise where that is more");
   addOption(options, "--min-crank", search.relevance.crank,

@@ -298,6 +298,24 @@ class TestDiagnosis(Drive):
         diagnosis.write_page(page)
         self.assertIn(diagnosis.summary.split(",")[0].split("'")[0], page.read_text())
 
+    def test_what_has_changed_since_a_reference_is_that_of_the_command(self):
+        now = battery_sof.Recording(self.recording.time_s, self.recording.current_a,
+                                    self.recording.voltage_v + 0.01 * self.recording.current_a)
+        change = battery_sof.diagnose(now, reference=self.recording)
+        self.assertEqual(change.verdict, "changed")
+        self.assertEqual(change.changes[0].id, "contact_resistance")
+        self.assertAlmostEqual(change.changes[0].now, 0.01, delta=0.002)
+        csv = self.folder / "now.csv"
+        np.savetxt(
+            csv, np.column_stack((now.time_s, now.current_a, now.voltage_v)), "%.9f", ",", header="time_s,current_a,voltage_v", comments="")
+        told = self.sof("diagnose", csv, "--reference", self.csv)
+        self.assertEqual(change.verdict, told["verdict"])
+        self.assertAlmostEqual(change.changes[0].now, told["changes"][0]["now"], places=5)
+        with self.assertRaisesRegex(ValueError, "reference is empty, expected at least one recording"):
+            battery_sof.diagnose(now, reference=[])
+        with self.assertRaisesRegex(ValueError, "expected without holdout_share"):
+            battery_sof.diagnose(now, reference=self.recording, given=["cpe2"])
+
     def test_other_threads_run_while_it_works(self):
         ticks, done = [], threading.Event()
 

@@ -8,6 +8,7 @@
 #include "battery_sof/csv.hpp"
 #include "support/composed.hpp"
 #include "support/sof_command.hpp"
+#include "support/start_stop.hpp"
 
 namespace battery_sof {
 namespace {
@@ -178,6 +179,51 @@ TEST_F(SofDiagnose, WhatIsGivenIsNotConfirmed) {
       {"diagnose", path("any.csv"), "--given", "ocv_soc", "--verify-detection-limits", "gassing"});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_NE(outcome.err.find("--verify-detection-limits"), std::string::npos) << outcome.err;
+}
+
+TEST_F(SofDiagnose, SaysWhatHasChangedSinceAReference) {
+  const BatteryModel model({"fresh_sulphate"});
+  test::StartStopOptions options;
+  options.duration = 1500.0;
+  options.lowest = 12.6;
+  options.current_noise = 0.1;
+  options.voltage_noise = 0.01;
+  const Series then = test::startStopDrive(model, test::freshBattery(model), options).series;
+  options.seed = 2;
+  Series now = test::startStopDrive(model, test::freshBattery(model), options).series;
+  for (std::size_t n = 0; n < now.size(); ++n) now.voltage[n] += 0.008 * now.current[n];
+  writeCsv(path("then.csv"), then);
+  writeCsv(path("now.csv"), now);
+  const Outcome outcome = sof({"diagnose", path("now.csv"), "--reference", path("then.csv"),
+                               "--json", path("change.json")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("verdict      changed"), std::string::npos) << outcome.out;
+  const auto json = nlohmann::json::parse(std::ifstream(path("change.json")));
+  EXPECT_EQ(json["schema"], "battery_sof/change/1");
+  EXPECT_EQ(json["verdict"], "changed");
+  ASSERT_EQ(json["changes"].size(), 1u);
+  const auto& change = json["changes"][0];
+  EXPECT_EQ(change["id"], "contact_resistance");
+  EXPECT_EQ(change["kind"], "effect");
+  EXPECT_EQ(change["unit"], "ohm");
+  EXPECT_LT(change["interval"][0], 0.008);
+  EXPECT_GT(change["interval"][1], 0.008);
+  EXPECT_GT(json["explained"]["changed_model"]["share_percent"],
+            json["explained"]["reference_model"]["share_percent"]);
+}
+
+TEST_F(SofDiagnose, ReferencesThatCannotServeAreRefused) {
+  const Outcome same = sof({"diagnose", stub_, "--reference", stub_});
+  EXPECT_EQ(same.code, 2);
+  EXPECT_NE(same.err.find("is the same recording as"), std::string::npos) << same.err;
+  EXPECT_EQ(sof({"diagnose", stub_, "--reference", path("none.csv")}).code, 2);
+  writeCsv(path("then.csv"), test::baseDrive(2, 2.0));
+  const Outcome brief = sof({"diagnose", stub_, "--reference", path("then.csv")});
+  EXPECT_EQ(brief.code, 1);
+  EXPECT_NE(brief.err.find("samples, a comparison needs 300"), std::string::npos) << brief.err;
+  const Outcome page = sof({"diagnose", stub_, "--reference", stub_, "--report", path("x.html")});
+  EXPECT_EQ(page.code, 2);
+  EXPECT_NE(page.err.find("--reference"), std::string::npos) << page.err;
 }
 
 }  // namespace

@@ -1,0 +1,315 @@
+#include "diagnosis/change.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "diagnosis/response_comparison.hpp"
+#include "estimation/identification.hpp"
+#include "model/mechanism.hpp"
+#include "prediction/scores.hpp"
+#include "recording/checks.hpp"
+#include "util/text.hpp"
+
+namespace battery_sof {
+namespace {
+
+// of D; see docs/decisions/0021-changes-against-a-reference.md
+constexpr double kLeastGain = 8.0;
+constexpr double kAlike = 4.0;           // of D: two standard errors
+constexpr double kAnotherBattery = 1.0;  // mean of ln ratios of errors
+// of D, what a shift of the channels may leave where they look as if the sign were wrong
+constexpr double kExplained = 0.2;
+constexpr std::size_t kFewestRows = 300;
+constexpr std::size_t kFewestFeatures = 8;
+
+/// What no current and voltage can tell from a change, whatever is recorded.
+std::vector<std::string> alwaysAlike(ChangeKind kind, double strength) {
+  if (kind == ChangeKind::kContact) return {"r_discharge", "r_charge"};
+  if (kind == ChangeKind::kOffset && strength > 0.0) return {"parasitic_load", "gassing"};
+  return {};
+}
+
+std::vector<Change> changesOf(const ResponseComparison& comparison,
+                              std::vector<WeighedChange> weighed) {
+  const double nothing = comparison.nothing();
+  const WeighedChange best = weighed.front();
+  double all = std::exp(-0.5 * (nothing - kLeastGain - best.distance)), alike = 0.0;
+  Change change;
+  for (const WeighedChange& one : weighed) {
+    const double weight = std::exp(-0.5 * (one.distance - best.distance));
+    all += weight;
+    if (one.distance > best.distance + kAlike) continue;
+    alike += weight;
+    if (one.family != best.family) change.indistinguishable.push_back(one.family->id);
+    for (const std::string& id : alwaysAlike(one.family->kind, one.strength))
+      change.indistinguishable.push_back(id);
+  }
+  const double unit = best.family->isInRows() ? comparison.interval() : 1.0;
+  change.id = best.family->id;
+  change.mechanism = mechanismId(mechanismOf(change.id));
+  change.now = unit * best.strength;
+  change.unit = best.family->unit;
+  change.lower = unit * best.lower;
+  change.upper = unit * best.upper;
+  change.probability = alike / all;
+  return {change};
+}
+
+std::vector<ChangeLimit> limitsOf(const ResponseComparison& comparison) {
+  std::vector<ChangeLimit> limits;
+  for (const ChangeFamily& family : changeFamilies()) {
+    const double strength = visibleStrength(comparison, family, kLeastGain);
+    if (std::isfinite(strength))
+      limits.push_back(
+          {family.id, family.unit, strength * (family.isInRows() ? comparison.interval() : 1.0)});
+  }
+  return limits;
+}
+
+// ---------------------------------------------------------------------------------------------
+// models
+
+struct Modelled {
+  Series series;
+  FittedModel model;
+};
+
+/// The longest of the recordings, fitted as a whole; none where it cannot be.
+std::optional<Modelled> fitted(const std::vector<Series>& all) {
+  const Series& longest = *std::max_element(
+      all.begin(), all.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  FitRequest request;
+  request.from = longest.time.front();
+  request.to = longest.time.back();
+  request.anyway = true;  // what must not be compared has been refused
+  request.options.chooses_effects = true;
+  FittedModel model = fitPlanned(longest, planFit(longest, request));
+  if (!isUsable(model.fit)) return std::nullopt;
+  return Modelled{longest, std::move(model)};
+}
+
+ModelShare shareOf(const FittedModel& model, const Series& series, IndexRange range) {
+  const PredictionReport report = predictRange(model, series, range).report;
+  if (!report.both_ways)
+    return {report.from_current.q_dyn_percent, std::nullopt, report.from_current.q_dyn_percent};
+  const MixedScores& mixed = report.both_ways->mixed;
+  return {mixed.share_percent, mixed.current_share_percent, mixed.voltage_share_percent};
+}
+
+ModelShare shareOf(const FittedModel& model, const Series& series) {
+  return shareOf(model, series, {0, series.size()});
+}
+
+ModelShare lastQuarter(const FittedModel& model, const Series& series) {
+  return shareOf(model, series, {series.size() - series.size() / 4, series.size()});
+}
+
+/// ln of the error of another model over that of the own one, where a source is seen of the current.
+std::optional<double> lossOf(const ModelShare& other, const ModelShare& own) {
+  const bool of_current = other.current_share_percent && own.current_share_percent;
+  const auto& theirs = of_current ? other.current_share_percent : other.voltage_share_percent;
+  const auto& ours = of_current ? own.current_share_percent : own.voltage_share_percent;
+  if (!theirs || !ours) return std::nullopt;
+  constexpr double kLeast = 0.01;
+  return std::log(std::max(kLeast, 1.0 - 0.01 * *theirs) / std::max(kLeast, 1.0 - 0.01 * *ours));
+}
+
+std::optional<double> modelDistance(const Modelled& now, const Modelled& then) {
+  const auto one = lossOf(shareOf(then.model, now.series), shareOf(now.model, now.series));
+  const auto other = lossOf(shareOf(now.model, then.series), shareOf(then.model, then.series));
+  if (!one || !other) return std::nullopt;
+  return 0.5 * (*one + *other);
+}
+
+std::vector<Series> changed(std::vector<Series> all, const WeighedChange& by) {
+  for (Series& series : all) {
+    ResponseRows rows{series.time, series.current, series.voltage, {}, medianInterval(series)};
+    rows.excluded.assign(rows.size(), 0);
+    rows = withChange(std::move(rows), by.family->kind, by.strength);
+    series.current = rows.current;
+    series.voltage = rows.voltage;
+  }
+  return all;
+}
+
+/// Fits both, the reference with the change in it too, and runs them on each other's recording.
+void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
+               const std::vector<Series>& then, const WeighedChange* change,
+               const ChangeOptions& options) {
+  const auto stage = [&](const char* what) {
+    if (options.progress) options.progress(what);
+  };
+  stage("fitting the reference");
+  const auto reference = fitted(then);
+  stage("fitting the recording");
+  const auto present = fitted(now);
+  std::optional<Modelled> with_change = reference;
+  if (change) {
+    stage("fitting the reference with the change");
+    with_change = fitted(changed(then, *change));
+  }
+  if (!present) return;
+  stage("running the models on each other's recording");
+  diagnosis.own_model = lastQuarter(present->model, present->series);
+  if (reference) diagnosis.reference_model = lastQuarter(reference->model, present->series);
+  if (!with_change) return;
+  diagnosis.changed_model = lastQuarter(with_change->model, present->series);
+  diagnosis.model_distance = modelDistance(*present, *with_change);
+}
+
+// ---------------------------------------------------------------------------------------------
+// words
+
+std::string strengthText(double value, const std::string& unit) {
+  if (unit == "ohm") return format("%.2g mOhm", 1e3 * value);
+  if (unit == "1") return format("%.2g %%", 1e2 * value);
+  return format("%.2g ", value) + unit;
+}
+
+std::string clauseOf(const Change& change) {
+  const std::string by = strengthText(std::abs(change.now), change.unit);
+  const bool is_more = change.now > 0.0;
+  if (change.id == "contact_resistance")
+    return "the ohmic resistance between the points of measurement is " + by +
+           (is_more ? " higher" : " lower");
+  if (change.id == "current_gain")
+    return "the current reads " + by + (is_more ? " more" : " less") + " than it did";
+  if (change.id == "current_offset")
+    return "the current's zero has moved by " + std::string(is_more ? "+" : "-") + by;
+  if (change.id == "time_skew")
+    return std::string(is_more ? "the voltage" : "the current") + " comes " + by +
+           " later against the other channel";
+  return std::string(is_more ? "the voltage" : "the current") + " follows with a lag of " + by;
+}
+
+void conclude(ChangeDiagnosis& diagnosis, ChangeVerdict verdict, std::string summary) {
+  diagnosis.verdict = verdict;
+  diagnosis.summary = std::move(summary);
+}
+
+/// The problems of a recording, that of the sign apart: channels that are shifted against each other
+/// can look like a wrong sign.
+struct Problems {
+  std::vector<Finding> sign, others;
+};
+Problems problemsOf(const std::vector<Series>& all) {
+  Problems problems;
+  for (const Series& series : all)
+    for (Finding& finding : findProblems(series))
+      (finding.id == "sign" ? problems.sign : problems.others).push_back(std::move(finding));
+  return problems;
+}
+
+std::string tooShort(const std::vector<Series>& all, const char* which) {
+  for (const Series& series : all)
+    if (series.size() < kFewestRows)
+      return format("%s has %zu samples, a comparison needs %zu", which, series.size(),
+                    kFewestRows);
+  return "";
+}
+
+std::string problemText(const std::vector<Finding>& problems, const char* which) {
+  return problems.empty() ? "" : std::string(which) + " has a problem: " + format(problems);
+}
+
+std::vector<ComparedFeature> comparedOf(const ResponseComparison& comparison) {
+  const ResponseFeatures &then = comparison.reference(), &now = comparison.now();
+  std::vector<ComparedFeature> all;
+  for (const int k : comparison.compared())
+    all.push_back({featureId(k), featureUnit(k), then.value[k], now.value[k],
+                   std::sqrt(now.covariance(k, k) + then.covariance(k, k)),
+                   comparison.spreadOf(k)});
+  return all;
+}
+
+void requireBoth(const std::vector<Series>& now, bool has_reference) {
+  if (now.empty()) throw std::invalid_argument("diagnoseChange: no recording of now");
+  if (!has_reference) throw std::invalid_argument("diagnoseChange: no reference");
+}
+
+std::string nothingText(const ChangeDiagnosis& diagnosis) {
+  std::vector<std::string> limits;
+  for (const ChangeLimit& limit : diagnosis.detection_limits)
+    limits.push_back(limit.id + " of " + strengthText(limit.strength, limit.unit));
+  const std::string seen = limits.empty() ? "" : " It would have shown " + join(limits) + ".";
+  return "Nothing has changed but what sound trips of one battery differ by." + seen;
+}
+
+std::string changedText(const Change& change) {
+  std::string text =
+      "Since the reference, " + clauseOf(change) + format(" (%.0f %%)", 100.0 * change.probability);
+  if (!change.indistinguishable.empty())
+    text += "; these recordings cannot tell it from " + join(change.indistinguishable);
+  return text + ".";
+}
+
+}  // namespace
+
+std::string toString(ChangeVerdict verdict) {
+  switch (verdict) {
+    case ChangeVerdict::kNoChange: return "no_change";
+    case ChangeVerdict::kChanged: return "changed";
+    case ChangeVerdict::kAnotherBattery: return "another_battery";
+    case ChangeVerdict::kInsufficientData: break;
+  }
+  return "insufficient_data";
+}
+
+ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector<Series>& then,
+                               const ChangeOptions& options) {
+  requireBoth(now, !then.empty());
+  const auto stage = [&](const char* what) {
+    if (options.progress) options.progress(what);
+  };
+  ChangeDiagnosis diagnosis;
+  constexpr const char* kNow = "the recording";
+  constexpr const char* kThen = "the reference";
+  const auto refuse = [&](const std::string& why) {
+    conclude(diagnosis, ChangeVerdict::kInsufficientData, "No comparison: " + why + ".");
+    return diagnosis;
+  };
+  for (const std::string& why : {tooShort(now, kNow), tooShort(then, kThen)})
+    if (!why.empty()) return refuse(why);
+  const Problems problems = options.anyway ? Problems() : problemsOf(now);
+  const Problems before = options.anyway ? Problems() : problemsOf(then);
+  for (const std::string& why :
+       {problemText(problems.others, kNow), problemText(before.others, kThen),
+        problemText(before.sign, kThen)})
+    if (!why.empty()) return refuse(why);
+  stage("comparing responses");
+  const ResponseComparison comparison(now, then);
+  diagnosis.compared = comparedOf(comparison);
+  if (comparison.compared().size() < kFewestFeatures)
+    return refuse("too few changes of current of 8 A and more are in both recordings");
+  diagnosis.distance = comparison.nothing();
+  stage("weighing changes");
+  std::vector<WeighedChange> weighed = weighChanges(comparison);
+  WeighedChange& best = weighed.front();
+  diagnosis.gain = diagnosis.distance - best.distance;
+  const bool has_changed = diagnosis.gain > kLeastGain;
+  if (!problems.sign.empty() &&
+      !(best.family->isInRows() && best.distance < kExplained * diagnosis.distance))
+    return refuse(problemText(problems.sign, kNow));
+  diagnosis.detection_limits = limitsOf(comparison);
+
+  if (options.runs_models) runModels(diagnosis, now, then, has_changed ? &best : nullptr, options);
+  if (diagnosis.model_distance && *diagnosis.model_distance > kAnotherBattery) {
+    conclude(diagnosis, ChangeVerdict::kAnotherBattery,
+             format("This is another battery, or another vehicle: each one's model misses the "
+                    "other's recording by %.1f times what the own one does.",
+                    std::exp(*diagnosis.model_distance)));
+    return diagnosis;
+  }
+  if (!has_changed) {
+    conclude(diagnosis, ChangeVerdict::kNoChange, nothingText(diagnosis));
+    return diagnosis;
+  }
+  addInterval(comparison, best);
+  diagnosis.changes = changesOf(comparison, weighed);
+  conclude(diagnosis, ChangeVerdict::kChanged, changedText(diagnosis.changes.front()));
+  return diagnosis;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "battery_sof/series.hpp"
+#include "diagnosis/response_features.hpp"
+#include "state/fitted_model.hpp"
+
+namespace battery_sof {
+
+/// What a comparison with a reference comes to.
+enum class ChangeVerdict {
+  kNoChange,          ///< nothing but what two sound trips of one battery differ by
+  kChanged,           ///< one change explains what differs
+  kAnotherBattery,    ///< the models of the two do not predict each other
+  kInsufficientData,  ///< one of them cannot answer
+};
+
+/// @return "no_change", "changed", "another_battery", "insufficient_data".
+std::string toString(ChangeVerdict verdict);
+
+/// One change since the reference.
+struct Change {
+  std::string id;         ///< of an effect or of a parameter
+  bool is_effect = true;  ///< else a parameter of the fitted model that moved
+  std::string mechanism;  ///< mechanismId()
+  double then = 0.0, now = 0.0;
+  std::string unit;
+  double lower = 0.0, upper = 0.0;  ///< 90 % interval of `now`
+  double probability = 0.0;         ///< [0, 1], that it is this one or one that looks the same
+  std::vector<std::string> indistinguishable;
+};
+
+/// A quantity that was compared.
+struct ComparedFeature {
+  std::string id, unit;
+  double then = 0.0, now = 0.0;
+  double std_error = 0.0;  ///< of the difference, from both recordings
+  double spread = 0.0;     ///< standard deviation of the difference of two sound trips
+};
+
+/// Strength from which an effect is named in nine cases of ten.
+struct ChangeLimit {
+  std::string id, unit;
+  double strength = 0.0;
+};
+
+/// Explained variation on the last quarter of NOW in the directions that are controlled [%].
+struct ModelShare {
+  std::optional<double> share_percent, current_share_percent, voltage_share_percent;
+};
+
+struct ChangeDiagnosis {
+  ChangeVerdict verdict = ChangeVerdict::kInsufficientData;
+  std::string summary;          ///< one sentence
+  std::vector<Change> changes;  ///< likeliest first; empty but for kChanged
+  std::vector<ComparedFeature> compared;
+  std::vector<ChangeLimit> detection_limits;
+  /// of the reference's model, of the model of the reference with the change in it, and of a model
+  /// that is fitted to NOW
+  ModelShare reference_model, changed_model, own_model;
+  /// [1], distance of what was compared from the reference, and by how much the best change lowers it
+  double distance = 0.0, gain = 0.0;
+  /// [1], mean of ln(error of the other's model / error of the own one), both ways
+  std::optional<double> model_distance;
+};
+
+struct ChangeOptions {
+  bool anyway = false;  ///< recordings with a problem (findProblems()) are compared all the same
+  /// false: the responses alone are compared, in a second; another battery is not noticed then
+  bool runs_models = true;
+  /// called with what is done next
+  std::function<void(const std::string&)> progress = nullptr;
+};
+
+/**
+ * @brief What has changed in a battery or its instruments since a reference.
+ *
+ * What is compared are responseFeatures() f. A change c of strength s is put into the reference
+ * exactly (v + R i, (1 + g) i, i + i_o, a shift by rows, a first-order lag of one channel), so its
+ * signature needs no model and no linearisation:
+ *
+ *     D(c, s) = (f_now - f_then(c, s))' V^-1 (f_now - f_then(c, s)) + ln det V,
+ *     V = V_now + V_then(c, s) + V_between
+ *
+ * V_between is the spread between sound trips of one battery (docs/changes.md); D counts from ln det
+ * V with nothing changed.
+ * The change of least D is stated where it lowers D(nothing) by more than kLeastGain; changes
+ * within kAlike of it are indistinguishable. A contact's resistance looks like the battery's own
+ * ohmic one, an offset like a load that the sensor does not see, always.
+ *
+ * Two models are fitted, of THEN (with the change in it) and of NOW, and run on each other's
+ * recording. Where they miss it by more than those of one battery do (kAnotherBattery) it is another
+ * battery, or another vehicle.
+ *
+ * @param now, then recordings at the rate models are fitted at (atDesignRate()); several of one
+ * battery each.
+ * @return kInsufficientData with the reason in the summary where nothing can be compared; never
+ * throws for poor data.
+ * @throws std::invalid_argument for no recording on one side.
+ */
+ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector<Series>& then,
+                               const ChangeOptions& options = {});
+
+}  // namespace battery_sof

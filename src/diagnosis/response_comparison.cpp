@@ -1,0 +1,266 @@
+#include "diagnosis/response_comparison.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace battery_sof {
+namespace {
+
+// Spread between sound trips of one battery: standard deviation of the difference of two.
+// `scripts/change_study --spread` prints what pairs of real recordings show (docs/changes.md).
+constexpr double kResistancesTogether = 0.08;  // [1], of all resistances: temperature
+constexpr double kResistanceApart = 0.04;      // [1], of each
+constexpr double kResistanceLeast = 3e-4;      // [Ohm], of each
+constexpr double kBlockedSpread = 0.2;         // [A]
+constexpr double kTapSpread[kTaps] = {0.03, 0.04, 0.07, 0.11, 0.06, 0.04, 0.03, 0.03, 0.03};
+// of each where rows are less than kFastRow apart: loggers whose channels are not sampled together
+constexpr double kFastTapSpread = 0.12, kFastRow = 0.25;  // [1], [s]
+
+constexpr double kNinety = 2.71;  // of D, the 90 % interval of one strength
+constexpr double kPower = 1.28;   // standard errors above a limit in nine of ten cases
+
+void lag(std::vector<double>& values, const std::vector<double>& time, double constant) {
+  for (std::size_t n = 1; n < values.size(); ++n) {
+    const double kept = std::exp(-(time[n] - time[n - 1]) / constant);
+    values[n] = kept * values[n - 1] + (1.0 - kept) * values[n];
+  }
+}
+
+/// Variance between two sound trips. @param interval [s], between rows. @param trips half of 1/number
+/// of the one + 1/number of the other.
+Eigen::MatrixXd betweenTrips(const Eigen::VectorXd& then, double interval, double trips) {
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(kResponseFeatures, kResponseFeatures);
+  Eigen::VectorXd together = Eigen::VectorXd::Zero(kResponseFeatures);
+  for (const int k : {kEdgeResistance, kSlowEdgeResistance}) {
+    together[k] = kResistancesTogether * then[k];
+    spread(k, k) = std::pow(kResistanceApart * then[k], 2) + std::pow(kResistanceLeast, 2);
+  }
+  spread(kBlockedCurrent, kBlockedCurrent) = std::pow(kBlockedSpread, 2);
+  for (int tap = 0; tap < kTaps; ++tap)
+    spread(kFirstTap + tap, kFirstTap + tap) =
+        std::pow(interval < kFastRow ? kFastTapSpread : kTapSpread[tap], 2);
+  return trips * (spread + together * together.transpose());
+}
+
+double gridScale(const ResponseComparison& comparison, const ChangeFamily& family) {
+  return family.kind == ChangeKind::kOffset ? comparison.currentScale() : 1.0;
+}
+
+/// Golden section between two strengths.
+void refine(const ResponseComparison& comparison, WeighedChange& best, double low, double high) {
+  constexpr double kGolden = 0.618033988749895;
+  double a = low, b = high;
+  double c = b - kGolden * (b - a), d = a + kGolden * (b - a);
+  double at_c = comparison.withChangeOf(best.family->kind, c);
+  double at_d = comparison.withChangeOf(best.family->kind, d);
+  for (int step = 0; step < 9; ++step) {
+    if (at_c < at_d) {
+      b = d, d = c, at_d = at_c;
+      c = b - kGolden * (b - a);
+      at_c = comparison.withChangeOf(best.family->kind, c);
+    } else {
+      a = c, c = d, at_c = at_d;
+      d = a + kGolden * (b - a);
+      at_d = comparison.withChangeOf(best.family->kind, d);
+    }
+  }
+  if (std::min(at_c, at_d) < best.distance) {
+    best.strength = at_c < at_d ? c : d;
+    best.distance = std::min(at_c, at_d);
+  }
+}
+
+WeighedChange weigh(const ResponseComparison& comparison, const ChangeFamily& family) {
+  WeighedChange best{&family, 0.0, HUGE_VAL};
+  std::size_t at = 0;
+  std::vector<double> grid = family.grid;
+  for (double& strength : grid) strength *= gridScale(comparison, family);
+  for (std::size_t k = 0; k < grid.size(); ++k) {
+    const double distance = comparison.withChangeOf(family.kind, grid[k]);
+    if (distance >= best.distance) continue;
+    best.distance = distance;
+    best.strength = grid[k];
+    at = k;
+  }
+  if (!family.continuous || !std::isfinite(best.distance)) return best;
+  const auto neighbour = [&](std::size_t k, bool above) {
+    if (above) return k + 1 < grid.size() ? grid[k + 1] : grid[k];
+    return k > 0 ? grid[k - 1] : grid[k];
+  };
+  double low = neighbour(at, false), high = neighbour(at, true);
+  // A lag of one channel does not go over into one of the other.
+  if (family.kind == ChangeKind::kLag && low * best.strength <= 0.0)
+    low = best.strength > 0.0 ? 0.3 : low;
+  if (family.kind == ChangeKind::kLag && high * best.strength <= 0.0)
+    high = best.strength < 0.0 ? -0.3 : high;
+  refine(comparison, best, low, high);
+  return best;
+}
+
+/// Where D rises by kNinety on one side.
+double bound(const ResponseComparison& comparison, const WeighedChange& of, bool above) {
+  const ChangeFamily& family = *of.family;
+  const double limit = of.distance + kNinety;
+  const auto isBeyond = [&](double strength) {
+    return comparison.withChangeOf(family.kind, strength) > limit;
+  };
+  double inside = of.strength, step = std::max(0.25 * std::abs(of.strength), 1e-4);
+  double outside = inside;
+  for (int k = 0; k < 6; ++k, step *= 2.0) {
+    outside = of.strength + (above ? step : -step);
+    if (family.kind == ChangeKind::kLag && outside * of.strength <= 0.0)
+      return of.strength > 0.0 ? 0.0 : -0.0;
+    if (isBeyond(outside)) break;
+    inside = outside;
+  }
+  for (int k = 0; k < 6; ++k) {
+    const double middle = 0.5 * (inside + outside);
+    (isBeyond(middle) ? outside : inside) = middle;
+  }
+  return inside;
+}
+
+}  // namespace
+
+const std::vector<ChangeFamily>& changeFamilies() {
+  static const std::vector<ChangeFamily> all = {
+      {ChangeKind::kContact,
+       "contact_resistance",
+       "ohm",
+       {-0.004, -0.002, -0.001, -0.0005, 0.0005, 0.001, 0.002, 0.003, 0.004, 0.006, 0.009, 0.014,
+        0.02}},
+      {ChangeKind::kGain,
+       "current_gain",
+       "1",
+       {-0.3, -0.2, -0.14, -0.1, -0.06, -0.03, 0.03, 0.06, 0.1, 0.14, 0.2, 0.3}},
+      {ChangeKind::kOffset,
+       "current_offset",
+       "A",
+       {-5.0, -3.0, -2.0, -1.2, -0.8, -0.4, 0.4, 0.8, 1.2, 2.0, 3.0, 5.0}},
+      {ChangeKind::kSkew, "time_skew", "s", {-3, -2, -1, 1, 2, 3}, false},
+      // > 0: the voltage lags; < 0: the current
+      {ChangeKind::kLag, "sensor_lag", "s", {-5, -3, -2, -1.3, -0.7, 0.7, 1.3, 2, 3, 5}},
+  };
+  return all;
+}
+
+ResponseRows withChange(ResponseRows rows, ChangeKind kind, double strength) {
+  switch (kind) {
+    case ChangeKind::kContact:
+      for (std::size_t n = 0; n < rows.size(); ++n) rows.voltage[n] += strength * rows.current[n];
+      break;
+    case ChangeKind::kGain:
+      for (double& current : rows.current) current *= 1.0 + strength;
+      break;
+    case ChangeKind::kOffset:
+      for (double& current : rows.current) current += strength;
+      break;
+    case ChangeKind::kSkew:  // d > 0: the voltage comes late, the current early
+      return withCurrentMoved(std::move(rows), -static_cast<int>(std::lround(strength)));
+    case ChangeKind::kLag:
+      lag(strength > 0.0 ? rows.voltage : rows.current, rows.time,
+          std::abs(strength) * rows.interval);
+      break;
+  }
+  return rows;
+}
+
+ResponseComparison::ResponseComparison(const std::vector<Series>& now,
+                                       const std::vector<Series>& then) {
+  for (const Series& one : then) then_.push_back(responseRows(one));
+  scale_ = responseScale(then_.front());
+  std::vector<ResponseFeatures> features;
+  for (const Series& one : now) features.push_back(responseFeatures(responseRows(one), scale_));
+  now_ = meanOf(features);
+  reference_ = featuresWith(ChangeKind::kOffset, 0.0);
+  trips_ = 0.5 * (1.0 / static_cast<double>(now.size()) + 1.0 / static_cast<double>(then.size()));
+  for (int k = 0; k < kResponseFeatures; ++k)
+    if (now_.known[k] && reference_.known[k]) compared_.push_back(k);
+  ResponseFeatures alike = now_;
+  alike.value = reference_.value;
+  level_ = distance(reference_, alike);
+}
+
+double ResponseComparison::spreadOf(int feature) const {
+  return std::sqrt(betweenTrips(reference_.value, interval(), trips_)(feature, feature));
+}
+
+double ResponseComparison::nothing() const { return distance(reference_, now_) - level_; }
+
+double ResponseComparison::withChangeOf(ChangeKind kind, double strength) const {
+  return distance(featuresWith(kind, strength), now_) - level_;
+}
+
+double ResponseComparison::visible(ChangeKind kind, double strength) const {
+  const ResponseFeatures changed = featuresWith(kind, strength);
+  return distance(reference_, changed) - distance(changed, changed);
+}
+
+ResponseFeatures ResponseComparison::featuresWith(ChangeKind kind, double strength) const {
+  std::vector<ResponseFeatures> features;
+  for (const ResponseRows& rows : then_)
+    features.push_back(
+        responseFeatures(strength == 0.0 ? rows : withChange(rows, kind, strength), scale_));
+  return meanOf(features);
+}
+
+double ResponseComparison::distance(const ResponseFeatures& expected,
+                                    const ResponseFeatures& seen) const {
+  const auto size = static_cast<Eigen::Index>(compared_.size());
+  const Eigen::MatrixXd spread = betweenTrips(expected.value, interval(), trips_);
+  Eigen::VectorXd difference(size);
+  Eigen::MatrixXd variance(size, size);
+  for (Eigen::Index k = 0; k < size; ++k) {
+    const int row = compared_[k];
+    if (!expected.known[row]) return HUGE_VAL;
+    difference[k] = seen.value[row] - expected.value[row];
+    for (Eigen::Index m = 0; m < size; ++m)
+      variance(k, m) = seen.covariance(row, compared_[m]) + expected.covariance(row, compared_[m]) +
+                       spread(row, compared_[m]);
+  }
+  const Eigen::LDLT<Eigen::MatrixXd> factors(variance);
+  const double log_determinant = factors.vectorD().array().max(1e-30).log().sum();
+  return difference.dot(factors.solve(difference)) + log_determinant;
+}
+
+std::vector<WeighedChange> weighChanges(const ResponseComparison& comparison) {
+  std::vector<WeighedChange> weighed;
+  for (const ChangeFamily& family : changeFamilies()) weighed.push_back(weigh(comparison, family));
+  std::sort(weighed.begin(), weighed.end(),
+            [](const WeighedChange& a, const WeighedChange& b) { return a.distance < b.distance; });
+  return weighed;
+}
+
+void addInterval(const ResponseComparison& comparison, WeighedChange& of) {
+  if (!of.family->continuous) {
+    of.lower = of.strength - 0.5;
+    of.upper = of.strength + 0.5;
+    return;
+  }
+  of.lower = bound(comparison, of, false);
+  of.upper = bound(comparison, of, true);
+}
+
+double visibleStrength(const ResponseComparison& comparison, const ChangeFamily& family,
+                       double least) {
+  const double wanted = std::pow(std::sqrt(least) + kPower, 2);
+  double hidden = 0.0, seen = HUGE_VAL;
+  for (const double in_grid : family.grid) {
+    const double strength = gridScale(comparison, family) * in_grid;
+    if (strength <= 0.0) continue;
+    if (comparison.visible(family.kind, strength) >= wanted) {
+      seen = strength;
+      break;
+    }
+    hidden = strength;
+  }
+  for (int k = 0; k < 6 && family.continuous && std::isfinite(seen); ++k) {
+    const double middle = 0.5 * (hidden + seen);
+    (comparison.visible(family.kind, middle) >= wanted ? seen : hidden) = middle;
+  }
+  return seen;
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,136 @@
+#include "report/change_results.hpp"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "battery_sof/version.hpp"
+#include "descriptions.hpp"
+#include "util/text.hpp"
+#include "wording.hpp"
+
+namespace battery_sof {
+namespace {
+
+nlohmann::json namesJson(const std::vector<std::string>& names) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const std::string& name : names) json.push_back(printable(name));
+  return json;
+}
+
+/// A value in the unit a reader expects: mOhm for Ohm, % for a share.
+std::string valueText(double value, const std::string& unit) {
+  if (unit == "ohm") return format("%.2f mOhm", 1e3 * value);
+  return unit == "1" ? format("%.3f", value) : format("%.2f %s", value, unit.c_str());
+}
+
+std::string strengthText(double value, const std::string& unit) {
+  return unit == "1" ? format("%.1f %%", 1e2 * value) : valueText(value, unit);
+}
+
+std::string shareText(const std::optional<double>& share) {
+  return share ? format("%.0f %%", *share) : "-";
+}
+
+std::string changesText(const ChangeDiagnosis& diagnosis) {
+  std::string text;
+  for (const Change& change : diagnosis.changes) {
+    text += format("\n%-20s %12s %12s %28s %12s\n", "change", "then", "now", "90 % interval",
+                   "probability");
+    const std::string interval =
+        strengthText(change.lower, change.unit) + " to " + strengthText(change.upper, change.unit);
+    text +=
+        format("%-20s %12s %12s %28s %12.2f\n", change.id.c_str(),
+               strengthText(change.then, change.unit).c_str(),
+               strengthText(change.now, change.unit).c_str(), interval.c_str(), change.probability);
+    if (!change.indistinguishable.empty())
+      text += wrapped("looks alike  ", join(change.indistinguishable));
+  }
+  return text;
+}
+
+std::string comparedText(const ChangeDiagnosis& diagnosis) {
+  if (diagnosis.compared.empty()) return "";
+  std::string text = format("\n%-22s %12s %12s %12s %16s\n", "compared", "then", "now",
+                            "std. error", "between trips");
+  for (const ComparedFeature& one : diagnosis.compared)
+    text +=
+        format("%-22s %12s %12s %12s %16s\n", one.id.c_str(), valueText(one.then, one.unit).c_str(),
+               valueText(one.now, one.unit).c_str(), valueText(one.std_error, one.unit).c_str(),
+               valueText(one.spread, one.unit).c_str());
+  return text;
+}
+
+std::string modelsText(const ChangeDiagnosis& diagnosis) {
+  std::string text;
+  for (const auto& [name, share] : {std::pair("reference", &diagnosis.reference_model),
+                                    {"with the change", &diagnosis.changed_model},
+                                    {"fitted to itself", &diagnosis.own_model}})
+    if (share->share_percent)
+      text += format("%-22s %12s %12s %12s\n", name, shareText(share->share_percent).c_str(),
+                     shareText(share->current_share_percent).c_str(),
+                     shareText(share->voltage_share_percent).c_str());
+  if (text.empty()) return "";
+  return format("\n%-22s %12s %12s %12s\n", "explains the end by", "together", "current",
+                "voltage") +
+         text;
+}
+
+std::string limitsText(const ChangeDiagnosis& diagnosis) {
+  if (diagnosis.detection_limits.empty()) return "";
+  std::vector<std::string> limits;
+  for (const ChangeLimit& limit : diagnosis.detection_limits)
+    limits.push_back(limit.id + " " + strengthText(limit.strength, limit.unit));
+  return "\n" + wrapped("named from   ", join(limits));
+}
+
+}  // namespace
+
+DESCRIBED(ModelShare, MEMBERS("", share_percent, current_share_percent, voltage_share_percent))
+
+DESCRIBED(ComparedFeature, MEMBERS("", id, unit, then, now, std_error, spread))
+
+DESCRIBED(ChangeLimit, MEMBERS("", id, strength, unit))
+
+nlohmann::json resultJson(const ChangeDiagnosis& diagnosis,
+                          const std::vector<std::string>& recordings,
+                          const std::vector<std::string>& references) {
+  nlohmann::json changes = nlohmann::json::array();
+  for (const Change& change : diagnosis.changes) {
+    JsonFields row;
+    row("id", change.id);
+    row("kind", std::string(change.is_effect ? "effect" : "parameter"));
+    row("mechanism", change.mechanism);
+    row("then", change.then);
+    row("now", change.now);
+    row("unit", change.unit);
+    row("interval", std::vector<double>{change.lower, change.upper});
+    row("probability", change.probability);
+    row("indistinguishable", change.indistinguishable);
+    changes.push_back(row.json);
+  }
+  JsonFields visit;
+  visit("schema", "battery_sof/change/1");
+  visit("program", "battery_sof " + version());
+  visit("recordings", namesJson(recordings));
+  visit("references", namesJson(references));
+  visit("verdict", toString(diagnosis.verdict));
+  visit("summary", diagnosis.summary);
+  visit("changes", changes);
+  visit("explained", nlohmann::json{{"reference_model", jsonOf(diagnosis.reference_model)},
+                                    {"changed_model", jsonOf(diagnosis.changed_model)},
+                                    {"own_model", jsonOf(diagnosis.own_model)},
+                                    {"distance", jsonOf(diagnosis.distance)},
+                                    {"gain", jsonOf(diagnosis.gain)},
+                                    {"model_distance", jsonOf(diagnosis.model_distance)}});
+  visit("compared", diagnosis.compared);
+  visit("detection_limits", diagnosis.detection_limits);
+  return visit.json;
+}
+
+std::string resultText(const ChangeDiagnosis& diagnosis) {
+  return wrapped("verdict      ", toString(diagnosis.verdict)) +
+         wrapped("summary      ", diagnosis.summary) + changesText(diagnosis) +
+         comparedText(diagnosis) + modelsText(diagnosis) + limitsText(diagnosis);
+}
+
+}  // namespace battery_sof

@@ -1,0 +1,168 @@
+#include "diagnosis/change.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "support/start_stop.hpp"
+
+namespace battery_sof {
+namespace {
+
+using test::startStopDrive;
+using test::StartStopOptions;
+
+/// A trip of 45 minutes at 1 Hz of a battery with fresh sulphate; about thirty engine starts.
+Series trip(std::uint64_t seed) {
+  const BatteryModel model({"fresh_sulphate"});
+  StartStopOptions options;
+  options.duration = 2700.0;
+  options.lowest = 12.6;
+  options.current_noise = 0.1;
+  options.voltage_noise = 0.01;
+  options.seed = seed;
+  return startStopDrive(model, test::freshBattery(model), options).series;
+}
+
+Series withContact(Series series, double resistance) {
+  for (std::size_t n = 0; n < series.size(); ++n)
+    series.voltage[n] += resistance * series.current[n];
+  return series;
+}
+
+Series withLateCurrent(Series series, std::size_t rows) {
+  const std::vector<double> current = series.current;
+  for (std::size_t n = rows; n < series.size(); ++n) series.current[n] = current[n - rows];
+  return series;
+}
+
+Series withOffset(Series series, double offset) {
+  for (double& current : series.current) current += offset;
+  return series;
+}
+
+Series withLaggingCurrent(Series series, double constant) {
+  const double kept = std::exp(-1.0 / constant);
+  for (std::size_t n = 1; n < series.size(); ++n)
+    series.current[n] = kept * series.current[n - 1] + (1.0 - kept) * series.current[n];
+  return series;
+}
+
+ChangeDiagnosis responsesOf(const Series& now, const Series& then) {
+  ChangeOptions options;
+  options.runs_models = false;
+  return diagnoseChange({now}, {then}, options);
+}
+
+constexpr std::uint64_t kTrips = 10;
+
+TEST(Changes, AreSaidOfAtMostOneInTenSoundTrips) {
+  const Series then = trip(1);
+  int changed = 0;
+  for (std::uint64_t seed = 2; seed < 2 + kTrips; ++seed) {
+    const ChangeDiagnosis found = responsesOf(trip(seed), then);
+    EXPECT_NE(found.verdict, ChangeVerdict::kInsufficientData) << found.summary;
+    changed += found.verdict == ChangeVerdict::kChanged;
+  }
+  EXPECT_LE(changed, 1);
+}
+
+struct Named {
+  int first_or_alike = 0, interval_holds = 0;
+};
+
+template <typename Change>
+Named namedOf(const std::string& id, double strength, Change&& change) {
+  const Series then = trip(1);
+  Named named;
+  for (std::uint64_t seed = 2; seed < 2 + kTrips; ++seed) {
+    const ChangeDiagnosis found = responsesOf(change(trip(seed)), then);
+    if (found.changes.empty()) continue;
+    const auto& first = found.changes.front();
+    const auto& alike = first.indistinguishable;
+    named.first_or_alike +=
+        first.id == id || std::find(alike.begin(), alike.end(), id) != alike.end();
+    named.interval_holds += first.id == id && first.lower <= strength && strength <= first.upper;
+  }
+  return named;
+}
+
+TEST(Changes, OfAContactAreNamedWithTheirStrength) {
+  const Named named = namedOf("contact_resistance", 0.004,
+                              [](const Series& series) { return withContact(series, 0.004); });
+  EXPECT_GE(named.first_or_alike, 9);
+  EXPECT_GE(named.interval_holds, 8);
+}
+
+TEST(Changes, OfTheCurrentsZeroAreNamedWithTheirStrength) {
+  const Named named =
+      namedOf("current_offset", 1.2, [](const Series& series) { return withOffset(series, 1.2); });
+  EXPECT_GE(named.first_or_alike, 9);
+  EXPECT_GE(named.interval_holds, 8);
+}
+
+TEST(Changes, OfADelayAreNamedWithTheSignOfTimeSkew) {
+  const Named named =
+      namedOf("time_skew", -2.0, [](const Series& series) { return withLateCurrent(series, 2); });
+  EXPECT_GE(named.first_or_alike, 9);
+  EXPECT_GE(named.interval_holds, 9);
+}
+
+TEST(Changes, OfALagOfTheCurrentAreNamedWithTheSignOfSensorLag) {
+  const Named named = namedOf("sensor_lag", -2.0,
+                              [](const Series& series) { return withLaggingCurrent(series, 2.0); });
+  EXPECT_GE(named.first_or_alike, 9);
+}
+
+TEST(Changes, OfAContactCannotBeToldFromTheBatterysOwnResistance) {
+  const ChangeDiagnosis found = responsesOf(withContact(trip(2), 0.006), trip(1));
+  ASSERT_EQ(found.changes.size(), 1u);
+  EXPECT_EQ(found.changes.front().mechanism, "instrument");
+  const auto& alike = found.changes.front().indistinguishable;
+  EXPECT_NE(std::find(alike.begin(), alike.end(), "r_discharge"), alike.end());
+}
+
+TEST(Changes, OfSeveralTripsAreNamedAtASmallerStrength) {
+  const auto limitOf = [](const std::vector<Series>& now, const std::vector<Series>& then) {
+    ChangeOptions options;
+    options.runs_models = false;
+    for (const ChangeLimit& limit : diagnoseChange(now, then, options).detection_limits)
+      if (limit.id == "contact_resistance") return limit.strength;
+    return HUGE_VAL;
+  };
+  EXPECT_LT(limitOf({trip(2), trip(3)}, {trip(1), trip(4)}), limitOf({trip(2)}, {trip(1)}));
+}
+
+TEST(Changes, OfAShortRecordingAreNotJudged) {
+  Series part = trip(2);
+  part = slice(part, {0, 200});
+  const ChangeDiagnosis found = responsesOf(part, trip(1));
+  EXPECT_EQ(found.verdict, ChangeVerdict::kInsufficientData);
+  EXPECT_NE(found.summary.find("the recording has 200 samples"), std::string::npos)
+      << found.summary;
+}
+
+TEST(Changes, NeedARecordingAndAReference) {
+  EXPECT_THROW(diagnoseChange({}, {trip(1)}), std::invalid_argument);
+  EXPECT_THROW(diagnoseChange({trip(1)}, {}), std::invalid_argument);
+}
+
+TEST(ResponseFeatures, FindTheResistanceAtEdgesAndTheRowOfTheLargestResponse) {
+  const ResponseRows rows = responseRows(withContact(trip(3), 0.003));
+  const ResponseScale scale = responseScale(withCurrentMoved(rows, 1));
+  EXPECT_EQ(scale.moved, -1);
+  const ResponseFeatures plain = responseFeatures(responseRows(trip(3)), {});
+  const ResponseFeatures more = responseFeatures(rows, {});
+  ASSERT_TRUE(plain.known[kEdgeResistance]);
+  EXPECT_NEAR(more.value[kEdgeResistance] - plain.value[kEdgeResistance], 0.003, 2e-4);
+}
+
+TEST(ResponseFeatures, OfTooFewRowsAreUnknown) {
+  EXPECT_EQ(responseFeatures(ResponseRows(), {}).count(), 0u);
+  EXPECT_EQ(responseFeatures(responseRows(slice(trip(1), {0, 40})), {}).count(), 0u);
+}
+
+}  // namespace
+}  // namespace battery_sof

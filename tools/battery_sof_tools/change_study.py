@@ -1,0 +1,204 @@
+"""Changes put into measured recordings, and what `sof diagnose --reference` says of them.
+
+    change_study BUILD --data FOLDER [--pairs few|all] [--json FILE] [--spread]
+
+Pairs of sound recordings of one battery: the halves of each recording of a vehicle, either one as the reference, and two trips of one car. A change is put exactly
+into the measured signals of the later one: a contact's resistance (v + R i), a gain and an offset of the current, a delay and a lag of one channel. Controls are the
+same pairs with nothing put in; pairs of different vehicles must be called another battery. A change counts as named where it is the first one or among those that
+look alike. `--spread` prints what the pairs differ by in each quantity that is compared, beside what is assumed: the table of src/diagnosis/change.cpp.
+"""
+
+import argparse
+import collections
+import itertools
+import math
+import os
+import tempfile
+import time
+
+import numpy as np
+
+from . import recordings, sof
+from .files import write_json
+from .progress import followed
+from .rates import rate
+from .tables import table
+
+# vehicle, recordings with their columns
+VEHICLES = {
+    "startstop_car": {"drive_1": recordings.CAR, "drive_2": recordings.CAR},
+    "other_car": {"other_car_1": recordings.CAR},
+    "small_car": {"trip": recordings.COLUMNS},
+    "ageing_bench": {"cycles": recordings.COLUMNS},
+    "ev_12v": {"load": recordings.COLUMNS},
+}
+FOLDER = {"other_car": "startstop_car"}
+Injected = collections.namedtuple("Injected", "kind strength unit effect few")
+CHANGES = [
+    *(Injected("contact", r, "mOhm", "contact_resistance", r in (1, 3)) for r in (1, 2, 3, 4, 8)),
+    *(Injected("gain", g, "%", "current_gain", g == 6) for g in (2, 4, 6, 8)),
+    *(Injected("offset", o, "A", "current_offset", o in (0.5, 0.8)) for o in (0.2, 0.5, 0.8, 1.0)),
+    Injected("offset", -0.8, "A", "current_offset", False),
+    Injected("unseen load", 0.8, "A", "parasitic_load", False),
+    *(Injected("current late", n, "rows", "time_skew", n == 2) for n in (1, 2)),
+    *(Injected("voltage late", n, "rows", "time_skew", n == 2) for n in (1, 2)),
+    Injected("current lags", 2, "s", "sensor_lag", True),
+    Injected("voltage lags", 2, "s", "sensor_lag", True),
+]
+Pair = collections.namedtuple("Pair", "name vehicle then now few")
+
+
+def late(values, rows):
+    return np.concatenate((np.repeat(values[:1], rows), values[:-rows]))
+
+
+def lagging(t, values, constant_s):
+    shown = values.copy()
+    for n in range(1, len(shown)):
+        kept = math.exp(-max(t[n] - t[n - 1], 0.0) / constant_s)
+        shown[n] = kept * shown[n - 1] + (1.0 - kept) * values[n]
+    return shown
+
+
+def injected(recording, change):
+    """The recording as it would read had the change come before it."""
+    t, i, u = recording
+    s = change.strength
+    return {"contact": lambda: (t, i, u + 1e-3 * s * i), "gain": lambda: (t, i * (1.0 + 0.01 * s), u), "offset": lambda: (t, i + s, u),
+            "unseen load": lambda: (t, i + s, u), "current late": lambda: (t, late(i, s), u), "voltage late": lambda: (t, i, late(u, s)),
+            "current lags": lambda: (t, lagging(t, i, s), u), "voltage lags": lambda: (t, i, lagging(t, u, s))}[change.kind]()
+
+
+def part(recording, first, last):
+    t, i, u = recording
+    n = len(t)
+    cut = slice(int(first * n), int(last * n))
+    return t[cut], i[cut], u[cut]
+
+
+def sound_pairs(data):
+    """Pairs of one vehicle, and every whole recording."""
+    pairs, whole = [], {}
+    for vehicle, files in VEHICLES.items():
+        for name, columns in files.items():
+            path = os.path.join(data, FOLDER.get(vehicle, vehicle), name + ".csv")
+            whole[vehicle, name] = one = recordings.read(path, columns)
+            first, second = part(one, 0.0, 0.5), part(one, 0.5, 1.0)
+            pairs += [Pair(f"{name}: first half, second half", vehicle, first, second, True), Pair(f"{name}: second half, first half", vehicle, second, first, False)]
+        for one, other in itertools.permutations(files, 2):
+            then, now = whole[vehicle, one], whole[vehicle, other]
+            pairs.append(Pair(f"{one}, {other}", vehicle, then, now, one < other))
+            pairs += [Pair(f"{one} half {a + 1}, {other} half {b + 1}", vehicle, part(then, a / 2, (a + 1) / 2), part(now, b / 2, (b + 1) / 2), False)
+                      for a in (0, 1) for b in (0, 1) if one < other]
+    return pairs, whole
+
+
+def ask(binary, then, now):
+    """(answer, seconds) of sof diagnose NOW --reference THEN."""
+    with tempfile.TemporaryDirectory(prefix="change_") as folder:
+        paths = [os.path.join(folder, name) for name in ("now.csv", "then.csv", "answer.json")]
+        recordings.write(paths[0], *now)
+        recordings.write(paths[1], *then)
+        began = time.monotonic()
+        sof.call([binary, "diagnose", paths[0], "--reference", paths[1], "--json", paths[2]])
+        return sof.read_json(paths[2]), time.monotonic() - began
+
+
+def is_named(answer, effect):
+    first = answer["changes"][0] if answer["changes"] else {"id": None, "indistinguishable": []}
+    return effect == first["id"] or effect in first["indistinguishable"]
+
+
+def row_of(binary, pair, change):
+    answer, seconds = ask(binary, pair.then, injected(pair.now, change) if change else pair.now)
+    first = (answer["changes"] or [None])[0]
+    scale = {"mOhm": 1e3, "%": 1e2}.get(change.unit, 1.0) if change else 1.0
+    holds = None
+    if change and first and first["id"] == change.effect:
+        low, high = (scale * bound for bound in first["interval"])
+        wanted = abs(change.strength) if change.unit in ("rows", "s") else change.strength
+        low, high = (sorted((abs(low), abs(high))) if change.unit in ("rows", "s") else (low, high))
+        holds = low - 1e-9 <= wanted <= high + 1e-9
+    return {"pair": pair.name, "vehicle": pair.vehicle, "kind": change and change.kind, "strength": change and change.strength, "unit": change and change.unit,
+            "verdict": answer["verdict"], "first": first and first["id"], "named": bool(change) and is_named(answer, change.effect), "interval_holds": holds,
+            "gain": answer["explained"]["gain"], "distance": answer["explained"]["distance"], "model_distance": answer["explained"]["model_distance"],
+            "shares": [answer["explained"][name]["share_percent"] for name in ("reference_model", "changed_model", "own_model")],
+            "limits": {limit["id"]: limit["strength"] for limit in answer["detection_limits"]}, "compared": answer["compared"], "seconds": seconds}
+
+
+def power_table(rows):
+    judged = [row for row in rows if row["verdict"] != "insufficient_data"]
+    groups = collections.OrderedDict()
+    for row in judged:
+        if row["kind"]:
+            groups.setdefault((row["kind"], row["strength"], row["unit"]), []).append(row)
+    cells = []
+    for (kind, strength, unit), some in groups.items():
+        held = [row["interval_holds"] for row in some if row["interval_holds"] is not None]
+        cells.append([f"{kind} {strength:g} {unit}", rate(sum(row["named"] for row in some), len(some)),
+                      sum(row["verdict"] == "changed" and not row["named"] for row in some), sum(row["verdict"] == "another_battery" for row in some),
+                      f"{sum(held)} of {len(held)}"])
+    return table(("put in", "named first or among its look-alikes", "another change named", "another battery", "90 % interval holds"), cells)
+
+
+def spread_table(rows):
+    """Standard deviation of the difference less what the recordings' own errors make of it, vehicle by vehicle."""
+    controls = [row for row in rows if row["kind"] is None]
+    names = list(dict.fromkeys(one["id"] for row in controls for one in row["compared"]))
+    cells = []
+    for name in names:
+        by_vehicle = collections.defaultdict(list)
+        for row in controls:
+            for one in row["compared"]:
+                if one["id"] == name:
+                    by_vehicle[row["vehicle"]].append(((one["now"] - one["then"]) ** 2 - one["std_error"] ** 2, one["spread"] ** 2))
+        pooled = np.mean([np.mean([seen for seen, _ in some]) for some in by_vehicle.values()])
+        assumed = np.mean([np.mean([used for _, used in some]) for some in by_vehicle.values()])
+        without = [np.mean([np.mean([seen for seen, _ in some]) for vehicle, some in by_vehicle.items() if vehicle != left]) for left in by_vehicle if len(by_vehicle) > 1]
+        root = lambda value: f"{math.sqrt(max(value, 0.0)):.4g}"
+        cells.append([name, root(pooled), " to ".join(map(root, (min(without), max(without)))) if without else "-", root(assumed)])
+    return table(("quantity", "seen between trips", "with a vehicle left out", "assumed"), cells)
+
+
+def report(rows, strangers, with_spread):
+    controls = [row for row in rows if row["kind"] is None]
+    judged = [row for row in controls if row["verdict"] != "insufficient_data"]
+    lines = power_table(rows)
+    lines += ["", "Nothing put in, said to have changed: " + rate(sum(row["verdict"] == "changed" for row in judged), len(judged)),
+              "Nothing put in, called another battery: " + rate(sum(row["verdict"] == "another_battery" for row in judged), len(judged)),
+              f"Not judged: {len(controls) - len(judged)} of {len(controls)} pairs",
+              "Another vehicle as the reference, called another battery: " + rate(sum(row["verdict"] == "another_battery" for row in strangers), len(strangers)),
+              f"Time of an answer: median {np.median([row['seconds'] for row in rows + strangers]):.1f} s, longest {max(row['seconds'] for row in rows + strangers):.1f} s"]
+    lines += ["", *table(("control", "verdict", "first", "gain", "model distance"),
+                         [[row["pair"], row["verdict"], row["first"], f"{row['gain']:.1f}" if row["gain"] is not None else "-",
+                           f"{row['model_distance']:.2f}" if row["model_distance"] is not None else "-"] for row in controls + strangers])]
+    shares = [row["shares"] for row in rows if row["kind"] and row["named"] and None not in row["shares"]]
+    if shares:
+        reference, with_change, own = np.median(np.array(shares), axis=0)
+        lines += ["", f"Explained on the last quarter, median of {len(shares)} named changes: reference {reference:.0f} %, with the change {with_change:.0f} %, fitted to itself {own:.0f} %"]
+    return lines + (["", *spread_table(rows)] if with_spread else [])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build")
+    parser.add_argument("--data", required=True, help="folder of the measured recordings")
+    parser.add_argument("--pairs", choices=("few", "all"), default="few", help="few: one pair a recording and half of the strengths, ten minutes; all: an hour")
+    parser.add_argument("--controls", action="store_true", help="nothing put in and other vehicles alone")
+    parser.add_argument("--spread", action="store_true", help="what the quantities differ by between trips, beside what is assumed")
+    parser.add_argument("--json", help="file to write every case to")
+    args = parser.parse_args()
+    binary = sof.program(args.build, "sof")
+    pairs, whole = sound_pairs(args.data)
+    is_few = args.pairs == "few"
+    pairs = [pair for pair in pairs if pair.few or not is_few]
+    changes = [None] + [change for change in CHANGES if not args.controls and (change.few or not is_few)]
+    firsts = {vehicle: next(one for (of, _), one in whole.items() if of == vehicle) for vehicle in VEHICLES}
+    other = [Pair(f"{now} against {then}", now, part(firsts[then], 0.0, 0.5), part(firsts[now], 0.0, 0.5), True)
+             for then, now in itertools.permutations(VEHICLES, 2) if not is_few or list(VEHICLES).index(now) == (list(VEHICLES).index(then) + 1) % len(VEHICLES)]
+    cases = [(pair, change) for pair in pairs for change in changes]
+    rows = [row_of(binary, *case) for case in followed(cases, "compared")]
+    strangers = [row_of(binary, pair, None) for pair in followed(other, "other vehicles")]
+    if args.json:
+        write_json(args.json, {"rows": rows, "other_vehicles": strangers})
+    print("\n".join(report(rows, strangers, args.spread)))
