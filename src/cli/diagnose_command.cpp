@@ -24,6 +24,7 @@ struct DiagnoseArguments {
   PriorsArguments priors;
   std::string report, out, base_out, json;
   DiagnoseOptions options;
+  bool responses_only = false;  ///< with references
 };
 
 /// The stretch that is diagnosed, at the rate the models are fitted at.
@@ -148,6 +149,7 @@ int runChange(const CommandLine& line, const DiagnoseArguments& arguments) {
                          arguments.paths[k]);
   ChangeOptions options;
   options.anyway = arguments.options.anyway;
+  options.runs_models = !arguments.responses_only;
   options.progress = [&](const std::string& stage) { progress.stage(stage); };
   const Interruption interruption(progress);
   const Recordings now = recordingsOf(stretches), then = recordingsOf(references);
@@ -207,6 +209,10 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
               "recording of the same battery from when it was sound: reports what has changed "
               "since (docs/changes.md); repeatable")
           ->allow_extra_args(false);
+  options
+      .add_flag("--responses-only", values.responses_only,
+                "fit no model: takes a second, and does not notice another battery")
+      ->needs(reference);
   for (CLI::Option* page : {addFile(options, kWrittenFile, "--report", values.report,
                                     "page to write: one HTML file that needs no network"),
                             addFile(options, kWrittenFile, "--out", values.out,
