@@ -1,28 +1,36 @@
 #!/usr/bin/env bash
-# Completion of `sof` in bash: subcommands, options and effects as sof itself tells them; files elsewhere.
+# Completion of `sof` in bash. Subcommands, options and what an option takes are read from the parser's own help; files elsewhere.
 _sof() {
-  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} told
+  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} prefix="" help takes="" told
   COMPREPLY=()
-  case $before in
-    --effects | --given | --verify-detection-limits | --extend)
-      told=$(sof effects --json - 2>/dev/null | sed -n 's/^ *"id": "\([a-z0-9_]*\)".*/\1/p')
-      local prefix=${word%"${word##*,}"}
-      mapfile -t COMPREPLY < <(compgen -P "$prefix" -W "$told" -- "${word##*,}")
-      return
-      ;;
-    --mode)
-      mapfile -t COMPREPLY < <(compgen -W "mixed current" -- "$word")
-      return
-      ;;
-  esac
   if [ "$COMP_CWORD" = 1 ]; then
     told="$(sof --help 2>/dev/null | sed -n '/^Subcommands/,$ s/^  \([a-z-]*\) .*/\1/p') --help --version"
-  elif [ "${word:0:1}" = - ]; then
-    told=$(sof "${COMP_WORDS[1]}" --help 2>/dev/null | sed -n 's/^ *\(-h,\)\{0,1\}\(--[a-z0-9-]*\).*/\2/p')
-  else
-    compopt -o default 2>/dev/null
+    mapfile -t COMPREPLY < <(compgen -W "$told" -- "$word")
     return
   fi
-  mapfile -t COMPREPLY < <(compgen -W "$told" -- "$word")
+  help=$(sof "${COMP_WORDS[1]}" --help 2>/dev/null)
+  if [[ $before =~ ^--[a-z0-9-]+$ ]]; then
+    takes=$(sed -n "s/^ *$before \([A-Z][^ =]*\).*/\1/p" <<<"$help")
+  elif [ "${word:0:1}" != - ]; then
+    takes=$(sed -n 's/^  \(ID\) .*/\1/p' <<<"$help")
+  fi
+  case $takes in
+    ID)
+      told=$(sof effects --json - 2>/dev/null | sed -n 's/^ *"id": "\([a-z0-9_]*\)".*/\1/p')
+      prefix=${word%"${word##*,}"}
+      ;;
+    *:{*})
+      told=${takes#*:{}
+      told=${told//[,\}]/ }
+      ;;
+    *)
+      if [ -n "$takes" ] || [ "${word:0:1}" != - ]; then
+        compopt -o default 2>/dev/null
+        return
+      fi
+      told=$(sed -n 's/^ *\(-h,\)\{0,1\}\(--[a-z0-9-]*\).*/\2/p' <<<"$help")
+      ;;
+  esac
+  mapfile -t COMPREPLY < <(compgen -P "$prefix" -W "$told" -- "${word#"$prefix"}")
 }
 complete -F _sof sof

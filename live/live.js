@@ -143,7 +143,7 @@
   function card(answer, low, high) {
     const is_there = isNumber(answer.value) || answer.value === 'inf';
     const box = make('article', { class: 'answer ' + (!answer.valid ? '' : answer.holds ? 'holds' : 'fails') }, make('h3', {}, answer.title),
-      make('span', { class: 'value' }, is_there ? answer.shown : '–'), ' ', make('span', { class: 'word' }, !is_there ? '' : !answer.valid ? 'not to be relied on' : answer.word));
+      make('span', { class: 'value' }, is_there ? answer.shown : '–'), ' ', make('span', { class: 'word' }, !is_there ? '' : !answer.valid ? 'not valid' : answer.holds ? 'holds' : 'not assured'));
     if (is_there) box.append(bar(answer, low, high), make('p', {}, answer.spoken));
     if (!is_there || !answer.valid) box.append(make('p', {}, answer.message));
     return box;
@@ -152,21 +152,21 @@
   function crankAnswer(s) {
     const a = s.crank;
     return { title: 'Crank after ' + duration(s.t_stop) + ' off: lowest voltage', value: a.u_min, lower: a.lower, upper: a.upper, limit: s.u_required, valid: a.valid, holds: a.capable,
-      shown: fixed(a.u_min, 2) + ' V', word: a.capable ? 'holds' : 'may not hold', message: a.message,
+      shown: fixed(a.u_min, 2) + ' V', message: a.message,
       spoken: fixed(a.lower, 2) + ' to ' + fixed(a.upper, 2) + ' V; needed ' + fixed(s.u_required, 2) + ' V at ' + fixed(s.i_cranking, 0) + ' A' };
   }
 
   function stopAnswer(s) {
     const a = s.stop_time;
     return { title: 'Longest stop before such a crank', value: a.t_stop, lower: a.lower, upper: a.upper, limit: s.t_stop, valid: a.valid,
-      holds: a.lower === 'inf' || a.lower >= s.t_stop, word: a.outcome.replace('_', ' '), message: a.message,
-      shown: duration(a.t_stop), spoken: duration(a.lower) + ' to ' + duration(a.upper) + '; asked for ' + duration(s.t_stop) + ' at ' + fixed(s.i_load, 0) + ' A' };
+      holds: a.lower === 'inf' || a.lower >= s.t_stop, message: a.message,
+      shown: (a.outcome === 'at_least' ? 'at least ' : '') + duration(a.t_stop), spoken: duration(a.lower) + ' to ' + duration(a.upper) + '; asked for ' + duration(s.t_stop) + ' at ' + fixed(s.i_load, 0) + ' A' };
   }
 
   function chargeAnswer(s) {
     const a = s.charge;
-    return { title: 'Charge at ' + fixed(s.u_boost, 1) + ' V for ' + duration(s.t_sof2), value: a.i_boost, lower: a.lower, upper: a.upper, valid: a.valid, holds: true,
-      shown: fixed(a.i_boost, 1) + ' A', word: 'mean current', message: a.message, spoken: fixed(a.lower, 1) + ' to ' + fixed(a.upper, 1) + ' A' };
+    return { title: 'Mean charge current at ' + fixed(s.u_boost, 1) + ' V for ' + duration(s.t_sof2), value: a.i_boost, lower: a.lower, upper: a.upper, valid: a.valid, holds: a.lower > 0,
+      shown: fixed(a.i_boost, 1) + ' A', message: a.message, spoken: fixed(a.lower, 1) + ' to ' + fixed(a.upper, 1) + ' A' };
   }
 
   function showAnswers(status) {

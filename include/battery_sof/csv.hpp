@@ -6,13 +6,14 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <vector>
 
 #include "battery_sof/recording_error.hpp"
 #include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
-/// Names of the columns in the file's header line, and the file's sign of current.
+/// The names of the columns in the header line of the file, and its sign of the current.
 struct CsvColumns {
   std::string time = "time_s";        ///< seconds, or UTC date and time "2017-03-25 07:00:06.900"
   std::string current = "current_a";  ///< [A]
@@ -20,7 +21,7 @@ struct CsvColumns {
   /// [degC]; when not given, a column temperature_c is read if the file has one.
   std::optional<std::string> temperature;
   bool discharge_positive = false;  ///< the file counts current out of the battery as positive
-  double time_unit = 1.0;           ///< [s], of which the time column counts; dates have none
+  double time_unit = 1.0;           ///< [s], unit of the time column; dates ignore it
   bool operator==(const CsvColumns& other) const {
     return std::tie(time, current, voltage, temperature, discharge_positive, time_unit) ==
            std::tie(other.time, other.current, other.voltage, other.temperature,
@@ -28,39 +29,46 @@ struct CsvColumns {
   }
 };
 
-/// What is called with every block of bytes that was read, in order.
+/// Callback that receives every block of bytes as it is read, in order.
 using BytesSeen = std::function<void(std::string_view)>;
 
 /**
  * @brief Reads a recording from a comma-separated file, or a pipe, with a header line.
  *
- * Empty cells and NaN are missing values: such rows are counted, not used. Rows may carry a
- * temperature alone. Time is kept as written; dates become seconds since 1970-01-01 UTC. Cells may
- * be quoted and have spaces around them; a line break inside quotes is not understood. Blank lines,
- * a byte-order mark, CRLF and one trailing comma are allowed. A last line with too few cells and no
- * line break was cut off while it was written: it counts as a missing value. The recording's name
- * is the file's, printable(). Numbers have a decimal point, whatever the locale, here and in
- * writeCsv. Where the header is separated by semicolons (it has one, and no column of the time's
- * name between commas), cells are too, and a number may have a decimal comma ("12,5"; not
- * "1.012,5").
+ * Empty cells and NaN are missing values. Rows with a missing current or voltage are counted but
+ * not used; a row may have a temperature alone. Time is kept as written, and dates become seconds
+ * since 1970-01-01 UTC. Cells may be quoted and have spaces around them, but a line break inside
+ * quotes is not supported. Blank lines, comments (lines that begin with #), a row of units below the
+ * header, a byte-order mark, CRLF and one trailing comma are allowed.
+ * A last line with too few cells and no line break was cut off while it was written, so it counts
+ * as a missing value. The recording is named after the file, printable(). Numbers have a decimal
+ * point, whatever the locale, here and in writeCsv. If the header is separated by semicolons (it
+ * has one, and no column of the time's name between commas), so are the cells, and a number may
+ * have a decimal comma ("12,5", but not "1.012,5"). Cells may be separated by tabs as well.
  *
- * @param seen is reported the bytes as they are read, all of them where nothing is thrown: a pipe
- * cannot be read again.
- * @throws RecordingError when the file cannot be read, is no regular file or pipe, has a line that
- * is too long (TextLines), is empty, has a header only, lacks a column or has it twice, has a row
- * with more or fewer cells than the header (file and line are named), has text where a number
- * belongs (file, line, column and text are named), holds no usable sample, or when more than a
- * tenth of its samples go back in time (the file is not sorted).
+ * If the package's own column name is asked for and the file does not have it, the one column with
+ * a common name is read ("t", "Current (A)", "u" ...). The end of such a time column's name is its
+ * unit (ms, us, ns). `notes` says what was assumed.
+ *
+ * @param seen receives the bytes as they are read, and all of them if nothing is thrown, because a
+ * pipe cannot be read again.
+ * @param notes receives a sentence for everything that was assumed of the file; may be null.
+ * @throws RecordingError if the file cannot be read, is neither a regular file nor a pipe, has a
+ * line that is too long (TextLines), is empty, has only a header, lacks a column or has it twice,
+ * has a row with more or fewer cells than the header (the message names file and line), has text in
+ * place of a number (the message names file, line, column and text), or contains no usable sample.
+ * It is also thrown if more than a tenth of the samples go back in time, since such a file is not
+ * sorted.
  */
 Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns = {},
-                  BytesSeen seen = {});
+                  BytesSeen seen = {}, std::vector<std::string>* notes = nullptr);
 
 /**
- * @brief Writes time_s,current_a,voltage_v and, when measured, temperature_c with the digits that
- * read back exactly.
+ * @brief Writes time_s,current_a,voltage_v and, if measured, temperature_c, with as many digits as
+ * reading them back exactly needs.
  *
- * A temperature is written on the sample of the same time, or on a row of its own. The file appears
- * whole or not at all.
+ * A temperature is written in the row of the sample with the same time, or in a row of its own. The
+ * file appears whole or not at all.
  * @throws RecordingError when the file cannot be written.
  */
 void writeCsv(const std::filesystem::path& path, const Series& series);

@@ -15,47 +15,47 @@ namespace battery_sof {
 
 struct FittedModel;
 
-/// What is identified of a recording, and how.
+/// Options of identify().
 struct IdentifyRequest {
-  std::optional<double> from;   ///< [s], recording's clock; none: its first sample
-  std::optional<double> to;     ///< [s]; none: its last sample; the state is carried there
-  bool chooses_window = false;  ///< the best window inside from..to even where both are given
-  /// ids of further physics; none: the recording chooses; empty: the base model
+  std::optional<double> from;   ///< [s], recording's clock; default: its first sample
+  std::optional<double> to;     ///< [s]; default: its last sample; the state is that of this time
+  bool chooses_window = false;  ///< choose the window inside from..to even if both are given
+  /// ids of effects to add; none: chosen by the recording; empty: the base model
   std::optional<std::vector<std::string>> effects;
-  bool whiten = false;         ///< a cost of whitened residuals
-  bool paper_start = false;    ///< search from the paper's starting point alone
-  double series_blocks = 1.0;  ///< of 12 V in series that the recording is of
+  bool whiten = false;         ///< minimise whitened residuals
+  bool paper_start = false;    ///< initial state and u_dc as in the paper (eqs. 4 and 5)
+  double series_blocks = 1.0;  ///< number of 12 V blocks in series
   int threads = 1;             ///< 0: as many as the machine has; changes no result
-  /// of the recording's file, for the model file: "sha256:..."; empty: unknown
+  /// hash of the recording's file, "sha256:...", stored in the model file; empty: unknown
   std::string recording_hash = {};
-  bool anyway = false;  ///< fits a recording with a problem (`sof check`), too
+  bool anyway = false;  ///< also fit a recording with a problem (`sof check`)
 };
 
 /**
- * @brief A battery's identified model with the state that a question begins from. A value; copies
- * share what does not change.
+ * @brief An identified model of a battery, with the state at which a query begins. It behaves as a
+ * value, and copies share the constant parts.
  *
  * Signs and units as everywhere: SI, current positive into the battery.
  */
 class Model {
  public:
   explicit Model(FittedModel model);
-  /// @throws std::runtime_error naming file and field when it cannot be read or is no model.
+  /// @throws std::runtime_error with file and field if it cannot be read or is not a model.
   static Model read(const std::filesystem::path& file);
-  /// Writes MODEL.yaml, whole or not at all. @throws std::invalid_argument when the model is not
-  /// usable, std::runtime_error when the file cannot be written.
+  /// Writes MODEL.yaml, whole or not at all. @throws std::invalid_argument if the model is not
+  /// usable, std::runtime_error if the file cannot be written.
   void write(const std::filesystem::path& file) const;
 
-  bool usable() const;                       ///< whether it answers questions
+  bool usable() const;                       ///< whether it can answer queries
   std::string message() const;               ///< how the identification ended, one sentence
   std::vector<std::string> effects() const;  ///< ids of physics beyond the base model
   std::vector<ParameterEstimate> parameters() const;
-  /// after a rest so long that every state is at rest
+  /// @return the same model after a rest that is long enough for every state to settle.
   Model rested() const;
   std::string json() const;  ///< as `sof identify --json` (docs/cli.md)
   std::string text() const;  ///< as `sof identify` prints
 
-  const FittedModel& fitted() const { return *fitted_; }  ///< for the package itself
+  const FittedModel& fitted() const { return *fitted_; }  ///< internal
 
  private:
   std::shared_ptr<const FittedModel> fitted_;
@@ -63,14 +63,15 @@ class Model {
 
 /**
  * @brief Fits the model to a window of a recording, as `sof identify` does (paper, section IV).
- * @return a model; not usable, with the reason, where the window determines none.
- * @throws std::invalid_argument for a range without samples, unknown effects and options outside
- * their ranges.
+ * @return the model. If the window determines none, it is not usable() and message() has the
+ * reason.
+ * @throws std::invalid_argument for a range without samples, an unknown effect, or an option that
+ * is out of range.
  */
 Model identify(const Recording& recording, const IdentifyRequest& request = {});
 
-// The questions (queries.hpp). The event begins where the model's state stands. @param capacity
-// [Ah], nominal, above 0.
+// The queries (queries.hpp). The event begins at the model's state. @param capacity [Ah], nominal,
+// above 0.
 CrankingAnswer predictCranking(const Model& model, const CrankingQuery& query,
                                double capacity = 50.0);
 StopTimeAnswer predictStopTime(const Model& model, const StopTimeQuery& query,
@@ -78,41 +79,41 @@ StopTimeAnswer predictStopTime(const Model& model, const StopTimeQuery& query,
 ChargeAcceptanceAnswer predictChargeAcceptance(const Model& model,
                                                const ChargeAcceptanceQuery& query,
                                                double capacity = 50.0);
-/// @param time [s] after the state, >= 0, increasing.  @param current [A], linear between.  @param
-/// watch queried before every sample.
+/// @param time [s] after the state, >= 0, increasing.  @param current [A], linear in between.
+/// @param watch called before every sample; see WorkWatch.
 ProfileAnswer simulateProfile(const Model& model, const std::vector<double>& time,
                               const std::vector<double>& current, const WorkWatch& watch = nullptr);
 
-/// What is diagnosed of a recording, and how.
+/// Options of diagnose().
 struct DiagnosisRequest {
-  std::optional<double> from, to;  ///< [s]; none: the recording's ends
-  /// of the samples, the last ones: opened once, at the end
+  std::optional<double> from, to;  ///< [s]; default: the recording's ends
+  /// share of the samples, the last ones, kept for the comparison and opened once, at the end
   double holdout_share = 0.25;
-  std::vector<std::string> hypotheses = {};  ///< ids to weigh; empty for all
-  std::vector<std::string> given = {};       ///< ids known to be there: nothing is searched for
-  double series_blocks = 1.0;                ///< of 12 V in series
+  std::vector<std::string> hypotheses = {};  ///< ids of effects to consider; empty: all
+  std::vector<std::string> given = {};       ///< ids known to be present; disables the search
+  double series_blocks = 1.0;                ///< number of 12 V blocks in series
   /// 0: as many as the machine has; changes no result
   int threads = 1;
-  std::function<void(const std::string& stage)> progress = nullptr;  ///< called with what begins
-  std::string recording_hash = {};                                   ///< as IdentifyRequest's
-  bool anyway = false;                                               ///< as IdentifyRequest's
+  std::function<void(const std::string& stage)> progress = nullptr;  ///< called at each new stage
+  std::string recording_hash = {};                                   ///< as in IdentifyRequest
+  bool anyway = false;                                               ///< as in IdentifyRequest
 };
 
 struct Diagnosis;
 
-/// A finished diagnosis: which physics the base model lacks for a recording (docs/diagnosis.md).
+/// Result of a diagnosis: which physics the base model lacks for a recording (docs/diagnosis.md).
 class DiagnosisReport {
  public:
   DiagnosisReport(Recording recording, Diagnosis diagnosis);
-  std::string verdict() const;  ///< as in the JSON
+  std::string verdict() const;  ///< one of those in the JSON, e.g. "effect"
   std::string summary() const;  ///< one plain sentence
   std::string json() const;     ///< as `sof diagnose --json` (docs/cli.md)
   std::string text() const;     ///< as `sof diagnose` prints
   std::string page() const;     ///< one HTML document that needs no network
-  Model base() const;           ///< fitted to the training part
-  Model extended() const;       ///< with what was found; the base model where nothing was
+  Model base() const;           ///< the base model, fitted to the training part
+  Model extended() const;       ///< with what was found; the base model if nothing was
 
-  const Diagnosis& diagnosis() const { return *diagnosis_; }  ///< for the package itself
+  const Diagnosis& diagnosis() const { return *diagnosis_; }  ///< internal
   const Recording& recording() const { return *recording_; }  ///< the stretch that was diagnosed
 
  private:
@@ -120,9 +121,9 @@ class DiagnosisReport {
   std::shared_ptr<const Diagnosis> diagnosis_;
 };
 
-/// As `sof diagnose`; takes minutes on long recordings.
-/// @throws std::invalid_argument for a range without samples, unknown ids and options outside their
-/// ranges.
+/// Diagnoses a recording, as `sof diagnose` does. This takes minutes on long recordings.
+/// @throws std::invalid_argument for a range without samples, an unknown id, or an option that is
+/// out of range.
 DiagnosisReport diagnose(const Recording& recording, const DiagnosisRequest& request);
 
 }  // namespace battery_sof

@@ -7,28 +7,38 @@
 
 namespace battery_sof {
 
-/// What kind of answer a query got.
+/// The kind of answer to a query.
 enum class AnswerCode : int {
   kOk = 0,
-  kInvalidQuery = 1,  ///< an input is not finite or out of its range; no numbers
-  /// no sample yet, or no model that gives finite numbers of the query; no numbers
+  kInvalidQuery = 1,  ///< an input is not finite or out of range; there are no numbers
+  /// no sample yet, or no model with a finite answer to the query; there are no numbers
   kNoModel = 2,
-  /// numbers are given, but the window did not excite what they need: valid is false
+  /// there are numbers, but the window does not cover the query: valid is false
   kExtrapolation = 3,
 };
 
 /// @return "ok", "invalid_query", "no_model", "extrapolation".
 std::string toString(AnswerCode code);
 
-/// A number with its 90 % interval; NaN-free: absent numbers are optional in the structs that hold
-/// this.
+/// What an answer with numbers says of the limit that was asked for. Its message begins with it.
+enum class Assurance {
+  kHolds,       ///< the unfavourable end of the 90 % interval keeps the limit
+  kNotAssured,  ///< it does not: the limit may be missed
+  kNotValid,    ///< the model is not to be relied on for the question (kExtrapolation)
+};
+
+/// @return "holds", "not assured", "not valid".
+std::string toString(Assurance assurance);
+
+/// A number with its 90 % prediction interval. It never contains NaN: structs that may lack a
+/// number hold it as optional.
 struct Interval {
   double value = 0.0;
   double lower = 0.0;  ///< 5 % quantile
   double upper = 0.0;  ///< 95 % quantile
 };
 
-/// A current over time, linear between its points; time counts from the phase's beginning.
+/// A current over time, linear between its points. Time counts from the beginning of the phase.
 struct CurrentProfile {
   std::vector<double> time;     ///< [s], >= 0, each at least kShortestStep after the one before
   std::vector<double> current;  ///< [A], same length
@@ -36,8 +46,8 @@ struct CurrentProfile {
   double duration() const { return time.empty() ? 0.0 : time.back(); }
 };
 
-/// Gets how much of an answer's work is done, 0 to 1. @return why the work is to be broken off;
-/// empty to go on.
+/// Progress callback. Receives the completed fraction [0, 1] and returns a reason to abort, or an
+/// empty string to continue.
 using WorkWatch = std::function<std::string(double share)>;
 
 /// Will the battery crank the engine after a stop? (paper, Fig. 1)
@@ -49,22 +59,25 @@ struct CrankingQuery {
   double t_cranking = 1.0;  ///< [s], > 0 to 60
   /// [V], above 0 to 100: what the starter needs; the paper names 7.2 V
   std::optional<double> u_required = std::nullopt;
-  /// in place of i_load and t_stop when not empty
+  /// replaces i_load and t_stop unless empty
   CurrentProfile load = {};
-  /// in place of i_cranking and t_cranking when not empty
+  /// replaces i_cranking and t_cranking unless empty
   CurrentProfile crank = {};
-  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, if known
 };
 
 /// SOF1. The numbers are present unless code is kInvalidQuery or kNoModel.
 struct CrankingAnswer {
   std::optional<Interval> u_min;  ///< [V], lowest voltage during the crank, with its 90 % interval
-  /// lower bound of u_min at or above u_required; none without u_required, and the message says so
+  /// whether the lower bound of u_min is at or above u_required; none without u_required
   std::optional<bool> capable;
-  bool valid = false;  ///< the model may be trusted here
+  bool valid = false;  ///< the recorded driving covers the query
   AnswerCode code = AnswerCode::kOk;
   std::string message;  ///< one sentence
 };
+
+/// @return none without numbers, and of a valid answer without u_required.
+std::optional<Assurance> assuranceOf(const CrankingAnswer& answer);
 
 /// How long may the engine stay off?
 struct StopTimeQuery {
@@ -73,18 +86,18 @@ struct StopTimeQuery {
   double t_cranking = 1.0;  ///< [s], > 0 to 60
   /// [V], above 0 to 100: what the starter needs
   double u_required = 0.0;
-  /// in place of i_cranking and t_cranking when not empty
+  /// replaces i_cranking and t_cranking unless empty
   CurrentProfile crank = {};
-  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, if known
 };
 
-/// What kind of stop time was found.
+/// The kind of stop time that was found.
 enum class StopTimeOutcome {
   kFinite,  ///< the crank fails after t_stop
-  /// it holds after every stop up to t_stop, the longest that the model's equations hold for
+  /// the crank holds after every stop up to t_stop, the longest that the model supports
   kAtLeast,
-  kAlways,  ///< nothing is drawn (i_load = 0) and it holds after every stop up to a day
-  kNever,   ///< it fails even at once
+  kAlways,  ///< nothing is drawn (i_load = 0), and the crank holds after a stop of up to a day
+  kNever,   ///< the crank fails even without a stop
 };
 
 /// @return "finite", "at_least", "always" or "never".
@@ -93,35 +106,43 @@ std::string toString(StopTimeOutcome outcome);
 /// The longest stop. t_stop is present unless code is kInvalidQuery or kNoModel.
 struct StopTimeAnswer {
   StopTimeOutcome outcome = StopTimeOutcome::kNever;
-  /// [s]; 0 for never, infinite for always. lower: after it the crank's lower bound no longer
-  /// holds; upper: its upper bound. None is infinite where something is drawn, and none of the
-  /// stops draws more than the capacity.
+  /// [s]; 0 for never, infinite for always. After `lower`, the lower bound of the crank no longer
+  /// holds u_required; after `upper`, its upper bound does not. If a current is drawn, no value is
+  /// infinite and no stop draws more than the capacity.
   std::optional<Interval> t_stop;
-  bool monotone = true;  ///< the crank's voltage falls with the length of the stop throughout
+  bool monotone = true;  ///< the crank's voltage falls with the length of the stop everywhere
   bool valid = false;
   AnswerCode code = AnswerCode::kOk;
   std::string message;
 };
 
+/// @return none without numbers; not assured where the lower end of t_stop is 0 s: a crank at once
+/// may miss u_required already.
+std::optional<Assurance> assuranceOf(const StopTimeAnswer& answer);
+
 /// How much charge will the battery accept? (paper, Fig. 2)
 struct ChargeAcceptanceQuery {
-  double u_boost = 0.0;  ///< [V], terminal voltage held, above 0 to 100
+  double u_boost = 0.0;  ///< [V], terminal voltage that is held, above 0 to 100
   double t_sof2 = 10.0;  ///< [s], above 0 to 3600
   /// [A], what the source can give, above 0 to 5000
   double i_limit = 5000.0;
-  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, when known
+  std::optional<double> temperature = std::nullopt;  ///< [K], of the battery, if known
 };
 
 /// SOF2. The numbers are present unless code is kInvalidQuery or kNoModel.
 struct ChargeAcceptanceAnswer {
-  /// [A], mean current over t_sof2; negative when u_boost discharges the battery
+  /// [A], mean current over t_sof2; negative if u_boost discharges the battery
   std::optional<Interval> i_boost;
   bool valid = false;
   AnswerCode code = AnswerCode::kOk;
   std::string message;
 };
 
-/// Predicted voltages, one a sample of the profile, with 90 % intervals [V].
+/// @return none without numbers; not assured where the lower end of i_boost is 0 A or below: the
+/// voltage may discharge the battery.
+std::optional<Assurance> assuranceOf(const ChargeAcceptanceAnswer& answer);
+
+/// Predicted voltages with 90 % intervals [V], one for each sample of the profile.
 struct PredictedVoltage {
   std::vector<double> voltage, lower, upper;
 };
@@ -133,5 +154,8 @@ struct ProfileAnswer {
   AnswerCode code = AnswerCode::kOk;
   std::string message;
 };
+
+/// @return "not valid", or none: a profile has no limit.
+std::optional<Assurance> assuranceOf(const ProfileAnswer& answer);
 
 }  // namespace battery_sof

@@ -4,7 +4,7 @@
 
 namespace battery_sof {
 
-/// A recording that cannot be used as a whole; the message names the file, the place, what was
+/// Thrown if a recording as a whole cannot be used. The message names the file, the place, what was
 /// found and what was expected.
 class RecordingError : public std::runtime_error {
  public:

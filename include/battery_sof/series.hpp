@@ -25,15 +25,15 @@ struct Sample {
 /**
  * @brief Current and voltage of one battery over time, as accepted by Intake.
  *
- * Invariants, established by Intake and kept by every function of recording/:
- * the three vectors have one length, every value is finite, time increases strictly.
- * Sampling may be uneven and may have gaps; nothing is interpolated here.
+ * Intake establishes three invariants, and every function of recording/ keeps them: the three
+ * vectors have the same length, every value is finite, and time increases strictly. Sampling may be
+ * uneven and may have gaps; nothing is interpolated.
  */
 struct Series {
   std::vector<double> time;     ///< [s], the recording's own clock, strictly increasing
   std::vector<double> current;  ///< [A], positive into the battery
   std::vector<double> voltage;  ///< [V], at the terminals
-  /// Temperature comes on its own, often slower, time base; empty when not measured.
+  /// Temperature has its own, often slower, time base; empty if it was not measured.
   std::vector<double> temperature_time;  ///< [s], increasing
   std::vector<double> temperature;       ///< [K]
 
@@ -45,7 +45,7 @@ struct Series {
     current.push_back(sample.current);
     voltage.push_back(sample.voltage);
   }
-  /// The temperatures stay.
+  /// Removes the first samples; the temperatures stay.
   void dropFirst(std::size_t count) {
     for (auto* values : {&time, &current, &voltage})
       values->erase(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(count));
@@ -56,55 +56,55 @@ struct Series {
 struct RejectedCounts {
   std::size_t missing_value = 0;    ///< current or voltage absent (empty cell, NaN)
   std::size_t not_finite = 0;       ///< infinite time, current or voltage
-  std::size_t duplicate_stamp = 0;  ///< same time as the sample before
-  std::size_t clock_step_back = 0;  ///< earlier than a sample already accepted
-  /// |current| or |voltage| beyond anything a battery sensor shows
+  std::size_t duplicate_stamp = 0;  ///< same time as the previous sample
+  std::size_t clock_step_back = 0;  ///< earlier than an accepted sample
+  /// |current| or |voltage| beyond what a battery sensor can show
   std::size_t out_of_range = 0;
   std::size_t total() const {
     return missing_value + not_finite + duplicate_stamp + clock_step_back + out_of_range;
   }
 };
 
-/// A series with where it came from and what was refused on the way in.
+/// A series, with the name of its source and the samples that were refused.
 struct Recording {
   std::string name;  ///< file name without folders
   Series series;
   RejectedCounts rejected;
-  std::size_t offered = 0;         ///< rows or messages but those with a temperature alone
-  double largest_step_back = 0.0;  ///< [s], of the clock; 0 when it never went back
+  std::size_t offered = 0;         ///< rows or messages, except those with a temperature alone
+  double largest_step_back = 0.0;  ///< [s], of the clock; 0 if it never stepped back
 };
 
 /// @return median of the sampling intervals [s]; 0 for fewer than two samples.
 double medianInterval(const Series& series);
-/// The same between the samples of a range alone.
+/// The same for the samples of a range.
 double medianInterval(const std::vector<double>& time, IndexRange range);
 
 /**
  * @brief The interval above which two neighbouring samples are not joined: max(10 * median
  * interval, 5 s).
  *
- * Ten intervals are more than a lost message; below 5 s the battery's slow state moves less than a
- * tenth of its rest time constant (50 s, docs/physics.md, Base circuit).
+ * A pause of ten intervals is more than a lost message. Below 5 s, which is a tenth of its time
+ * constant at rest (50 s, docs/physics.md, Base circuit), the battery's slow state hardly moves.
  */
 double gapThreshold(const Series& series);
-/// The same where the median interval is known [s].
+/// The same if the median interval [s] is known.
 double gapThreshold(double median_interval);
 
-/// @return ranges of samples without an interval above max_gap [s], in order; none for an empty
+/// @return the ranges of samples without an interval above max_gap [s], in order; none for an empty
 /// series.
 std::vector<IndexRange> contiguousRanges(const Series& series, double max_gap);
 
-/// @return indices of the samples with from <= time <= to; empty range when there are none.
+/// @return the indices of the samples with from <= time <= to; an empty range if there are none.
 IndexRange indexRange(const Series& series, double from, double to);
 
-/// @return index of the first sample later than a time [s]; size() where there is none.
+/// @return the index of the first sample after a time [s]; size() if there is none.
 std::size_t firstAfter(const Series& series, double time);
 
-/// @return copy of the samples in range, and of the temperatures between its first and last time.
+/// @return a copy of the samples in range, and of the temperatures between its two ends.
 Series slice(const Series& series, IndexRange range);
 
-/// @return temperature [K] by linear interpolation, held constant beyond the ends; none when not
-/// measured.
+/// @return the temperature [K] by linear interpolation, constant beyond both ends; none if it was
+/// not measured.
 std::optional<double> temperatureAt(const Series& series, double time);
 
 }  // namespace battery_sof

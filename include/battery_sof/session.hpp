@@ -12,21 +12,21 @@ namespace battery_sof {
 
 class OnlineSession;
 
-/// What a session has to know of its battery.
+/// Settings of a Session.
 struct SessionSettings {
   double capacity = 50.0;  ///< [Ah], nominal
-  /// of 12 V in series that samples, questions and answers are of
+  /// number of 12 V blocks in series; samples, queries and answers are those of all blocks
   double series_blocks = 1.0;
-  double buffer = 1800.0;               ///< [s], past kept for identification
-  std::optional<double> window_length;  ///< [s], of an identification; none: by the sampling rate
+  double buffer = 1800.0;               ///< [s], length of the past that is kept
+  std::optional<double> window_length;  ///< [s], fitted window; default: by the sampling rate
 };
 
 /**
- * @brief What the node does with samples, without ROS: follows a battery and answers questions of
- * the newest sample's moment.
+ * @brief Follows a battery and answers queries that begin at the newest sample, as the node does,
+ * but without ROS.
  *
- * No threads and no clock: time is the samples' own; an identification runs where identifyWhenDue()
- * is called.
+ * A session has no threads and reads no clock. Time is that of the samples, and an identification
+ * runs on the thread that calls identifyWhenDue().
  */
 class Session {
  public:
@@ -36,21 +36,21 @@ class Session {
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
 
-  /// Offers a model from an earlier run, which is judged against the first sample that comes.
+  /// Sets the model of an earlier run, which is compared with the first samples that arrive.
   void restore(const Model& model);
-  /// Takes a sample; one that cannot be is refused and counted.
+  /// Processes a sample; an invalid one is refused and counted.
   void push(const RawSample& sample);
-  /// Identifies when an identification is due; may take seconds. @return how it ended, one
-  /// sentence; none when none was due.
+  /// Identifies if an identification is due, which may take seconds. @return one sentence on the
+  /// outcome; none if no identification was due.
   std::optional<std::string> identifyWhenDue();
 
   CrankingAnswer predictCranking(const CrankingQuery& query) const;
   StopTimeAnswer predictStopTime(const StopTimeQuery& query) const;
   ChargeAcceptanceAnswer predictChargeAcceptance(const ChargeAcceptanceQuery& query) const;
 
-  /// The model that answers, its state at the newest sample; none before the first.
+  /// The model that answers, with its state at the newest sample; none before the first one.
   std::optional<Model> model() const;
-  /// One sentence: why there is no answer, or what the last identification came to.
+  /// One sentence: why there is no answer, or the outcome of the last identification.
   std::string reason() const;
 
  private:

@@ -4,7 +4,7 @@
 
 namespace battery_sof {
 
-/// @return the package's version, e.g. "0.2.0".
+/// @return the package's version, e.g. "0.3.0".
 std::string version();
 
 }  // namespace battery_sof

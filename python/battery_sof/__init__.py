@@ -10,7 +10,7 @@ the recording's own clock.
     answer = battery_sof.crank(model, i_load=-15.0, t_stop=60.0, i_cranking=-250.0, u_required=7.2)
     print(answer.u_min, answer.capable if answer.valid else answer.message)
 
-A question is only answered as far as the window went: an answer that is not valid is an extrapolation, and its message says why.
+A question is only answered as far as the window went: the message of another begins with "not valid" and says why.
 
 In a build with ROS the messages are in the same package (battery_sof.msg, battery_sof.srv); who imports those alone does
 not load the core.

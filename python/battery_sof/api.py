@@ -1,4 +1,4 @@
-"""Recordings, models and the questions to them. Every ValueError carries the core's sentence."""
+"""Recordings, models and queries. The text of every ValueError is the sentence of the core."""
 
 import hashlib
 import json
@@ -18,10 +18,10 @@ Numbers = npt.ArrayLike
 
 
 class Recording:
-    """Current and voltage of one battery over time, n accepted samples.
+    """Current and voltage of one battery over time, as n accepted samples.
 
-    Attributes: name; time_s [s], current_a [A], positive into the battery, voltage_v [V], arrays of the shape (n,), copies;
-    offered, the number of samples there were; rejected, how many were refused, by reason.
+    Attributes: name; time_s [s], current_a [A, positive into the battery] and voltage_v [V], which are copies with the shape (n,);
+    offered, the number of samples in the source; rejected, the number of refused samples for each reason.
     """
 
     name: str
@@ -33,13 +33,13 @@ class Recording:
 
     def __init__(self, time_s: Numbers, current_a: Numbers, voltage_v: Numbers, temperature_c: Optional[Numbers] = None,
                  name: str = "arrays") -> None:
-        """A recording from arrays of one shape (m,).
+        """Makes a recording from arrays that all have the shape (m,).
 
         time_s [s] increases; current_a [A] is positive into the battery; voltage_v [V] is measured at the terminals;
-        temperature_c [degC] may hold NaN where it was not measured. What a masked array masks is missing, as NaN is. Samples that
-        cannot be (NaN, a clock that steps back, above 5000 A or 100 V) are refused and counted.
+        temperature_c [degC] may be NaN where it was not measured. Masked values are missing, like NaN. Invalid samples (NaN, a
+        clock that steps back, more than 5000 A or 100 V) are refused and counted.
 
-        Raises ValueError when the shapes differ, more than a tenth goes back in time, or no sample is usable.
+        Raises ValueError if the shapes differ, if more than a tenth of the samples go back in time, or if no sample is usable.
         """
         temperature = None if temperature_c is None else _numbers(temperature_c)
         self._hold(_core.Recording.from_arrays(_numbers(time_s), _numbers(current_a), _numbers(voltage_v), temperature,
@@ -49,13 +49,13 @@ class Recording:
     def from_csv(cls, path: Path, *, time_column: str = "time_s", current_column: str = "current_a",
                  voltage_column: str = "voltage_v", temperature_column: Optional[str] = None,
                  discharge_positive: bool = False, time_unit_s: float = 1.0) -> "Recording":
-        """A recording from a CSV file with a header line.
+        """Reads a recording from a CSV file with a header line.
 
-        The columns hold time [s, or UTC date and time], current [A], voltage [V] and, optionally, temperature [degC];
-        discharge_positive: the file counts current out of the battery as positive. time_unit_s: of the time column, 0.001
-        where it counts milliseconds.
+        The columns contain time [s, or UTC date and time], current [A], voltage [V] and, optionally, temperature [degC].
+        discharge_positive: the file counts current out of the battery as positive. time_unit_s: unit of the time column, for
+        example 0.001 if it is in milliseconds.
 
-        Raises ValueError naming file, line and column of what cannot be read.
+        Raises ValueError with the file, line and column that cannot be read.
         """
         recording = cls.__new__(cls)
         recording._hold(_core.Recording.from_csv(encoded(path), time_column, current_column, voltage_column,
@@ -75,12 +75,12 @@ class Recording:
 
 
 class Model:
-    """A fitted model with the state that a question begins from; made by identify(), diagnose() and Model.read().
+    """A fitted model with the state at which a query begins. identify(), diagnose() and Model.read() return one.
 
-    Attributes: parameters, by name; effects, ids of further physics; from_s, to_s and samples of its window; status, message;
-    usable: whether it answers questions; q_dyn_percent; rmse_v [V] over the window; window_quality [0, 1]; state_time_s [s],
-    where its state stands; covariance, shape (k, k), of the parameters in their order and then the states [units squared].
-    Where nothing was fitted q_dyn_percent, rmse_v and state_time_s are None.
+    Attributes: parameters, by name; effects, ids of the effects in the model; from_s, to_s and samples of its window; status and
+    message; usable, whether it can answer queries; q_dyn_percent; rmse_v [V] over the window; window_quality [0, 1];
+    state_time_s [s], the time of its state; covariance, shape (k, k), of the parameters in their order followed by the states
+    [units squared]. If nothing was fitted, q_dyn_percent, rmse_v and state_time_s are None.
     """
 
     parameters: Dict[str, Parameter]
@@ -109,18 +109,18 @@ class Model:
 
     @classmethod
     def read(cls, path: Path) -> "Model":
-        """Reads a MODEL.yaml, of this module or of `sof identify`. Raises ValueError naming the field that is wrong."""
+        """Reads a MODEL.yaml that this module or `sof identify` wrote. Raises ValueError with the field that is wrong."""
         return cls(_core.Model.read(encoded(path)))
 
     def save(self, path: Path) -> None:
-        """Writes MODEL.yaml, which `sof` and the node read too; whole or not at all.
+        """Writes MODEL.yaml, whole or not at all. `sof` and the node read this file, too.
 
-        Raises ValueError when the model is not usable, RuntimeError when the file cannot be written.
+        Raises ValueError if the model is not usable, and RuntimeError if the file cannot be written.
         """
         self._core.write(encoded(path))
 
     def rested(self) -> "Model":
-        """The model after a rest so long that every state is at rest."""
+        """Returns the same model after a rest that is long enough for every state to settle."""
         return Model(self._core.rested())
 
     def __repr__(self) -> str:
@@ -132,15 +132,15 @@ def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
              start: str = "robust", series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Model:
     """Fits the model to a window of a recording, as `sof identify` does.
 
-    from_s, to_s [s]: the window where both are given, else where the best one is looked for (with choose_window also then);
-    the state is carried to to_s, else to the recording's end. effects: ids of further physics; None lets the recording choose,
-    [] is the base model. whiten: a cost of whitened residuals. start: "robust" or "paper". series_blocks: of 12 V in a row (0.5 for
-    6 V, 2 for 24 V, 4 for 48 V): the fit is that of one block, the mean of them; questions, answers and predictions are in
-    volts of the row. threads: 0 for all; changes no result.
+    from_s, to_s [s]: the window if both are given, otherwise the range in which the best window is chosen (with choose_window also
+    if both are given). The state of the model is that of to_s, or of the end of the recording. effects: ids of the effects to add;
+    None lets the recording choose, [] is the base model. whiten: minimise whitened residuals. start: "robust" or "paper".
+    series_blocks: number of 12 V blocks in series (0.5 for 6 V, 2 for 24 V, 4 for 48 V). The fit is that of the mean block, while
+    queries, answers and predictions are in the volts of the whole battery. threads: 0 for all; it changes no result.
 
-    A window that determines no model gives one that is not usable; its message says why. So does a recording with a problem (a
-    flipped sign, another time unit), unless anyway. Raises ValueError for a range without
-    samples, unknown effects and options outside their ranges.
+    If the window determines no model, the returned model is not usable and its message has the reason. The same holds for a
+    recording with a problem, for example a flipped sign or another time unit, unless anyway is true. Raises ValueError for a range
+    without samples, an unknown effect, or an option that is out of range.
     """
     return Model(_core.identify(recording._core, from_s, to_s, choose_window, None if effects is None else list(effects),
                                 whiten, start, series_blocks, threads, anyway))
@@ -150,10 +150,10 @@ def predict(model: Model, recording: Recording, *, from_s: Optional[float] = Non
             mode: Optional[str] = None) -> Prediction:
     """Runs a model through a recording from from_s to to_s [s] and scores it, as `sof predict` does.
 
-    mode: "mixed", by the voltage where a source controls it; "current", throughout; None, as the model was fitted.
-    A recording above 200 Hz is predicted at 100 Hz.
+    mode: "mixed" takes the voltage as the input where a source controls it, "current" takes the current throughout, and None does
+    as the model was fitted. A recording above 200 Hz is predicted at 100 Hz.
 
-    Raises ValueError when the model is not usable, there is no such sample, or no source is seen for "mixed".
+    Raises ValueError if the model is not usable, if the range has no sample, or if "mixed" is given and no source is detected.
     """
     arrays, text = _core.predict(model._core, recording._core, from_s, to_s, mode)
     details = json.loads(text)
@@ -164,10 +164,10 @@ def predict(model: Model, recording: Recording, *, from_s: Optional[float] = Non
 def crank(model: Model, *, i_load: float, t_stop: float, i_cranking: float, t_cranking: float = 1.0,
           u_required: Optional[float] = None, capacity_ah: float = 50.0, rested: bool = False) -> CrankAnswer:
     """SOF1: lowest voltage of a crank of i_cranking [A, below 0] for t_cranking [s] after a stop of t_stop [s] at i_load [A, at
-    most 0], and whether it holds u_required [V]. Rely on the answer where it is valid; else its message says why not.
+    most 0], and whether it holds u_required [V]. Use the answer only if it is valid; otherwise its message says why it is not.
 
-    The event begins where the model's state stands; rested: from a rested battery. capacity_ah: nominal [Ah], above 0. Raises
-    ValueError for a question outside these ranges.
+    The event begins at the model's state, or from a rested battery if rested is true. capacity_ah: nominal capacity [Ah], above 0.
+    Raises ValueError for a query that is out of range.
     """
     return made(CrankAnswer, json.loads(_core.crank(_begun(model, rested), i_load, t_stop, i_cranking, t_cranking, u_required,
                                                     capacity_ah)))
@@ -178,8 +178,8 @@ def stop_time(model: Model, *, i_load: float, i_cranking: float, u_required: flo
     """Longest stop [s] at i_load [A, at most 0] after which a crank of i_cranking [A, below 0] for t_cranking [s] still holds
     u_required [V].
 
-    The stop begins where the model's state stands; rested: from a rested battery. capacity_ah: nominal [Ah], above 0. Raises
-    ValueError for a question outside these ranges.
+    The stop begins at the model's state, or from a rested battery if rested is true. capacity_ah: nominal capacity [Ah], above 0.
+    Raises ValueError for a query that is out of range.
     """
     return made(StopTimeAnswer, json.loads(_core.stop_time(_begun(model, rested), i_load, i_cranking, t_cranking, u_required,
                                                            capacity_ah)))
@@ -190,8 +190,8 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
     """SOF2: mean current [A, positive into the battery] over t_sof2 [s] at the held voltage u_boost [V] from a source that gives
     at most i_limit [A].
 
-    The charge begins where the model's state stands; rested: from a rested battery. capacity_ah: nominal [Ah], above 0. Raises
-    ValueError for a question outside these ranges.
+    The charge begins at the model's state, or from a rested battery if rested is true. capacity_ah: nominal capacity [Ah], above 0.
+    Raises ValueError for a query that is out of range.
     """
     return made(ChargeAnswer, json.loads(_core.charge(_begun(model, rested), u_boost, t_sof2, i_limit, capacity_ah)))
 
@@ -211,16 +211,17 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
              from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
              series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Union[Diagnosis, ChangeDiagnosis]:
-    """Finds where the base model and a recording deviate and which physics is missing, as `sof diagnose` does; takes minutes.
+    """Finds where the base model and a recording deviate and which physics is missing, as `sof diagnose` does. This takes minutes.
 
-    from_s, to_s [s]: the stretch; its last holdout_share is kept for the comparison alone. hypotheses: ids to weigh, none for
-    all. given: ids that are known to be there; nothing is searched for. series_blocks: of 12 V in a row, as identify(): volts and ohms reported are
-    those of one block. threads: 0 for all; changes no result. anyway: a recording with a problem, too, as identify().
+    from_s, to_s [s]: the range that is diagnosed; its last holdout_share is kept for the comparison alone. hypotheses: ids of the
+    effects to consider; empty for all. given: ids of effects that are known to be present; nothing is searched for. series_blocks:
+    number of 12 V blocks in series, as in identify(); volts and ohms in the result are those of one block. threads: 0 for all; it
+    changes no result. anyway: also diagnose a recording with a problem, as in identify().
 
     reference: one or more recordings of the same battery from when it was sound. What has changed since is found instead, as
     `sof diagnose --reference` does, and a ChangeDiagnosis comes back; from_s, to_s and anyway alone go with it.
 
-    Raises ValueError for a range without samples, unknown ids and options outside their ranges.
+    Raises ValueError for a range without samples, an unknown id, or an option that is out of range.
     """
     if reference is not None:
         if (holdout_share, list(hypotheses), list(given), series_blocks) != (0.25, [], [], 1.0):
@@ -243,12 +244,12 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
 
 
 def version() -> str:
-    """The version of the core."""
+    """Returns the version of the core."""
     return _core.version()
 
 
 def _begun(model: Model, rested: bool) -> _core.Model:
-    """The model with the state that a question begins from."""
+    """Returns the model with the state at which a query begins."""
     return model._core.rested() if rested else model._core
 
 

@@ -48,7 +48,7 @@ class CrankAnswer:
     lower: Optional[float]  #: [V], of the 90 % interval
     upper: Optional[float]  #: [V]
     capable: Optional[bool]  #: lower is at least u_required; None when that was not given. Worth nothing unless valid
-    valid: bool  #: the model may be relied on for this question; else it is an extrapolation, and the message says why
+    valid: bool  #: the model may be relied on for this question; else the message begins with "not valid" and says why
     code: int  #: 0 ok, else as in the services
     message: str
 
@@ -129,7 +129,7 @@ class Effect:
     mechanism: Optional[str]
     confidence: float
     probability: float
-    absorbed_into: List[str]  #: parameters of the base model that had taken it up
+    biased_parameters: List[str]  #: parameters of the base model that had taken it up
     parameters: List[Parameter]
 
 
@@ -141,8 +141,7 @@ class Candidate:
     title: str
     mechanism: Optional[str]
     evidence: float  #: [nat]
-    confidence: float
-    probability: float
+    confidence: float  #: [0, 1]
     holdout_gain_percent: Optional[float]
     rejected_because: str  #: empty when it was named
 

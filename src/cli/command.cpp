@@ -66,9 +66,14 @@ Recording readRecording(const RecordingArguments& arguments, std::string* hash) 
     throw UsageError(arguments.path +
                      " is a bag, expected no options of CSV columns, their sign or unit");
   Digest digest;
-  Recording recording = is_bag ? readBag(arguments.path, arguments.topic)
-                               : readCsv(arguments.path, columns,
-                                         [&digest](std::string_view bytes) { digest.add(bytes); });
+  std::vector<std::string> notes;
+  Recording recording = is_bag
+                            ? readBag(arguments.path, arguments.topic)
+                            : readCsv(
+                                  arguments.path, columns,
+                                  [&digest](std::string_view bytes) { digest.add(bytes); }, &notes);
+  for (const std::string& note : notes)
+    std::fprintf(stderr, "sof: %s: %s\n", arguments.path.c_str(), note.c_str());
   if (!hash) return recording;
   if (is_bag) digest.addFile(arguments.path);
   *hash = digest.text();

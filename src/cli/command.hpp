@@ -79,6 +79,11 @@ CLI::Option* addList(CLI::App& command, const std::string& name, std::vector<Val
                      const std::string& description) {
   return command.add_option(name, list, description)->delimiter(',');
 }
+/// Ids of effects, comma-separated; the completion offers them by the type that --help shows.
+inline CLI::Option* addEffectIds(CLI::App& command, const std::string& name,
+                                 std::vector<std::string>& ids, const std::string& description) {
+  return addList(command, name, ids, description)->type_name("ID");
+}
 /// @param kind kReadFile or kWrittenFile. @param path or paths; "" is none, "-" no file to write.
 template <typename Path>
 CLI::Option* addFile(CLI::App& command, const char* kind, const std::string& name, Path& path,

@@ -222,18 +222,20 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
     page->excludes(reference);
   addOption(options, "--holdout", search.holdout_share,
             "share of the samples, the last ones, kept for the comparison alone");
-  CLI::Option* hypotheses = addList(options, "--hypotheses", search.hypotheses,
-                                    "ids to weigh, comma-separated; by default all of sof effects, "
-                                    "fresh_sulphate where a source controls the voltage");
-  CLI::Option* given = addList(options, "--given", search.given,
-                               "ids that are known to be there, comma-separated: they are modelled "
-                               "and nothing is searched for")
-                           ->excludes(hypotheses)
-                           ->excludes(reference);
+  CLI::Option* hypotheses =
+      addEffectIds(options, "--hypotheses", search.hypotheses,
+                   "ids to weigh, comma-separated; by default all of sof effects, "
+                   "fresh_sulphate where a source controls the voltage");
+  CLI::Option* given =
+      addEffectIds(options, "--given", search.given,
+                   "ids that are known to be there, comma-separated: they are modelled "
+                   "and nothing is searched for")
+          ->excludes(hypotheses)
+          ->excludes(reference);
   hypotheses->excludes(reference);
-  addList(options, "--verify-detection-limits", search.confirm,
-          "ids, comma-separated, of detection limits: diagnose the recording with each put in "
-          "until it is named")
+  addEffectIds(options, "--verify-detection-limits", search.confirm,
+               "ids, comma-separated, of detection limits: diagnose the recording with each put in "
+               "until it is named")
       ->excludes(given)
       ->excludes(reference);
   addOption(options, "--min-rmse", search.relevance.rmse,

@@ -114,9 +114,10 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   options.add_flag("--auto", values.automatic,
                    "choose the window inside --from and --to even when both are given");
   addFile(options, kWrittenFile, "--out", values.out, "model file to write")->required();
-  addList(options, "--effects", fit.effects,
-          "ids of further physics, comma-separated, or none; sof effects lists them. Default: "
-          "none, but where a source controls the voltage fresh_sulphate, the physics of charging");
+  addEffectIds(
+      options, "--effects", fit.effects,
+      "ids of further physics, comma-separated, or none; sof effects lists them. Default: "
+      "none, but where a source controls the voltage fresh_sulphate, the physics of charging");
   options.add_flag("--whiten", fit.whiten,
                    "cost of residuals whitened by a fitted noise model in place of the paper's "
                    "weights; not where a source controls the voltage");

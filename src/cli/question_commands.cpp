@@ -86,14 +86,17 @@ FittedModel modelOf(const QueryArguments& arguments) {
   return arguments.rested ? rested(saved) : saved;
 }
 
-/// @return the exit code to an answer, after printing it. @throws UsageError for an invalid query.
+/// @return the exit code to an answer, after printing it: negative where it is not valid or does not
+/// assure the limit. @throws UsageError for an invalid query.
 template <typename Answer>
 int finish(const CommandLine& line, const Answer& answer, const std::string& text,
            const nlohmann::json& json, const QueryArguments& general) {
   if (answer.code == AnswerCode::kInvalidQuery) throw UsageError(answer.message);
   emit(line, text, json, general.json);
-  if (answer.code != AnswerCode::kOk) complain(line.err, answer.message);
-  return answer.code == AnswerCode::kOk ? kExitDone : kExitNegative;
+  if (answer.code == AnswerCode::kOk && assuranceOf(answer) != Assurance::kNotAssured)
+    return kExitDone;
+  if (general.json == "-") complain(line.err, answer.message);  // else the text says it
+  return kExitNegative;
 }
 
 template <typename Query>

@@ -321,6 +321,16 @@ void takeEffect(const SelectedTerm& one, const WhitenedFit& fit, const InputSequ
   }
 }
 
+/// What the screen found; an effect may have found it, too.
+void takeFault(const std::string& id, Diagnosis& found) {
+  const auto known = std::find_if(found.effects.begin(), found.effects.end(),
+                                  [&](const NamedEffect& effect) { return effect.id == id; });
+  if (known == found.effects.end())
+    found.effects.push_back(namedEffect(id, Mechanism::kInstrument, kFaultProbability));
+  else
+    known->confidence = known->probability = std::max(known->probability, kFaultProbability);
+}
+
 /// @param terms that are reported, the likeliest mechanism's first.
 void nameEffects(const Recording& recording, const Residuals& residuals,
                  const std::vector<SelectedTerm>& terms, const ModelSelection& selected,
@@ -331,6 +341,9 @@ void nameEffects(const Recording& recording, const Residuals& residuals,
   if (selection) {
     found.base = completed(selection->circuit, recording, residuals.parts.train);
     found.extended = completed(selection->extended, recording, residuals.parts.train);
+    if (!selected.explained.driving && !selected.explained.hasEffects() &&
+        selected.with_discrepancy)
+      found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
   } else {
     found.base = completed(residuals.base, residuals, recording.name);
     found.extended = found.base;
@@ -343,8 +356,7 @@ void nameEffects(const Recording& recording, const Residuals& residuals,
   for (const SelectedTerm& one : terms)
     if (!one.member.empty()) takeEffect(one, last.fit, last.inputs(residuals), is_driven, found);
   if (found.verdict == Verdict::kSensorFault)
-    for (const std::string& id : residuals.screened.faults)
-      found.effects.push_back(namedEffect(id, Mechanism::kInstrument, kFaultProbability));
+    for (const std::string& id : residuals.screened.faults) takeFault(id, found);
 }
 
 }  // namespace

@@ -14,8 +14,8 @@
 namespace battery_sof {
 namespace {
 
-// [s] of a slow recording beyond which short steps would take minutes
-constexpr double kShortSteps = 6000.0;
+// [s] of a slow training part: the courses of hours are told apart by left-out blocks
+constexpr double kLongAndSlow = 4500.0;
 constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
 constexpr double kNominalVoltage = 12.8;                         // [V]
 
@@ -37,9 +37,8 @@ std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
   return ids;
 }
 
-/// Ids to weigh. @param notes grows by the ids left out.
-std::vector<std::string> idsToWeigh(const Screening& screened,
-                                    const std::vector<std::string>& wanted, bool is_driven,
+/// Ids to weigh. @param notes says why there are none.
+std::vector<std::string> idsToWeigh(const std::vector<std::string>& wanted, bool is_driven,
                                     bool is_lead_acid, std::vector<std::string>& notes) {
   if (wanted.empty() && !is_lead_acid) {
     notes.push_back(
@@ -47,18 +46,7 @@ std::vector<std::string> idsToWeigh(const Screening& screened,
         "lead-acid name");
     return {};
   }
-  std::vector<std::string> ids = hypothesesOf(wanted, is_driven);
-  const double span = screened.series.time.back() - screened.series.time.front();
-  if (!wanted.empty() || !screened.slow || span <= kShortSteps) return ids;
-  const auto left = std::stable_partition(ids.begin(), ids.end(), [](const std::string& id) {
-    const EffectInfo& info = effectInfo(id);
-    return !info.takes_short_steps || info.on_request;  // the physics of what a source does
-  });
-  const std::vector<std::string> left_out(left, ids.end());
-  ids.erase(left, ids.end());
-  notes.push_back("long and slowly sampled: " + join(left_out) +
-                  " are not weighed; give a part of the recording, or name them as hypotheses");
-  return ids;
+  return hypothesesOf(wanted, is_driven);
 }
 
 /// Fits to the rows of the training part, with the input of each.
@@ -78,19 +66,26 @@ std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
   return std::make_unique<ExplanationFits>(inputs, residuals.base.point, options);
 }
 
-/// Where a charger controls the voltage, effects are those that predict left-out blocks; the rows
-/// are linearised there for what regressors say of mechanisms and of the rest.
-/// @param train as it was recorded: circuit and effects are what identify() makes of it.
-void explainByScore(const Series& train, const std::vector<std::string>& ids,
-                    const DiagnoseOptions& options, ExplanationFits& fits, Explained& explained) {
+/// How identify() fits the training part as it was recorded.
+IdentifyOptions identifyOptions(const Series& train, const std::optional<ChargerControl>& screened,
+                                const DiagnoseOptions& options) {
   const InstrumentLimits limits = instrumentLimits(train);
   IdentifyOptions fit;
   fit.masked = limits.withoutClipped();
   fit.voltage_lsb_std = limits.voltage_lsb_std;
-  fit.source = explained.driving;
-  if (std::optional<ChargerControl> as_recorded = chargerControl(train))
+  fit.source = screened;
+  if (std::optional<ChargerControl> as_recorded = screened ? chargerControl(train) : std::nullopt)
     fit.source = std::move(as_recorded);
   fit.priors = options.priors;
+  fit.more_starts = 0;
+  return fit;
+}
+
+/// Effects are those that predict left-out blocks; the rows are linearised there for what regressors say of mechanisms and of the rest.
+/// @param train as it was recorded: circuit and effects are what identify() makes of it.
+void explainByScore(const Series& train, const IdentifyOptions& fit,
+                    const std::vector<std::string>& ids, const DiagnoseOptions& options,
+                    ExplanationFits& fits, Explained& explained) {
   tell(options, "weighing effects by the blocks that they predict");
   ScoreSelection selection = selectByScore(train, {0, train.size()}, fit, ids, options);
   tell(options, "weighing mechanisms");
@@ -107,7 +102,8 @@ void explainByScore(const Series& train, const std::vector<std::string>& ids,
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
 /// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
 /// source, and a voltage that is controlled although it is not brings its noise into the battery's
-/// state.
+/// state. Effects are weighed by left-out blocks there, and where sampling is slow over hours; by
+/// evidence elsewhere.
 Explained explainErrors(const Recording& recording, const Residuals& residuals,
                         const DiagnoseOptions& options, std::vector<std::string>& notes) {
   Explained explained;
@@ -126,10 +122,12 @@ Explained explainErrors(const Recording& recording, const Residuals& residuals,
     }
   }
   const std::vector<std::string> ids =
-      idsToWeigh(residuals.screened, options.hypotheses, explained.driving.has_value(),
-                 explained.is_lead_acid, notes);
-  if (explained.driving)
-    explainByScore(slice(recording.series, residuals.parts.train), ids, options, *fits, explained);
+      idsToWeigh(options.hypotheses, explained.driving.has_value(), explained.is_lead_acid, notes);
+  const Series train = slice(recording.series, residuals.parts.train);
+  const double span = train.time.back() - train.time.front();
+  if (explained.driving || (residuals.screened.slow && span > kLongAndSlow))
+    explainByScore(train, identifyOptions(train, explained.driving, options), ids, options, *fits,
+                   explained);
   else
     explained.explanation = explain(*fits, ids, options);
   return explained;
@@ -142,7 +140,7 @@ FinalFit fitExplained(const Residuals& residuals, const Explained& explained) {
   last.at_edges = !is_slow && actsAtEdges(explanation.model);
   last.quiet = is_slow ? TimingJitterNoise::weighed(residuals.quiet, explanation.edge_jitter)
                        : residuals.quiet;
-  last.fit = !explained.hasEffects() || explained.driving
+  last.fit = !explained.hasEffects() || explained.selection
                  ? residuals.base
                  : fitWhitened(explanation.model, last.inputs(residuals), {explanation.point},
                                std::nullopt, residuals.search);

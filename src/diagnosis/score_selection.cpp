@@ -8,7 +8,7 @@
 
 #include "diagnosis/explanation_fits.hpp"
 #include "diagnosis/residuals.hpp"
-#include "estimation/controlled_window.hpp"
+#include "estimation/fit_window.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -66,7 +66,7 @@ class Selection {
         fit_(fit),
         options_(options),
         least_(2.0 * options.relevance.charge_share),
-        independent_(0.5 * ChannelErrors{}.independent * static_cast<double>(train.size())) {
+        independent_(0.5 * kIndependentShare * static_cast<double>(train.size())) {
     scoreAll({{}}, nullptr);
   }
 

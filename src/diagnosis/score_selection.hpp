@@ -17,8 +17,7 @@ struct ScoreSelection {
 };
 
 /**
- * @brief Selects effects by how well a composition predicts left-out blocks, where a source controls
- * the voltage.
+ * @brief Selects effects by how well a composition predicts left-out blocks.
  *
  * In each step the effects that promise most (promiseOf()) are scored (scoreBlocks()); the one of
  * largest gain is fitted as identify() does, and joins where its gain exceeds two standard errors
@@ -26,7 +25,7 @@ struct ScoreSelection {
  * in a member's step is reported as indistinguishable from it. Fits begin at typical values and at
  * the optima of known compositions inside.
  *
- * @param series, train, fit as of identify(); fit.source is set.  @param ids effects to weigh.
+ * @param series, train, fit as of identify().  @param ids effects to weigh.
  * @param options where effects are given they are taken without a test, and nothing else is.
  */
 ScoreSelection selectByScore(const Series& series, IndexRange train, const IdentifyOptions& fit,

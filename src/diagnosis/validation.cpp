@@ -210,7 +210,9 @@ void validate(const Recording& recording, const Residuals& residuals,
   const std::optional<ChargerControl>& driving = selected.explained.driving;
   Comparison& fit = found.fit;
   const Opened opened = open(series, residuals, found.instrument);
-  found.base_voltage = voltageOf(opened, residuals.base.model, residuals.base.point);
+  found.base_voltage = selected.explained.selection && !driving
+                           ? voltageOf(opened, found.base)
+                           : voltageOf(opened, residuals.base.model, residuals.base.point);
   found.extended_voltage = driving ? found.base_voltage : voltageOf(opened, found.extended);
   fit.train = windowOf(series, parts.train);
   fit.holdout = windowOf(series, parts.holdout);

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "estimation/composition_fit.hpp"
-#include "estimation/controlled_window.hpp"
+#include "estimation/fit_window.hpp"
 #include "regression/residual_regression.hpp"
 #include "state/state_estimator.hpp"
 #include "util/text.hpp"
@@ -13,7 +13,8 @@
 namespace battery_sof {
 namespace {
 
-constexpr int kStepsFromOptimum = 2;   // of a fit to all blocks but one
+constexpr int kQuadraticSteps = 20;  // of a fit to all blocks but one, on its quadratic form
+constexpr int kHalvings = 3;         // of the step that it asks for, until its rows are missed less
 constexpr double kLeastError = 1e-12;  // [1], of a block that is predicted exactly
 
 CompositionSearch searchOf(int iterations) {
@@ -63,6 +64,69 @@ ResidualSamples followed(const BatteryModel& model, const CompositionPoint& poin
   }
   return course;
 }
+
+/// Fits to all blocks but one, from one pass with derivatives over all of them.
+class BlockFits {
+ public:
+  /// @throws std::invalid_argument where the optimum has no finite cost.
+  BlockFits(const CompositionProblem& problem, const CompositionPoint& optimum,
+            const std::vector<IndexRange>& blocks)
+      : problem_(problem), blocks_(blocks), x_(problem.coordinatesOf(optimum)) {
+    if (!problem.evaluateParts(x_, blocks, parts_))
+      throw std::invalid_argument("scoreBlocks: the model has no finite voltage at its optimum");
+    whole_ = {0.0, Eigen::VectorXd::Zero(x_.size()), Eigen::MatrixXd::Zero(x_.size(), x_.size())};
+    problem.addPriors(x_, whole_);
+    for (const NormalEquations& part : parts_) {
+      whole_.cost += part.cost;
+      whole_.gradient += part.gradient;
+      whole_.hessian += part.hessian;
+    }
+  }
+
+  /// The equations' course with what fits all blocks but one: the Gauss-Newton step to there, or a
+  /// part of it where the whole misses the others' rows by more than the optimum does.
+  ResidualSamples courseWithout(std::size_t block, const BatteryModel& model,
+                                const InputSequence& inputs) const {
+    const NormalEquations at{whole_.cost - parts_[block].cost,
+                             whole_.gradient - parts_[block].gradient,
+                             whole_.hessian - parts_[block].hessian};
+    MinimizeOptions options;
+    options.max_iterations = kQuadraticSteps;
+    options.lower = problem_.lower();
+    options.upper = problem_.upper();
+    const auto quadratic = [&](const Eigen::VectorXd& x, NormalEquations& there) {
+      const Eigen::VectorXd step = x - x_, curved = at.hessian * step;
+      there = {at.cost + (2.0 * at.gradient + curved).dot(step), at.gradient + curved, at.hessian};
+      return true;
+    };
+    Eigen::VectorXd step = minimize(quadratic, x_, options).x - x_;
+    for (int halving = 0; halving < kHalvings; ++halving, step *= 0.5) {
+      const Eigen::VectorXd x = x_ + step;
+      ResidualSamples course = followed(model, problem_.pointAt(x), inputs);
+      if (costWithout(block, x, course.error) <= at.cost) return course;
+    }
+    return followed(model, problem_.pointAt(x_), inputs);
+  }
+
+ private:
+  double costWithout(std::size_t block, const Eigen::VectorXd& x,
+                     const std::vector<double>& errors) const {
+    NormalEquations priors{0.0, Eigen::VectorXd::Zero(x.size()),
+                           Eigen::MatrixXd::Zero(x.size(), x.size())};
+    problem_.addPriors(x, priors);
+    double cost = priors.cost;
+    for (std::size_t k = 0; k < errors.size(); ++k)
+      if (k < blocks_[block].first || k >= blocks_[block].last)
+        cost += problem_.costOf(k, errors[k]);
+    return std::isfinite(cost) ? cost : HUGE_VAL;
+  }
+
+  const CompositionProblem& problem_;
+  const std::vector<IndexRange>& blocks_;
+  const Eigen::VectorXd x_;
+  std::vector<NormalEquations> parts_;
+  NormalEquations whole_;
+};
 
 /// A course without the rows of a block.
 ResidualSamples without(const ResidualSamples& course, IndexRange block) {
@@ -130,22 +194,20 @@ CompositionPoint optimumOf(const FittedModel& model) {
 BlockScore scoreBlocks(const BatteryModel& composition, const CompositionPoint& optimum,
                        const Series& series, IndexRange range, const IdentifyOptions& options,
                        std::size_t blocks) {
-  if (!options.source || blocks < 2)
-    throw std::invalid_argument(
-        format("scoreBlocks: %zu blocks%s, expected at least 2 and a source", blocks,
-               options.source ? "" : " and no source"));
-  const InputSequence inputs = controlledWindow(series, range, options).inputs;
-  const FitCost cost = controlledCost(options);
+  if (blocks < 2)
+    throw std::invalid_argument(format("scoreBlocks: %zu blocks, expected at least 2", blocks));
+  const InputSequence inputs = fitWindow(series, range, options).inputs;
   const Variances variances = variancesOf(inputs);
   const std::size_t rows = inputs.samples.size();
-  const CompositionProblem whole(composition, inputs, cost, optimum);
+  std::vector<IndexRange> ranges;
+  for (std::size_t b = 0; b < blocks; ++b)
+    ranges.push_back({rows * b / blocks, rows * (b + 1) / blocks});
+  const CompositionProblem problem(composition, inputs, fitCost(options), optimum);
+  const BlockFits fits(problem, optimum, ranges);
   BlockScore score;
   for (std::size_t b = 0; b < blocks; ++b) {
-    const IndexRange block{rows * b / blocks, rows * (b + 1) / blocks};
-    CompositionProblem others = whole;
-    others.leaveOut(block);
-    const CompositionFit fit = fitComposition(others, {optimum}, searchOf(kStepsFromOptimum));
-    const ResidualSamples course = followed(composition, fit.point, inputs);
+    const IndexRange block = ranges[b];
+    const ResidualSamples course = fits.courseWithout(b, composition, inputs);
     std::vector<double> unused;
     const ResidualRegression regression = fitResidualRegression(without(course, block), unused);
     score.equations.relative.push_back(
@@ -162,10 +224,10 @@ BlockScore scoreBlocks(const BatteryModel& composition, const CompositionPoint& 
 
 FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange range,
                       const IdentifyOptions& options) {
-  const InputSequence inputs = controlledWindow(series, range, options).inputs;
+  const InputSequence inputs = fitWindow(series, range, options).inputs;
   const BatteryModel composition = compositionOf(model.fit);
   const CompositionPoint optimum = optimumOf(model);
-  const CompositionProblem problem(composition, inputs, controlledCost(options), optimum);
+  const CompositionProblem problem(composition, inputs, fitCost(options), optimum);
   NormalEquations at;
   if (!problem.evaluate(problem.coordinatesOf(optimum), at)) return {};
   return {at.cost, problem.precision()};
@@ -174,8 +236,8 @@ FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange
 Promise promiseOf(const FittedModel& model, const FittedCost& nested,
                   const std::vector<std::string>& larger, const Series& series, IndexRange range,
                   const IdentifyOptions& options, int steps, const CompositionPoint* start) {
-  const InputSequence inputs = controlledWindow(series, range, options).inputs;
-  const FitCost cost = controlledCost(options);
+  const InputSequence inputs = fitWindow(series, range, options).inputs;
+  const FitCost cost = fitCost(options);
   const BatteryModel composition(larger);
   const CompositionPoint from =
       start ? *start : withNewAtMagnitudes(compositionOf(model.fit), optimumOf(model), composition);
@@ -183,12 +245,16 @@ Promise promiseOf(const FittedModel& model, const FittedCost& nested,
   NormalEquations at;
   if (!problem.evaluate(problem.coordinatesOf(from), at)) return {0.0, from};
   const CompositionFit fit = fitComposition(problem, {from}, searchOf(steps));
-  return {std::max(0.0, 0.5 * cost.channels->independent * (nested.cost - fit.at.cost)), fit.point};
+  // Where the weights are those of eq. 3 the errors' own size is the noise.
+  const double rows = static_cast<double>(inputs.samples.size());
+  const double fall =
+      cost.channels ? nested.cost - fit.at.cost : rows * std::log(nested.cost / fit.at.cost);
+  return {std::max(0.0, 0.5 * kIndependentShare * fall), fit.point};
 }
 
 Eigen::VectorXd equationErrors(const FittedModel& model, const Series& series, IndexRange range,
                                const IdentifyOptions& options) {
-  const InputSequence inputs = controlledWindow(series, range, options).inputs;
+  const InputSequence inputs = fitWindow(series, range, options).inputs;
   const ResidualSamples course = followed(compositionOf(model.fit), optimumOf(model), inputs);
   Eigen::VectorXd errors(static_cast<Eigen::Index>(course.error.size()));
   for (std::size_t n = 0; n < course.error.size(); ++n)

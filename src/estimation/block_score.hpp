@@ -46,13 +46,14 @@ ScoreGain gainOf(const BlockScore& more, const BlockScore& less);
 /**
  * @brief Score(S) of a composition: each block in turn is predicted by a fit to the others.
  *
- * Every fit begins at the composition's own optimum and takes two steps, which suffices as a block
- * is a small part. The rows of the left-out block still drive the model, so its state there is that
- * of a model that runs through them; they cost nothing and the regression does not see them.
+ * Every fit is the Gauss-Newton step from the composition's own optimum, inside the bounds, which
+ * suffices as a block is a small part; all of them come from one pass with derivatives. The rows of
+ * the left-out block still drive the model, so its state there is that of a model that runs through
+ * them; they cost nothing and the regression does not see them.
  *
- * @param optimum of the composition over the range, where a source controls the voltage.
- * @param options with that source.  @param blocks of as many samples each, at least two.
- * @throws std::invalid_argument without a source, or for fewer than two blocks.
+ * @param optimum of the composition over the range.  @param options with the source, or without one
+ * for the current as the input.  @param blocks of as many samples each, at least two.
+ * @throws std::invalid_argument for fewer than two blocks, or an optimum without a finite voltage.
  */
 BlockScore scoreBlocks(const BatteryModel& composition, const CompositionPoint& optimum,
                        const Series& series, IndexRange range, const IdentifyOptions& options,

@@ -15,6 +15,9 @@
 
 namespace battery_sof {
 
+/// [1], share of the samples that count as independent where errors last for minutes
+inline constexpr double kIndependentShare = 0.01;
+
 /**
  * @brief Errors of both channels, for a cost that is well posed whichever of them is the input.
  *
@@ -29,8 +32,7 @@ struct ChannelErrors {
   double current_share = 0.15;  ///< q [1], what the model misses of a current
   /// [1], sigmas from which an error counts by its magnitude (Huber 1964, smooth)
   double robust = 2.0;
-  /// [1], share of the samples that count as independent: errors last for minutes
-  double independent = 0.01;
+  double independent = kIndependentShare;  ///< [1]
 };
 
 /// What a residual costs.
@@ -87,6 +89,15 @@ class CompositionProblem final : public LeastSquaresProblem {
 
   bool evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const override;
 
+  /// One pass as evaluate()'s, summed by parts of the rows and without priors.
+  /// @param parts one after the other, the first from row 0.  @return likewise.
+  bool evaluateParts(const Eigen::VectorXd& x, const std::vector<IndexRange>& parts,
+                     std::vector<NormalEquations>& equations) const;
+  /// What the priors add.
+  void addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const;
+  /// What a row's residual costs, without whitening. @param k of the sequence's samples.
+  double costOf(std::size_t k, double residual) const;
+
   /// Residual at x [V], or [A] where the voltage is the input, one a sample, not whitened.
   Eigen::VectorXd residual(const Eigen::VectorXd& x) const;
 
@@ -102,15 +113,8 @@ class CompositionProblem final : public LeastSquaresProblem {
   void reweigh(const CompositionPoint& point);
   /// [1 / A^2] or [1 / V^2], one a row: weights of ChannelErrors; empty without these.
   const std::vector<double>& precision() const { return precision_; }
-  /// Rows of a range cost nothing from here on; they still drive the model.
-  void leaveOut(IndexRange rows) {
-    std::fill(precision_.begin() + static_cast<std::ptrdiff_t>(rows.first),
-              precision_.begin() + static_cast<std::ptrdiff_t>(rows.last), 0.0);
-  }
 
  private:
-  void addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const;
-
   const BatteryModel& model_;
   const InputSequence& inputs_;
   FitCost cost_;

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "estimation/composition_fit.hpp"
-#include "estimation/controlled_window.hpp"
 #include "estimation/fit_quality.hpp"
+#include "estimation/fit_window.hpp"
 #include "recording/events.hpp"
 #include "state/state_estimator.hpp"
 
@@ -97,6 +97,7 @@ Fitted search(const BatteryModel& model, const InputSequence& inputs,
     if (hasInstant(model))
       starts.push_back(withInstants(model, starts[1],
                                     share * (inputs.samples.back().step.time - inputs.first_time)));
+  starts.insert(starts.end(), options.starts.begin(), options.starts.end());
   Fitted fitted{{}, costOf(options)};
   const CompositionProblem weighted(model, inputs, fitted.cost, nested);
   fitted.fit = fitComposition(weighted, starts, search);
@@ -115,7 +116,7 @@ Fitted search(const BatteryModel& model, const InputSequence& inputs,
 /// start, and again at what was found.
 Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
                       const IdentifyOptions& options, const CompositionPoint& base) {
-  Fitted fitted{{}, controlledCost(options)};
+  Fitted fitted{{}, fitCost(options)};
   CompositionSearch search;
   search.tolerance = kEnough;
   search.max_iterations = std::max(options.max_iterations, kFirstIterations);
@@ -385,7 +386,7 @@ void followWindow(FittedModel& model, const Series& series, IndexRange range,
 
 FittedModel identifyBothWays(const BatteryModel& model, const Series& series, IndexRange range,
                              const IdentifyOptions& options, const CompositionPoint& base) {
-  const auto [sound, masked, inputs] = controlledWindow(series, range, options);
+  const auto [sound, masked, inputs] = fitWindow(series, range, options);
   const Window window(sound, range, masked, options.source->voltage_controlled);
   FittedModel found =
       completed(model, window, options, searchBothWays(model, window.full, options, base));
@@ -396,9 +397,10 @@ FittedModel identifyBothWays(const BatteryModel& model, const Series& series, In
 
 }  // namespace
 
-ControlledWindow controlledWindow(const Series& series, IndexRange range,
-                                  const IdentifyOptions& options) {
-  ControlledWindow window{
+FitWindowRows fitWindow(const Series& series, IndexRange range, const IdentifyOptions& options) {
+  if (!options.source)
+    return {series, options.masked, inputSequence(series, range, options.masked)};
+  FitWindowRows window{
       repaired(series, options.source->repair), options.source->repair.dropped, {}};
   for (std::size_t n = 0; n < options.masked.size(); ++n)
     window.masked[n] = window.masked[n] || options.masked[n];
@@ -407,9 +409,9 @@ ControlledWindow controlledWindow(const Series& series, IndexRange range,
   return window;
 }
 
-FitCost controlledCost(const IdentifyOptions& options) {
+FitCost fitCost(const IdentifyOptions& options) {
   FitCost cost = costOf(options);
-  cost.channels.emplace();
+  if (options.source) cost.channels.emplace();
   return cost;
 }
 

@@ -102,42 +102,60 @@ double CompositionProblem::weightOf(std::size_t k) const {
   return W * W * sample.count;
 }
 
-bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const {
+bool CompositionProblem::evaluateParts(const Eigen::VectorXd& x,
+                                       const std::vector<IndexRange>& parts,
+                                       std::vector<NormalEquations>& equations) const {
   const Eigen::Index n = size();
   Simulation simulation(model_, pointAt(x).at(inputs_.first_time), seedsAt(x));
   using Row =
       Eigen::Array<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, Simulation::kMaxTangents + 1>;
   Whitening::Memory<Row> memory{Row::Zero(n + 1), Row::Zero(n + 1)};
   Eigen::MatrixXd rows(n + 1, kRows);
-  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(n + 1, n + 1);
-  Eigen::Index filled = 0;
-  double robust_excess = 0.0;
-  const auto flush = [&] {
-    sums.selfadjointView<Eigen::Lower>().rankUpdate(rows.leftCols(filled));
-    filled = 0;
-  };
   Row row(n + 1);
-  for (std::size_t k = 0; k < inputs_.samples.size(); ++k) {
-    const InputSample& sample = inputs_.samples[k];
-    const double residual = simulation.follow(sample);
-    if (!std::isfinite(residual)) return false;
-    row.head(n) = errorDerivatives(simulation, sample);
-    row[n] = residual;
-    if (whitening_)
-      whitening_->apply(k, row, memory);
-    else
-      row *= std::sqrt(weightOf(k));
-    if (cost_.channels) robust_excess += makeRobust(row, cost_.channels->robust);
-    if (sample.count > 0.0) rows.col(filled++) = row.matrix().transpose();
-    if (filled == kRows) flush();
+  equations.clear();
+  for (const IndexRange& part : parts) {
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(n + 1, n + 1);
+    Eigen::Index filled = 0;
+    double robust_excess = 0.0;
+    const auto flush = [&] {
+      sums.selfadjointView<Eigen::Lower>().rankUpdate(rows.leftCols(filled));
+      filled = 0;
+    };
+    for (std::size_t k = part.first; k < part.last; ++k) {
+      const InputSample& sample = inputs_.samples[k];
+      const double residual = simulation.follow(sample);
+      if (!std::isfinite(residual)) return false;
+      row.head(n) = errorDerivatives(simulation, sample);
+      row[n] = residual;
+      if (whitening_)
+        whitening_->apply(k, row, memory);
+      else
+        row *= std::sqrt(weightOf(k));
+      if (cost_.channels) robust_excess += makeRobust(row, cost_.channels->robust);
+      if (sample.count > 0.0) rows.col(filled++) = row.matrix().transpose();
+      if (filled == kRows) flush();
+    }
+    flush();
+    sums.triangularView<Eigen::StrictlyUpper>() = sums.transpose();
+    equations.push_back(
+        {sums(n, n) + robust_excess, sums.col(n).head(n), sums.topLeftCorner(n, n)});
   }
-  flush();
-  sums.triangularView<Eigen::StrictlyUpper>() = sums.transpose();
-  equations.cost = sums(n, n) + robust_excess;
-  equations.gradient = sums.col(n).head(n);
-  equations.hessian = sums.topLeftCorner(n, n);
+  return true;
+}
+
+bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equations) const {
+  std::vector<NormalEquations> whole;
+  if (!evaluateParts(x, {{0, inputs_.samples.size()}}, whole)) return false;
+  equations = std::move(whole.front());
   if (cost_.priors) addPriors(x, equations);
   return std::isfinite(equations.cost) && equations.hessian.allFinite();
+}
+
+double CompositionProblem::costOf(std::size_t k, double residual) const {
+  const double square = weightOf(k) * residual * residual;
+  if (!cost_.channels) return square;
+  const double k2 = cost_.channels->robust * cost_.channels->robust;
+  return 2.0 * k2 * (std::sqrt(1.0 + square / k2) - 1.0);
 }
 
 void CompositionProblem::addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const {

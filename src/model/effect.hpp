@@ -47,7 +47,6 @@ struct EffectInfo {
   /// within a tenth of a second of a change of the current, and nowhere else
   bool acts_at_edges = false;
   /// long intervals cost as many short ones: the effect acts back on others within them
-  bool takes_short_steps = false;
   /// a diagnosis weighs it only where it is named among the hypotheses
   bool on_request = false;
   char tier() const { return code.front(); }

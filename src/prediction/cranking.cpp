@@ -52,13 +52,12 @@ void run(Simulation& simulation, const CurrentProfile& profile, Look&& look) {
   }
 }
 
-/// What an answer's message says: the interval, and whether it holds what is required.
+/// What an answer's message says: the interval and what is required.
 std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required) {
   const std::string text = format("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",
                                   answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
   if (!u_required) return text + "; no u_required was given to hold it against";
-  return text + format(": %s %.2f V", answer.capable.value_or(false) ? "holds" : "may not hold",
-                       *u_required);
+  return text + format("; required %.2f V", *u_required);
 }
 
 QueryRange rangeOf(const CrankingQuery& query) {
@@ -323,8 +322,8 @@ std::string shown(double t_stop) {
 
 /// What lies beyond the longest stop that is supported.
 std::string beyond(double crossing) {
-  if (crossing == kEver) return "; longer ones are not supported";
-  return format("; the model puts the end at %.1f s, which is not supported", crossing);
+  if (crossing == kEver) return "; longer ones are not valid";
+  return format("; the model puts the end at %.1f s, which is not valid", crossing);
 }
 
 std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query,
@@ -332,19 +331,19 @@ std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query,
   std::string text;
   if (answer.outcome == StopTimeOutcome::kAtLeast)
     text =
-        format("the crank holds %.2f V after stops up to at least %.1f s, its lower bound up to %s",
+        format("a crank keeps %.2f V after stops up to at least %.1f s, its lower bound up to %s",
                query.u_required, answer.t_stop->value, shown(answer.t_stop->lower).c_str()) +
         beyond(scan.crossing(1));
   else if (answer.outcome == StopTimeOutcome::kAlways)
-    text = format("the crank holds %.2f V after every stop up to a day", query.u_required);
+    text = format("a crank keeps %.2f V after every stop up to a day", query.u_required);
   else if (answer.outcome == StopTimeOutcome::kNever)
-    text = format("the crank does not hold %.2f V even at once", query.u_required);
+    text = format("a crank falls below %.2f V even at once", query.u_required);
   else
-    text = format("the crank holds %.2f V after stops up to %.1f s, 90 %% between %s and %s",
+    text = format("a crank keeps %.2f V after stops up to %.1f s, 90 %% between %s and %s",
                   query.u_required, answer.t_stop->value, shown(answer.t_stop->lower).c_str(),
                   shown(answer.t_stop->upper).c_str());
   if (scan.holdsAgainAt())
-    text += format("; it would hold again after %.1f s", *scan.holdsAgainAt());
+    text += format("; it would keep it again after %.1f s", *scan.holdsAgainAt());
   return text;
 }
 

@@ -44,6 +44,11 @@ std::size_t takeMap(MapVerdict& verdict, const std::optional<Map>& map) {
 
 }  // namespace
 
+std::optional<Assurance> assuranceOf(const MapVerdict& verdict) {
+  if (verdict.code == AnswerCode::kExtrapolation) return Assurance::kNotValid;
+  return std::nullopt;
+}
+
 MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
                      const std::optional<ChargeAcceptanceMap>& charge) {
   MapVerdict verdict;

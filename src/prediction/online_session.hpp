@@ -137,9 +137,7 @@ class ModelSnapshot {
   template <typename Answer>
   void invalidate(Answer& answer) const {
     if (why_not_valid_.empty() || hasNoNumbers(answer.code)) return;
-    answer.valid = false;
-    answer.code = AnswerCode::kExtrapolation;
-    answer.message = "not valid, " + why_not_valid_ + "; " + answer.message;
+    battery_sof::invalidate(answer, why_not_valid_);
   }
   template <typename Answer>
   void invalidate(AnswerMap<Answer>& map) const {

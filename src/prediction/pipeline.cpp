@@ -345,4 +345,35 @@ std::string toString(AnswerCode code) {
   return kNames.at(static_cast<std::size_t>(code));
 }
 
+std::string toString(Assurance assurance) {
+  constexpr std::array kNames = {"holds", "not assured", "not valid"};
+  return kNames.at(static_cast<std::size_t>(assurance));
+}
+
+/// @param holds what was asked for keeps its limit with the unfavourable end of the interval; none
+/// where no limit was asked for.
+template <typename Answer>
+static std::optional<Assurance> assuranceBy(const Answer& answer,
+                                            const std::optional<bool>& holds) {
+  if (answer.code == AnswerCode::kExtrapolation) return Assurance::kNotValid;
+  if (answer.code != AnswerCode::kOk || !holds) return std::nullopt;
+  return *holds ? Assurance::kHolds : Assurance::kNotAssured;
+}
+
+std::optional<Assurance> assuranceOf(const CrankingAnswer& answer) {
+  return assuranceBy(answer, answer.capable);
+}
+
+std::optional<Assurance> assuranceOf(const StopTimeAnswer& answer) {
+  return assuranceBy(answer, answer.t_stop && answer.t_stop->lower > 0.0);
+}
+
+std::optional<Assurance> assuranceOf(const ChargeAcceptanceAnswer& answer) {
+  return assuranceBy(answer, answer.i_boost && answer.i_boost->lower > 0.0);
+}
+
+std::optional<Assurance> assuranceOf(const ProfileAnswer& answer) {
+  return assuranceBy(answer, std::nullopt);
+}
+
 }  // namespace battery_sof

@@ -198,6 +198,14 @@ Interval chargeAnswer(const FittedModel& model, const ChargeBeginning& charge,
  */
 void update(IntervalCalibration& scale, double measured, const Interval& expected);
 
+/// What the message of an answer with numbers begins with: "holds: ", "not assured: ",
+/// "not valid: ", or nothing.
+template <typename Answer>
+std::string beginningOf(const Answer& answer) {
+  const std::optional<Assurance> assurance = assuranceOf(answer);
+  return assurance ? toString(*assurance) + ": " : "";
+}
+
 /// Makes of an answer with numbers one that is valid, or outside the identified range for these
 /// reasons. @param reasons empty for none.
 template <typename Answer>
@@ -205,6 +213,16 @@ void judge(Answer& answer, const std::string& reasons) {
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
   if (!answer.valid) answer.message += "; outside the identified range: " + reasons;
+  answer.message = beginningOf(answer) + answer.message;
+}
+
+/// Takes the validity from an answer with numbers. @param why one clause.
+template <typename Answer>
+void invalidate(Answer& answer, const std::string& why) {
+  const std::string sentence = answer.message.substr(beginningOf(answer).size());
+  answer.valid = false;
+  answer.code = AnswerCode::kExtrapolation;
+  answer.message = beginningOf(answer) + why + "; " + sentence;
 }
 
 /// Marks an answer that has none to give. @param faults of the query, empty when it is sound.

@@ -140,6 +140,9 @@ struct MapVerdict {
   std::string message;
 };
 
+/// @return "not valid" where one of the answers is; else none: a map is no question of one limit.
+std::optional<Assurance> assuranceOf(const MapVerdict& verdict);
+
 /// @param cranking, charge the maps that were asked; kInvalidQuery when neither was.
 MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
                      const std::optional<ChargeAcceptanceMap>& charge);

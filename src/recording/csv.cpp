@@ -3,6 +3,7 @@
 #include "recording/text_lines.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -31,6 +32,7 @@ struct Layout {
   std::vector<std::string> names;
   char separator = ',';
   std::size_t time = 0, current = 0, voltage = 0, temperature = kNoColumn;
+  double time_unit = 1.0;  ///< [s]
 };
 
 std::string separatorHint(const Layout& layout) {
@@ -52,28 +54,126 @@ std::size_t columnIndex(const Layout& layout, const std::string& name) {
   return first - layout.names.begin();
 }
 
+/// Common names of a column, without case, spaces and punctuation: "Current [A]" is "currenta".
+struct CommonNames {
+  const char* meaning;
+  const char* option;
+  std::vector<std::string> names;
+};
+const CommonNames kTimes{
+    "time",
+    "--time-column",
+    {"times",        "time",        "ts",         "t",      "seconds",     "sec",         "timesec",
+     "elapsedtimes", "timestamp",   "timestamps", "timems", "tms",         "timestampms", "timeus",
+     "tus",          "timestampus", "timens",     "tns",    "timestampns", "testtimes"}};
+const CommonNames kCurrents{"current",
+                            "--current-column",
+                            {"currenta", "current", "ia", "i", "amps", "ampere", "ibat", "ibata",
+                             "ibatt", "batterycurrent", "batterycurrenta"}};
+const CommonNames kVoltages{
+    "voltage",
+    "--voltage-column",
+    {"voltagev", "voltage", "uv", "vv", "u", "v", "volts", "volt", "vbat", "vbatt", "ubat", "ubatt",
+     "vbatv", "ubatv", "batteryvoltage", "batteryvoltagev"}};
+const CommonNames kTemperatures{"temperature",
+                                "--temperature-column",
+                                {"temperaturec", "tempc", "temperaturedegc", "tempdegc",
+                                 "temperature", "temp", "batterytempc", "batterytemperaturec"}};
+
+std::string bareName(const std::string& name) {
+  std::string bare;
+  for (const unsigned char letter : name)
+    if (std::isalnum(letter)) bare += static_cast<char>(std::tolower(letter));
+  return bare;
+}
+
+std::vector<std::string> commonlyNamed(const Layout& layout, const CommonNames& common) {
+  std::vector<std::string> found;
+  for (const std::string& name : layout.names)
+    if (contains(common.names, bareName(name))) found.push_back(name);
+  return found;
+}
+
+/// The column that was asked for; where that is the package's own name and the file does not have
+/// it, the one column of a common name.
+std::size_t columnOf(const Layout& layout, const std::string& name, const std::string& own_name,
+                     const CommonNames& common, std::vector<std::string>& notes) {
+  if (name != own_name || contains(layout.names, name)) return columnIndex(layout, name);
+  const std::vector<std::string> found = commonlyNamed(layout, common);
+  if (found.size() > 1)
+    throw RecordingError(layout.path.string() + ": has no column \"" + name + "\", and " +
+                         someOf(found) + " may be the " + common.meaning + ": name one with " +
+                         common.option);
+  if (found.empty()) return columnIndex(layout, name);
+  notes.push_back(std::string(common.meaning) + " is read from column \"" + found.front() + "\"");
+  return columnIndex(layout, found.front());
+}
+
+/// Unit of a time column by the end of its name [s]; 1 where that says nothing.
+double unitInName(const std::string& name) {
+  const std::string bare = bareName(name);
+  for (const auto& [end, unit] :
+       {std::pair<const char*, double>{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}})
+    if (bare.size() > 2 && bare.compare(bare.size() - 2, 2, end) == 0) return unit;
+  return 1.0;
+}
+
 std::vector<std::string> namesIn(std::string_view header, char separator) {
   std::vector<std::string_view> cells;
   splitCells(header, separator, cells);
   return {cells.begin(), cells.end()};
 }
 
-Layout readLayout(const std::filesystem::path& path, TextLines& lines, const CsvColumns& columns) {
-  if (!lines.next())
+/// Goes on to the next line that is no comment.
+bool nextOfContent(TextLines& lines) {
+  while (lines.next())
+    if (lines.line().front() != '#' || lines.line().rfind("#ROSBAG", 0) == 0) return true;
+  return false;
+}
+
+Layout readLayout(const std::filesystem::path& path, TextLines& lines, const CsvColumns& columns,
+                  std::vector<std::string>& notes) {
+  if (!nextOfContent(lines))
     throw RecordingError(path.string() + ": is empty, expected a header line with the columns " +
                          columns.time + ", " + columns.current + ", " + columns.voltage);
   Layout layout{path, namesIn(lines.line(), ',')};
-  if (!contains(layout.names, columns.time)) {
-    std::vector<std::string> names = namesIn(lines.line(), ';');
-    if (names.size() > 1) layout.separator = ';', layout.names = std::move(names);
+  for (const char separator : {';', '\t'}) {
+    if (contains(layout.names, columns.time)) break;
+    std::vector<std::string> names = namesIn(lines.line(), separator);
+    if (names.size() > layout.names.size() || contains(names, columns.time))
+      layout.separator = separator, layout.names = std::move(names);
   }
-  layout.time = columnIndex(layout, columns.time);
-  layout.current = columnIndex(layout, columns.current);
-  layout.voltage = columnIndex(layout, columns.voltage);
+  const CsvColumns own;
+  layout.time = columnOf(layout, columns.time, own.time, kTimes, notes);
+  layout.current = columnOf(layout, columns.current, own.current, kCurrents, notes);
+  layout.voltage = columnOf(layout, columns.voltage, own.voltage, kVoltages, notes);
+  layout.time_unit = columns.time_unit;
+  if (columns.time_unit == own.time_unit && layout.names[layout.time] != own.time) {
+    layout.time_unit = unitInName(layout.names[layout.time]);
+    if (layout.time_unit != 1.0)
+      notes.push_back(
+          format("time is taken to count %g s, by its column's name", layout.time_unit));
+  }
   const std::string temperature = columns.temperature.value_or("temperature_c");
   if (columns.temperature || contains(layout.names, temperature))
     layout.temperature = columnIndex(layout, temperature);
+  else if (const auto common = commonlyNamed(layout, kTemperatures); common.size() == 1)
+    layout.temperature = columnOf(layout, temperature, "temperature_c", kTemperatures, notes);
   return layout;
+}
+
+/// Whether a row below the header names units: no cell that is read is a number, a date or empty.
+bool isUnitsRow(const Layout& layout, const std::vector<std::string_view>& cells) {
+  if (cells.size() < layout.names.size()) return false;
+  for (const std::size_t column : {layout.time, layout.current, layout.voltage}) {
+    const std::string unit = bareName(std::string(cells[column]));
+    if (unit.empty() || unit.size() > 4 ||
+        !std::all_of(unit.begin(), unit.end(),
+                     [](unsigned char c) { return std::isalpha(c) != 0; }) ||
+        unit == "nan" || unit == "inf")
+      return false;
+  }
+  return true;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -153,7 +253,7 @@ struct Row {
 
 RawSample toSample(const Row& row, const CsvColumns& columns) {
   const double sign = columns.discharge_positive ? -1.0 : 1.0;
-  return {row.time(columns.time_unit), sign * row.number(row.layout.current),
+  return {row.time(row.layout.time_unit), sign * row.number(row.layout.current),
           row.number(row.layout.voltage), row.temperature()};
 }
 
@@ -171,8 +271,10 @@ void readRows(TextLines& lines, const Layout& layout, const CsvColumns& columns,
   constexpr RawSample kCutOff{kNan, kNan, kNan, std::nullopt};
   Intake intake;
   std::vector<std::string_view> cells;
-  while (lines.next()) {
+  bool is_first = true;
+  while (nextOfContent(lines)) {
     splitCells(lines.line(), layout.separator, cells);
+    if (std::exchange(is_first, false) && isUnitsRow(layout, cells)) continue;
     const Row row{layout, cells, lines.number()};
     if (!lines.finished() && cells.size() < layout.names.size()) {
       append(recording, intake, kCutOff);
@@ -221,9 +323,11 @@ std::string formatExactly(double value) {
   return digitsOf(value, [value](double read) { return read == value; });
 }
 
-Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns, BytesSeen seen) {
+Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns, BytesSeen seen,
+                  std::vector<std::string>* notes) {
   TextLines lines(path, std::move(seen));
-  const Layout layout = readLayout(path, lines, columns);
+  std::vector<std::string> assumed;
+  const Layout layout = readLayout(path, lines, columns, notes ? *notes : assumed);
   Recording recording;
   recording.name = printable(path.filename().string());
   readRows(lines, layout, columns, recording);

@@ -227,15 +227,13 @@ DESCRIBED(DiagnosedParameter, MEMBERS("", name, value, std, unit, lower, upper, 
 
 DESCRIBED(NamedEffect, MEMBERS("", id, mechanism, probability, confidence, parameters, evidence),
           MEMBERS("", indistinguishable_from), MEMBERS("v", voltage_rms),
-          visit("title", titleOf(of.id)),
-          visit(FIELD_AS("absorbed_into", biased_parameters), of.biased_parameters))
+          MEMBERS("", biased_parameters), visit("title", titleOf(of.id)))
 
 DESCRIBED(Candidate, MEMBERS("", id, mechanism, holdout_gain_percent, evidence, confidence),
-          MEMBERS("", rejected_because), visit("title", titleOf(of.id)),
-          visit("probability", of.confidence))
+          MEMBERS("", rejected_because), visit("title", titleOf(of.id)))
 
-DESCRIBED(MismatchSegment, MEMBERS("s", from, to), MEMBERS("", regime, p_value),
-          MEMBERS("v", mean_error, peak_error))
+DESCRIBED(MismatchSegment, visit(FIELD_AS("from", from_time), of.from, "s"), MEMBERS("s", to),
+          MEMBERS("", regime, p_value), MEMBERS("v", mean_error, peak_error))
 
 DESCRIBED(ErrorMetrics, MEMBERS("v", rmse, max_abs, crank_mae, charge_bias),
           MEMBERS("a", charge_current_error), MEMBERS("", q_dyn_percent, cranks, share_percent),

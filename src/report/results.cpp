@@ -56,9 +56,10 @@ void appendBothWays(std::string& text, const char* name, const BothWaysScores& s
                  millivoltsOf(scores.crank_mean_abs_error).c_str());
 }
 
+/// The answer in one line. An answer's message begins with its assurance where it has one.
 template <typename Answer>
 std::string lastLine(const Answer& answer) {
-  return toString(answer.code) + ": " + answer.message + "\n";
+  return (assuranceOf(answer) ? "" : toString(answer.code) + ": ") + answer.message + "\n";
 }
 
 std::string seconds(double duration) {
@@ -234,10 +235,6 @@ std::string resultText(const CrankingQuery& query, const CrankingAnswer& answer)
   text += answer.u_min ? format("lowest    %.3f V, 90 %% between %.3f and %.3f V\n",
                                 answer.u_min->value, answer.u_min->lower, answer.u_min->upper)
                        : "lowest    -\n";
-  if (answer.capable && !answer.valid) text += "verdict   not supported\n";
-  if (answer.capable && answer.valid)
-    text += format("verdict   %s %.2f V\n", *answer.capable ? "holds" : "may not hold",
-                   query.u_required.value_or(0.0));
   return text + lastLine(answer);
 }
 
@@ -247,9 +244,9 @@ std::string resultText(const StopTimeQuery& query, const StopTimeAnswer& answer)
              query.i_load, query.t_cranking, query.i_cranking, query.u_required);
   const char* recovers = answer.monotone ? "" : "; the battery recovers at first";
   if (answer.t_stop && answer.outcome == StopTimeOutcome::kAtLeast)
-    text += format(
-        "stop      at least %s, the longest that the model supports; 90 %% lower end %s%s\n",
-        seconds(answer.t_stop->value).c_str(), seconds(answer.t_stop->lower).c_str(), recovers);
+    text += format("stop      at least %s, the longest that is valid; 90 %% lower end %s%s\n",
+                   seconds(answer.t_stop->value).c_str(), seconds(answer.t_stop->lower).c_str(),
+                   recovers);
   else if (answer.t_stop)
     text +=
         format("stop      %s, 90 %% between %s and %s: %s%s\n",
@@ -270,12 +267,12 @@ std::string resultText(const ChargeAcceptanceQuery& query, const ChargeAcceptanc
 std::string resultText(const MapResult& result) {
   std::string text;
   if (result.cranking) {
-    text += "lowest voltage of the crank [V], 90 % interval; * outside the identified range\n";
+    text += "lowest voltage of the crank [V], 90 % interval; * not valid\n";
     text += table("i_load \\ t_stop", result.i_load, result.t_stop, result.cranking->answers,
                   &CrankingAnswer::u_min, 2);
   }
   if (result.charge) {
-    text += "mean charge current [A], 90 % interval; * outside the identified range\n";
+    text += "mean charge current [A], 90 % interval; * not valid\n";
     text += table("u_boost \\ t_sof2", result.u_boost, result.t_sof2, result.charge->answers,
                   &ChargeAcceptanceAnswer::i_boost, 1);
   }

@@ -122,7 +122,7 @@ IdentifyResult resultOf(const IdentificationOutcome& outcome) {
 // ---------------------------------------------------------------------------------------------
 // diagnoses
 
-DESCRIBED(FinishedDiagnosis, MEMBERS("", from, samples, duration_ms))
+DESCRIBED(FinishedDiagnosis, visit(FIELD(from_time), of.from), MEMBERS("", samples, duration_ms))
 
 DiagnosisMessage messageOf(const FinishedDiagnosis& report, const Adoption& adoption) {
   const Diagnosis& diagnosis = *report.diagnosis;

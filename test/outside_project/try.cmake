@@ -20,6 +20,13 @@ endforeach()
 run(output "${CMAKE_COMMAND}" -S "${SOURCE}" -B "${WORK}/build" "-DCMAKE_PREFIX_PATH=${WORK}/prefix with a space"
   "-DCMAKE_CXX_COMPILER=${CXX}" -DCMAKE_BUILD_TYPE=Debug)
 run(output "${CMAKE_COMMAND}" --build "${WORK}/build")
+file(WRITE "${WORK}/before/CMakeLists.txt"
+  "cmake_minimum_required(VERSION 3.16)\nproject(before LANGUAGES CXX)\nfind_package(battery_sof 0.2 REQUIRED)\n")
+execute_process(COMMAND "${CMAKE_COMMAND}" -S "${WORK}/before" -B "${WORK}/before/build" "-DCMAKE_PREFIX_PATH=${WORK}/prefix with a space"
+  "-DCMAKE_CXX_COMPILER=${CXX}" RESULT_VARIABLE taken OUTPUT_QUIET ERROR_VARIABLE why)
+if(taken EQUAL 0 OR NOT why MATCHES "compatible with requested version \"0.2\"")
+  message(FATAL_ERROR "find_package(battery_sof 0.2) is expected to be refused as another interface: ${why}")
+endif()
 run(output "${WORK}/prefix with a space/bin/sof" simulate "${SCENARIO}" drive.csv --duration 300)
 run(answer "${WORK}/build/ask" drive.csv 0 240)
 message("${answer}")

@@ -21,7 +21,7 @@ HOSTILE = '<img src=x onerror="window.broken=1"><script>window.broken=1</script>
 NODES = ('/front', '/<img src=x onerror=window.broken=1>')
 SOURCES = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'live')
 SOCKETS = 200
-MOST_GROWTH = 30e6  # [byte] of resident memory that all attacks together may leave
+MAX_GROWTH = 30e6  # [byte] of resident memory that all attacks together may leave
 
 
 def frame(opcode, payload, is_last=True, claimed=None):
@@ -238,7 +238,7 @@ class Attacks(LiveServer):
         thread.join(20)
 
     def test_9_memory_has_not_grown(self):
-        self.assertLess(self.memory() - self.before, MOST_GROWTH)
+        self.assertLess(self.memory() - self.before, MAX_GROWTH)
 
 
 if __name__ == '__main__':

@@ -27,7 +27,7 @@ if not shutil.which("snakemake"):
 
 from battery_sof_tools import recordings
 from battery_sof_tools.files import ROOT
-from battery_sof_tools.fleet import database, departures, discoveries, judge, listing, page, plan, priors, schema
+from battery_sof_tools.fleet import database, outliers, discoveries, judge, listing, page, plan, priors, schema
 from battery_sof_tools.sof import program
 
 SOF = program(os.environ["BATTERY_SOF_BUILD"], "sof")
@@ -189,9 +189,9 @@ class Made(Folder):
         base.row_factory = sqlite3.Row
         for statement in schema.statements():
             base.execute(statement)
-        for k, (family, gain) in enumerate(verdicts):
+        for k, (mechanism, gain) in enumerate(verdicts):
             base.execute("INSERT INTO recording (recording, battery) VALUES (?, ?)", (f"k{k}", f"b{k}"))
-            base.execute("INSERT INTO verdict (recording, verdict, family, probability, gain) VALUES (?, 'named', ?, 0.7, ?)", (f"k{k}", family, gain))
+            base.execute("INSERT INTO verdict (recording, verdict, mechanism, probability, gain) VALUES (?, 'named', ?, 0.7, ?)", (f"k{k}", mechanism, gain))
         for k, value in enumerate(parameters):
             base.execute("INSERT INTO recording (recording, battery, vehicle_type) VALUES (?, ?, 'van')", (f"p{k}", f"b{k}"))
             base.execute("INSERT INTO parameter VALUES (?, 'identify', '', 'r_discharge', ?, 1e-5, 'ohm', 1, 0)", (f"p{k}", value))
@@ -239,13 +239,13 @@ class Made(Folder):
         self.assertAlmostEqual(discoveries.p_of_battery([200.0], nulls), 0.01)
         self.assertAlmostEqual(discoveries.p_of_battery([200.0, 0.0, 0.0], nulls), 0.03)
 
-    def test_who_departs_is_one_whose_parameter_is_far_from_the_others(self):
+    def test_who_deviates_is_one_whose_parameter_is_far_from_the_others(self):
         dice = np.random.default_rng(2)
-        found, compared = departures.departures(self.base(parameters=[*(5e-3 * np.exp(0.1 * dice.normal(size=30))), 15e-3]))
+        found, compared = outliers.outliers(self.base(parameters=[*(5e-3 * np.exp(0.1 * dice.normal(size=30))), 15e-3]))
         self.assertEqual((compared, [one.battery for one in found]), (31, ["b30"]))
 
-    def test_a_difference_of_a_hundredth_is_no_departure_though_all_others_are_alike(self):
-        found, compared = departures.departures(self.base(parameters=[*(5e-3 * (1.0 + 1e-9 * np.arange(30))), 5.05e-3]))
+    def test_a_difference_of_a_hundredth_is_no_outlier_though_all_others_are_alike(self):
+        found, compared = outliers.outliers(self.base(parameters=[*(5e-3 * (1.0 + 1e-9 * np.arange(30))), 5.05e-3]))
         self.assertEqual((compared, found), (31, []))
 
     def test_a_fleet_without_verdicts_has_a_page_in_words(self):

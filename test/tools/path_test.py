@@ -5,6 +5,8 @@ import subprocess
 import sys
 import unittest
 
+from battery_sof_tools import files
+
 DEVEL = ""
 
 
@@ -25,7 +27,7 @@ def completed(*words):
 
 class Path(unittest.TestCase):
     def test_sof_and_ask_and_compare_are_found_and_run(self):
-        self.assertRegex(in_shell("sof --version"), r"^sof \d+\.\d+")
+        self.assertEqual(in_shell("sof --version"), f"sof {files.version()}\n")
         self.assertIn("usage", in_shell("ask_and_compare --help"))
 
     def test_subcommands_are_completed(self):
@@ -43,6 +45,15 @@ class Path(unittest.TestCase):
     def test_effects_are_completed_one_after_the_other(self):
         self.assertEqual(completed("sof", "identify", "--effects", "gas"), ["gassing"])
         self.assertEqual(completed("sof", "identify", "--effects", "gassing,cpe"), ["gassing,cpe2"])
+
+    def test_an_option_is_followed_by_what_the_parser_takes_there(self):
+        for command, option in (("diagnose", "--hypotheses"), ("diagnose", "--given"), ("diagnose", "--verify-detection-limits")):
+            self.assertEqual(completed("sof", command, option, "gas"), ["gassing"], option)
+        self.assertEqual(completed("sof", "effects", "gas"), ["gassing"])
+        self.assertEqual(completed("sof", "identify", "--start", ""), ["robust", "paper"])
+        self.assertEqual(completed("sof", "predict", "--mode", "m"), ["mixed"])
+        self.assertEqual(completed("sof", "identify", "--extend", "gas"), [], "is no option")
+        self.assertEqual(completed("sof", "identify", "--out", "gas"), [], "a file")
 
     def test_elsewhere_files_are_completed(self):
         self.assertEqual(completed("sof", "check", "dri"), [])

@@ -1,8 +1,10 @@
 """What the scripts share: intervals, files, the catalogue as `sof` prints it, recordings, laws beside them, and how answers are counted."""
 
 import contextlib
+import glob
 import io
 import itertools
+import keyword
 import os
 import re
 import runpy
@@ -38,6 +40,25 @@ class Tidy(unittest.TestCase):
     def test_there_is_always_something_to_look_at(self):
         for path in tidy.SAMPLE:
             self.assertTrue(os.path.isfile(os.path.join(ROOT, path)), path)
+
+
+class Version(unittest.TestCase):
+    def test_it_is_that_of_package_xml_where_it_cannot_be_taken_from_there(self):
+        major_minor = files.version().rpartition(".")[0]
+        for path, said in (("debian/changelog", f"battery-sof ({files.version()}) "), ("include/battery_sof/version.hpp", f'"{files.version()}"'),
+                           *((path, f"find_package(battery_sof {major_minor} ") for path in ("test/outside_project/CMakeLists.txt", "docs/cpp-and-python.md"))):
+            with open(os.path.join(ROOT, path), encoding="utf-8") as file:
+                self.assertIn(said, file.read(), path)
+
+
+class Messages(unittest.TestCase):
+    def test_no_field_is_a_keyword_of_python(self):
+        paths = [path for kind in ("msg", "srv", "action") for path in glob.glob(os.path.join(ROOT, "**", f"*.{kind}"), recursive=True)
+                 if not path.startswith(BUILD + os.sep)]
+        self.assertTrue(paths)
+        for path in paths:
+            fields = re.findall(r"^[\w/]+(?:\[\d*\])? +(\w+)", files.read_text(path), re.M)
+            self.assertEqual([], list(filter(keyword.iskeyword, fields)), path)
 
 
 class Rates(unittest.TestCase):
@@ -316,7 +337,7 @@ class Laws(unittest.TestCase):
                 self.assertGreaterEqual(shown[0], wanted)
                 self.assertLessEqual(shown[0], 1.31 * wanted)
                 self.assertEqual(current is beside.i, mechanism == "structure")
-                self.assertLessEqual(strength, laws.MOST_STRENGTH)
+                self.assertLessEqual(strength, laws.MAX_STRENGTH)
             self.assertRaisesRegex(Failure, "too weak", laws.with_strength, generator, beside, path, {"mechanism": "instrument", "form": "remanence", "seed": 1}, 1.0, folder)
 
 

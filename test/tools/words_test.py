@@ -6,8 +6,8 @@ import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.realpath(os.path.join(HERE, "..", ".."))
-FOLDERS = ("src", "include", "msg", "srv", "action", "launch", "docs")
-ENDINGS = (".cpp", ".hpp", ".inc", ".msg", ".srv", ".action", ".launch", ".md")
+FOLDERS = ("src", "include", "msg", "srv", "action", "launch", "docs", "tools", "config", "python", "live", "scripts", "examples", "completion")
+ENDINGS = (".cpp", ".hpp", ".inc", ".msg", ".srv", ".action", ".launch", ".md", ".py", ".js", ".html", ".css", ".yaml", ".bash", ".xml")
 
 
 def read(path):
@@ -32,7 +32,7 @@ def pages():
         for parent, _, names in os.walk(os.path.join(ROOT, folder)):
             for name in sorted(names):
                 path = os.path.join(parent, name)
-                if name.endswith(ENDINGS):
+                if name.endswith(ENDINGS) or ("." not in name and not os.path.islink(path)):
                     yield path
 
 

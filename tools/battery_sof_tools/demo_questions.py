@@ -24,8 +24,8 @@ def identify():
         print("    {:<12} {:>10.5g} +- {:<8.2g} {}".format(name, value, std, unit))
 
 
-def reliance(answer):
-    return "" if answer.valid else ", but beyond what the drive can support"
+def assurance(answer, holds):
+    return "not valid" if not answer.valid else "holds" if holds else "not assured"
 
 
 def cranking():
@@ -33,8 +33,8 @@ def cranking():
     print("1. ~predict_cranking: will a crank of 1 s at -200 A hold {} V after a stop at -25 A?".format(U_REQUIRED))
     for t_stop in (0.0, 10.0, 30.0, 60.0, 300.0):
         a = ask(i_load=-25.0, t_stop=t_stop, i_cranking=-200.0, t_cranking=1.0, u_required=U_REQUIRED)
-        print("    stop {:>5.0f} s: lowest {:.2f} V, 90 % between {:.2f} and {:.2f} V: {}{}".format(
-            t_stop, a.u_min, a.lower, a.upper, "yes" if a.capable else "no", reliance(a)))
+        print("    stop {:>5.0f} s: lowest {:.2f} V, 90 % between {:.2f} and {:.2f} V: {}".format(
+            t_stop, a.u_min, a.lower, a.upper, assurance(a, a.capable)))
 
 
 def stop_time():
@@ -46,7 +46,7 @@ def stop_time():
         least = {"finite": "", "at_least": "at least "}.get(a.outcome)
         found = a.outcome if least is None else "{}{:.0f} s, 90 % between {:.0f} s and {}".format(
             least, a.t_stop, a.lower, end)
-        print("    {:>5.1f} V: {}{}".format(u_required, found, reliance(a)))
+        print("    {:>5.1f} V: {}: {}".format(u_required, found, assurance(a, a.lower > 0.0)))
 
 
 def charge():
@@ -54,8 +54,8 @@ def charge():
     print("3. ~predict_charge_acceptance: what current would it take for 10 s at a held voltage, at most 120 A?")
     for u_boost in (13.0, 13.4, 13.8, 14.2):
         a = ask(u_boost=u_boost, t_sof2=10.0, i_limit=120.0)
-        print("    {:>5.1f} V: {:.0f} A, 90 % between {:.0f} and {:.0f} A{}".format(
-            u_boost, a.i_boost, a.lower, a.upper, reliance(a)))
+        print("    {:>5.1f} V: {:.0f} A, 90 % between {:.0f} and {:.0f} A: {}".format(
+            u_boost, a.i_boost, a.lower, a.upper, assurance(a, a.lower > 0.0)))
 
 
 def profile():

@@ -19,6 +19,11 @@ def pages_of_docs():
     return sorted(glob.glob(os.path.join("docs", "**", "*.md"), root_dir=ROOT, recursive=True))
 
 
+def version():
+    """The package's version, which package.xml has."""
+    return re.search("<version>(.*)</version>", read_text(os.path.join(ROOT, "package.xml")))[1]
+
+
 def require_regular(path):
     """OSError for what is no regular file: a pipe or a device may never end."""
     if not stat.S_ISREG(os.stat(path).st_mode):

@@ -8,7 +8,7 @@ of the samples that the recording's median interval promises and no gap beyond 6
 the model on through the successor. With --split the first part of the recording is fitted and the rest predicted.
 
 share: of the variation explained, 1 - RMS error / spread; both quantities together, of the current where a source controls the voltage, of the voltage elsewhere.
-10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. baseline: straight lines, median past charge, past
+10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. baseline: a line fit, median past charge, past
 cranks of the fitted window. "inside": share of events in their 90 % interval. "rank": Spearman's correlation of the window's window quality with the next window's
 share and crank error, inside the recording. Further options, such as --time-column, go to sof as they are.
 """
@@ -147,7 +147,7 @@ def summary(label, found):
     both = [[f[who]["share_percent"] for who in ("model", "baseline")] for f in found]
     worse = sum(None not in one and one[0] < one[1] for one in both)
     fit_ms = np.median([f["fit_ms"] for f in found])
-    print(f"  {worse} windows where the straight lines explain more; fit {fit_ms:.0f} ms (median)")
+    print(f"  {worse} windows where the baseline explains more; fit {fit_ms:.0f} ms (median)")
 
 
 def main():

@@ -66,7 +66,7 @@ class Manager:
         raise AssertionError("not within {} s: {}; the last decision is\n{}".format(deadline, what, self.decisions[-1:]))
 
 
-class Drive:
+class PlayedDrive:
     """Reports the managers when the engine of the recorded car was off."""
 
     def __init__(self, stops):
@@ -127,7 +127,7 @@ class Decisions(unittest.TestCase):
 
     def test_engine_is_off_only_while_an_answer_says_that_it_starts_again(self):
         stops, bag = self.made_drive()
-        drive = Drive(stops)
+        drive = PlayedDrive(stops)
         self.careful, self.demanding, self.unheard_of = (Manager(n, drive) for n in ("energy_manager", "demanding", "unheard_of"))
         self.assert_engine_runs(self.careful, "no answer")
         node = self.begin(program("battery_sof", "battery_sof_node"), "__name:=battery_sof_node", *PARAMETERS)

@@ -206,7 +206,6 @@ Effect effectOf() {
   effect.info = D::info();
   effect.info.on_request = OnRequest<D>::value;
   effect.info.acts_at_edges = ActsAtEdges<D>::value;
-  effect.info.takes_short_steps = IsLadder<D>::value || longestPieceOf<D>() > 0.0;
   effect.hooks = {HasSense<D>::value,       HasAdapt<D>::value,   HasSideCurrent<D>::value,
                   HasActivity<D>::value,    HasAdvance<D>::value, HasVoltage<D>::value,
                   HasShow<D>::value,        IsLadder<D>::value,   StepsFinely<D>::value,

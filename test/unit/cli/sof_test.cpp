@@ -1,5 +1,6 @@
 #include "cli/sof.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,6 +21,8 @@ namespace fs = std::filesystem;
 
 using test::Outcome;
 using test::sof;
+using testing::HasSubstr;
+using testing::StartsWith;
 
 using Sof = test::DriveInFolder;
 
@@ -296,7 +299,7 @@ TEST_F(Sof, ExitsWithOneWhenTheAnswerIsAnExtrapolation) {
   const Outcome outcome =
       sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-900"});
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(outcome.err.find("draws -900 A"), std::string::npos);
+  EXPECT_NE(outcome.out.find("draws -900 A"), std::string::npos) << outcome.out;
 }
 
 TEST_F(Sof, RefusesImpossibleCranksByName) {
@@ -402,10 +405,36 @@ TEST_F(Sof, AnswersACharge) {
   EXPECT_LT(json["lower"].get<double>(), json["upper"].get<double>());
   const Outcome beyond = sof({"charge", model_, "--u-boost", "16"});
   EXPECT_EQ(beyond.code, 1);
-  EXPECT_NE(beyond.err.find("outside the identified range"), std::string::npos) << beyond.err;
+  EXPECT_THAT(beyond.out, HasSubstr("\nnot valid: mean current "));
+  EXPECT_EQ(beyond.err, "") << "said once, in the text";
   const Outcome wrong = sof({"charge", model_, "--u-boost", "13", "--i-limit", "-3"});
   EXPECT_EQ(wrong.code, 2);
   EXPECT_NE(wrong.err.find("i_limit"), std::string::npos) << wrong.err;
+}
+
+TEST_F(Sof, ALimitThatMayBeMissedIsNotAssured) {
+  ASSERT_EQ(identify().code, 0);
+  const auto expect_not_assured = [&](std::vector<std::string> query) {
+    const Outcome outcome = sof(query);
+    EXPECT_EQ(outcome.code, 1) << query.front();
+    EXPECT_THAT(outcome.out, HasSubstr("\nnot assured: ")) << query.front();
+    EXPECT_EQ(outcome.err, "") << query.front();
+    query.insert(query.end(), {"--json", "-"});
+    const Outcome as_json = sof(query);
+    EXPECT_EQ(as_json.code, 1) << query.front();
+    EXPECT_THAT(nlohmann::json::parse(as_json.out)["message"].get<std::string>(),
+                StartsWith("not assured: "));
+    EXPECT_THAT(as_json.err, StartsWith("sof: not assured: "));
+  };
+  expect_not_assured({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200",
+                      "--u-required", "12"});
+  expect_not_assured(
+      {"stop-time", model_, "--i-load", "-20", "--i-cranking", "-200", "--u-required", "12"});
+  expect_not_assured({"charge", model_, "--u-boost", "12"});
+  EXPECT_THAT(sof({"crank", model_, "--i-load", "-20", "--t-stop", "30", "--i-cranking", "-200",
+                   "--u-required", "7.2"})
+                  .out,
+              HasSubstr("\nholds: lowest voltage "));
 }
 
 TEST_F(Sof, PrintsMaps) {

@@ -81,7 +81,7 @@ TEST_P(OtherBlocks, NothingIsValidFromTheFirstSampleOnAndTheReasonNamesTheNumber
   EXPECT_THAT(session.whyNotValid(), HasSubstr(format("(series_blocks %g)", real)));
   const CrankingAnswer answer = session.live().predictCranking(kQuery);
   EXPECT_EQ(answer.code, AnswerCode::kExtrapolation);
-  EXPECT_THAT(answer.message, StartsWith("not valid, " + session.whyNotValid()));
+  EXPECT_THAT(answer.message, StartsWith("not valid: " + session.whyNotValid()));
   EXPECT_FALSE(session.live().predictChargeAcceptance({real * 14.0, 10.0, 100.0}).valid);
   EXPECT_FALSE(session.live().predictStopTime({-20.0, -200.0, 0.5, real * 7.2}).valid);
   EXPECT_FALSE(session.live().simulateProfile({0.0, 1.0}, {-10.0, -10.0}).valid);

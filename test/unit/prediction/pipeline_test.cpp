@@ -111,7 +111,7 @@ TEST(Answered, IsValidUnlessTheQueryGoesBeyondItsWindow) {
   EXPECT_TRUE(drawing(-450.0).valid);
   EXPECT_FALSE(drawing(-550.0).valid);
   EXPECT_EQ(drawing(-550.0).code, AnswerCode::kExtrapolation);
-  EXPECT_EQ(drawing(-550.0).message.rfind("9 V; outside the identified range: ", 0), 0u);
+  EXPECT_EQ(drawing(-550.0).message.rfind("not valid: 9 V; outside the identified range: ", 0), 0u);
 }
 
 CrankingAnswer drawnFrom(const FittedModel& model, double current = -200.0) {

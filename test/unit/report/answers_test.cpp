@@ -108,8 +108,7 @@ TEST(StopTimeText, SaysWhatWasAskedAndFound) {
       << text;
   const std::string least =
       resultText(query, answered(StopTimeOutcome::kAtLeast, {72.0, 60.0, 7200.0}));
-  EXPECT_TRUE(
-      holds(least, "at least 72.0 s, the longest that the model supports; 90 % lower end 60.0 s"))
+  EXPECT_TRUE(holds(least, "at least 72.0 s, the longest that is valid; 90 % lower end 60.0 s"))
       << least;
 }
 

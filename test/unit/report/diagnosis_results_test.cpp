@@ -26,10 +26,12 @@ TEST(DiagnosisJson, HoldsTheContractsFields) {
   expectKeys(json, {"summary", "effects", "candidates", "mismatch", "fit", "next_experiment",
                     "mechanism", "probability", "relevance", "discrepancy", "evidence"});
   expectKeys(json["effects"].at(0),
-             {"id", "mechanism", "probability", "confidence", "absorbed_into", "parameters"});
+             {"id", "mechanism", "probability", "confidence", "biased_parameters", "parameters"});
   expectKeys(json["effects"][0]["parameters"].at(0), {"name", "value", "std", "unit"});
   expectKeys(json["candidates"].at(0), {"id", "mechanism", "holdout_gain_percent", "evidence",
                                         "confidence", "rejected_because"});
+  EXPECT_FALSE(json["candidates"][0].contains("probability")) << "one name: confidence";
+  EXPECT_FALSE(json["effects"][0].contains("absorbed_into")) << "one name: biased_parameters";
   expectKeys(json["mismatch"].at(0),
              {"from_s", "to_s", "regime", "mean_error_v", "peak_error_v", "p_value"});
   for (const char* part : {"train", "holdout"}) {

@@ -329,7 +329,7 @@ FinishedDiagnosis someReport() {
 TEST(MessageOf, DiagnosisSaysEverythingAndNanForWhatIsMissing) {
   const DiagnosisMessage message = messageOf(someReport(), {{"gassing"}, "runs beside"});
   EXPECT_EQ(message.header.stamp.toSec(), 1900.5);
-  EXPECT_EQ(message.from, 100.0);
+  EXPECT_EQ(message.from_time, 100.0);
   EXPECT_EQ(message.samples, 180000u);
   EXPECT_EQ(message.verdict, DiagnosisMessage::EFFECT);
   EXPECT_EQ(message.mechanism_ids, (std::vector<std::string>{"side_reactions", "acid"}));
@@ -351,6 +351,7 @@ TEST(MessageOf, DiagnosisSaysEverythingAndNanForWhatIsMissing) {
   EXPECT_EQ(message.candidates[0].mechanism, "open_circuit");
   EXPECT_EQ(message.candidates[0].evidence, 7.5);
   EXPECT_EQ(message.candidates[0].rejected_because, "no gain on held-out blocks");
+  EXPECT_EQ(message.mismatch[0].from_time, 200.0);
   EXPECT_EQ(message.mismatch[0].mean_error, -0.2);
   EXPECT_EQ(message.base_holdout.rmse, 0.05);
   EXPECT_EQ(message.extended_holdout.charge_bias, 0.001);

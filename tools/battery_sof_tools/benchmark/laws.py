@@ -16,14 +16,14 @@ from .ridge import TRAINING
 
 MEMORIES_S = (3.0, 30.0, 100.0)  # of the linear stand-in for the double layer
 PROMISED = 2.0                   # times the error that a diagnosis calls too small to tell
-LEAST_HELD = 0.4                 # of the size before the split, that is wanted behind it
+MIN_HELD = 0.4                 # of the size before the split, that is wanted behind it
 # Strengths: 0.03 to 4 is what draw_scenario takes of a law (docs/validation.md). Heavier drives and larger limits ask for more of what adds to the
 # voltage; of what changes a current no more is taken.
-LEAST_STRENGTH, MOST_CURRENT_STRENGTH, MOST_STRENGTH = 0.03, 4.0, 20.0
+MIN_STRENGTH, MAX_CURRENT_STRENGTH, MAX_STRENGTH = 0.03, 4.0, 20.0
 PROPORTIONAL = ("acceptance", "acid", "open_circuit", "structure", "ageing")  # their laws add a voltage in proportion to the strength
 NEAR, TRIES = 0.15, 3
 RESISTANCE_OHM, CHARGE_OVER_DISCHARGE = (2.5e-3, 25e-3), (0.9, 1.8)  # of a battery in use, as draw_scenario draws them, with cables
-LEAST_DISCHARGE_A = 0.5          # while less is drawn a source may hold the voltage
+MIN_DISCHARGE_A = 0.5          # while less is drawn a source may hold the voltage
 DEPLETION_VOLTAGE = 0.15         # [V], kappa
 DEEPEST = 0.95                   # share of the acid that may be used up
 
@@ -65,7 +65,7 @@ class Beside:
 
     def discharged_circuit(self):
         """What the columns are worth where the current is the battery's own: while it is discharged; the same resistance both ways."""
-        rows = self.i < -LEAST_DISCHARGE_A
+        rows = self.i < -MIN_DISCHARGE_A
         both = np.column_stack([self.basis[:, 0], self.i, self.basis[:, 3:]])
         level, resistance, *memories = followed(both, self.u, rows if rows.sum() > 10 * both.shape[1] else slice(None))
         return np.array([level, resistance, resistance, *memories])
@@ -99,13 +99,13 @@ def with_strength(generator, beside, path, law, wanted, folder):
     Failure where the law would have to be too strong, or does not show in the last part of the recording.
     """
     in_proportion = law["mechanism"] in PROPORTIONAL
-    most = MOST_STRENGTH if in_proportion else MOST_CURRENT_STRENGTH
+    most = MAX_STRENGTH if in_proportion else MAX_CURRENT_STRENGTH
     current, voltage = put_in(generator, beside, path, law, 1.0, folder)
     strength, shown = 1.0, beside.visible(current, voltage)
     for _ in range(TRIES):
         if wanted <= shown[0] <= (1.0 + 2.0 * NEAR) * wanted:
             break
-        further = min(max(strength * (1.0 + NEAR) * wanted / max(shown[0], 1e-9), LEAST_STRENGTH), most)
+        further = min(max(strength * (1.0 + NEAR) * wanted / max(shown[0], 1e-9), MIN_STRENGTH), most)
         if further == strength:
             break
         if in_proportion:
@@ -116,7 +116,7 @@ def with_strength(generator, beside, path, law, wanted, folder):
     tried = f"{law['form']} at {strength:.3g}: {1e3 * shown[0]:.3g} and {1e3 * shown[1]:.3g} mV, wanted {1e3 * wanted:.3g} mV"
     if shown[0] < wanted:
         raise Failure("too weak: " + tried)
-    if shown[1] < LEAST_HELD * wanted:
+    if shown[1] < MIN_HELD * wanted:
         raise Failure("not in the last part: " + tried)
     return strength, shown, current, voltage
 

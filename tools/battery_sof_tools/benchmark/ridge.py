@@ -30,11 +30,11 @@ def ridge_columns(time_s, current):
             yield charge * size / (size + stock)
 
 
-def ridge_rmse(time_s, current, voltage, most_rows=30000):
+def ridge_rmse(time_s, current, voltage, max_rows=30000):
     """Hold-out RMSE [V] of a ridge regression of the voltage on ridge_columns(), its weight by block cross-validation."""
     n = len(time_s)
     first_held = int(TRAINING * n)
-    rows = np.arange(0, first_held, max(1, first_held // most_rows))
+    rows = np.arange(0, first_held, max(1, first_held // max_rows))
     held = np.arange(first_held, n)
     train, test = [], []
     for column in ridge_columns(time_s, current):

@@ -13,7 +13,7 @@ from . import plan, rows, schema, stored
 
 NAME = "fleet.sqlite"
 REMEDY = "sof-fleet load makes it again from its folder"
-MOST_BYTES = 1 << 28  # of one file in it
+MAX_BYTES = 1 << 28  # of one file in it
 
 
 def path_of(folder):
@@ -66,7 +66,7 @@ def files_of(folder, key):
     where = plan.results(folder, key)
     for name in sorted(os.listdir(where)) if os.path.isdir(where) else ():
         path = os.path.join(where, name)
-        is_plain = os.path.isfile(path) and not os.path.islink(path) and os.path.getsize(path) <= MOST_BYTES  # of the folder itself
+        is_plain = os.path.isfile(path) and not os.path.islink(path) and os.path.getsize(path) <= MAX_BYTES  # of the folder itself
         if stored.FILE_NAME.fullmatch(name) and is_plain:
             with open(path, "rb") as file:
                 content = file.read()
@@ -86,7 +86,7 @@ def content(row):
     """Of a file. SystemExit where it is not what was packed."""
     unpacking = zlib.decompressobj()
     try:
-        found = unpacking.decompress(row["content"], min(row["bytes"], MOST_BYTES) + 1)
+        found = unpacking.decompress(row["content"], min(row["bytes"], MAX_BYTES) + 1)
     except zlib.error:
         found = None
     if found is None or len(found) != row["bytes"]:

@@ -1,6 +1,6 @@
 """Which batteries of a fleet lack something, with the share of false ones among them held (docs/fleet.md).
 
-A recording's statistic is the evidence that its extended model gains over the base circuit [nats], 0 where no family is reported. With nulls, recordings of batteries that lack
+A recording's statistic is the ln evidence that its extended model gains over the base circuit, 0 where no mechanism is reported. With nulls, recordings of batteries that lack
 nothing, it has a p-value: the share of nulls that gain as much. Without, exp(gain) / TRIED is taken for an e-value, and 1 / e represents p (Wang and Ramdas 2022): that holds the
 rate where the evidence is what it says, and it is not in short recordings at 1 Hz (docs/fleet.md has figures).
 """
@@ -15,15 +15,15 @@ from ..tables import grouped
 
 RATE = 0.1
 TRIED = 50      # things that a diagnosis tries (docs/diagnosis.md): the best of them is taken
-LEAST_LOG = -700.0  # of a probability, exp() of less is 0
+MIN_LOG = -700.0  # of a probability, exp() of less is 0
 
-Battery = collections.namedtuple("Battery", "name vehicle_type recordings family probability p found")
+Battery = collections.namedtuple("Battery", "name vehicle_type recordings mechanism probability p found")
 
 
 def gains(base):
-    """(battery, vehicle type, family, probability, gain) of every recording that was judged."""
-    rows = base.execute("SELECT r.battery, r.vehicle_type, v.family, v.probability, v.gain, v.verdict FROM recording r JOIN verdict v USING (recording) ORDER BY r.battery, recording")
-    return [(row["battery"], row["vehicle_type"] or "", row["family"], row["probability"], max(0.0, row["gain"] or 0.0) if row["family"] else 0.0)
+    """(battery, vehicle type, mechanism, probability, gain) of every recording that was judged."""
+    rows = base.execute("SELECT r.battery, r.vehicle_type, v.mechanism, v.probability, v.gain, v.verdict FROM recording r JOIN verdict v USING (recording) ORDER BY r.battery, recording")
+    return [(row["battery"], row["vehicle_type"] or "", row["mechanism"], row["probability"], max(0.0, row["gain"] or 0.0) if row["mechanism"] else 0.0)
             for row in rows if row["verdict"] != "insufficient_data"]
 
 
@@ -34,7 +34,7 @@ def p_of_battery(values, nulls):
         # Of the best one the share of nulls that reach it, the recording itself counted.
         return min(1.0, len(values) * (1.0 + float(np.sum(np.asarray(nulls) >= values.max()))) / (1.0 + len(nulls)))
     log_e = np.logaddexp.reduce(values) - math.log(len(values) * TRIED)
-    return math.exp(min(0.0, max(LEAST_LOG, -log_e)))
+    return math.exp(min(0.0, max(MIN_LOG, -log_e)))
 
 
 def batteries(base, nulls=None):
@@ -52,9 +52,9 @@ def batteries(base, nulls=None):
 
 
 def mechanisms(found):
-    """By family: batteries reported, those that stand in the fleet, how many of them are expected to be of that family, and the median probability."""
+    """By mechanism: batteries reported, those that stand in the fleet, how many of them are expected to be of that mechanism, and the median probability."""
     counted = []
-    for name, told in grouped([one for one in found if one.family], lambda one: one.family).items():
+    for name, told in grouped([one for one in found if one.mechanism], lambda one: one.mechanism).items():
         standing = [one for one in told if one.found]
         sure = [one.probability or 0.0 for one in standing]
         counted.append((name, len(told), standing, sum(sure), float(np.median(sure)) if sure else None))

@@ -41,19 +41,19 @@ def judged(base, nulls=None):
     """Lines of two tables. nulls: gains of recordings that lack nothing, or None."""
     kinds, lacking, left = collections.defaultdict(list), set(), collections.defaultdict(list)
     rms = left_on_training(base)
-    for row in base.execute("SELECT recording, r.battery, r.path, v.verdict, v.family FROM recording r JOIN verdict v USING (recording) ORDER BY recording"):
+    for row in base.execute("SELECT recording, r.battery, r.path, v.verdict, v.mechanism FROM recording r JOIN verdict v USING (recording) ORDER BY recording"):
         label = label_of(row["path"])
         if row["verdict"] != UNJUDGED:
-            kinds[label["kind"]].append((row["verdict"], row["family"], label.get("mechanism")))
+            kinds[label["kind"]].append((row["verdict"], row["mechanism"], label.get("mechanism")))
             left[label["kind"]] += [rms[row["recording"]]] if row["recording"] in rms else []
         if label["kind"] == LAW:
             lacking.add(row["battery"])
     residuals = {kind: f"{1e3 * statistics.median(some):.1f}; {1e3 * max(some):.1f}; {sum(one > PLAUSIBLE for one in some)}" for kind, some in left.items() if some}
-    rows = [(kind, len(those), rate(sum(verdict != SILENT for verdict, _, _ in those), len(those)), rate(sum(family is not None for _, family, _ in those), len(those)),
-             rate(sum(family == true for _, family, true in those), len(those)) if kind == LAW else "", residuals.get(kind)) for kind, those in sorted(kinds.items())]
+    rows = [(kind, len(those), rate(sum(verdict != SILENT for verdict, _, _ in those), len(those)), rate(sum(mechanism is not None for _, mechanism, _ in those), len(those)),
+             rate(sum(mechanism == true for _, mechanism, true in those), len(those)) if kind == LAW else "", residuals.get(kind)) for kind, those in sorted(kinds.items())]
     every = discoveries.batteries(base, nulls)
     found = [one for one in every if one.found]
     false = sum(one.name not in lacking for one in found)
     power = rate(len(found) - false, sum(one.name in lacking for one in every))
-    return [*table(("kind", "judged", "a verdict", "a family", "the right family", "the circuit leaves [mV]: median; most; above 10"), rows), "",
+    return [*table(("kind", "judged", "a verdict", "a mechanism", "the right mechanism", "the circuit leaves [mV]: median; most; above 10"), rows), "",
             *table(("batteries found", "of these lack nothing", "power"), [(len(found), rate(false, len(found)), power)])]

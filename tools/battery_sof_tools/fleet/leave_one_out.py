@@ -34,12 +34,12 @@ def scored(folder, battery, entries, setting):
 
 
 def before(base):
-    """The same of the scores in the database, by battery, and those of straight lines."""
+    """The same of the scores in the database, by battery, and those of baseline."""
     found, baseline = collections.defaultdict(dict), {}
     for row in base.execute("SELECT s.*, r.battery FROM score s JOIN recording r USING (recording)"):
         place = row["recording"], round(row["start_s"], 3)
-        found[row["battery"]][place] = row["share_percent"], row["suitability"], row["crank_mae_v"]
-        baseline[place] = row["naive_share_percent"]
+        found[row["battery"]][place] = row["share_percent"], row["window_quality"], row["crank_mae_v"]
+        baseline[place] = row["baseline_share_percent"]
     return found, baseline
 
 
@@ -79,5 +79,5 @@ def compare(folder, jobs, sof=None):
     todo = [(folder, battery, entries, setting) for battery, entries in by_battery.items()]
     new = dict(finished(jobs, scored, todo, "battery"))
     write_json(os.path.join(folder, "leave_one_out.json"), {battery: [[*place, *value] for place, value in sorted(found.items())] for battery, found in new.items()})
-    head = ["battery", "windows", "straight lines: share [%]", "no prior: share [%]", "cranks [mV]", "blow-ups", "rank", "prior of the others: share [%]", "cranks [mV]", "blow-ups", "rank"]
+    head = ["battery", "windows", "baseline: share [%]", "no prior: share [%]", "cranks [mV]", "blow-ups", "rank", "prior of the others: share [%]", "cranks [mV]", "blow-ups", "rank"]
     return table(head, rows(old, new, baseline))

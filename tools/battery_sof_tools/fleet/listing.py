@@ -13,7 +13,7 @@ LISTS = (".yaml", ".yml")
 COLUMNS = ("time_column", "current_column", "voltage_column", "temperature_column", "topic")  # options of every subcommand of sof
 KNOWN = ("path", "battery", "vehicle_type", "age_years", *COLUMNS, "discharge_positive", "from_s", "to_s", "effects")
 YES = ("1", "true", "yes")
-MOST_HEADER = 1 << 16  # [byte] of a CSV file's first line
+MAX_HEADER = 1 << 16  # [byte] of a CSV file's first line
 
 
 def entries(given):
@@ -51,7 +51,7 @@ def is_list(path):
     """By its first line; a recording may be large."""
     with open(path, newline="", errors="replace") as file:
         try:
-            return "path" in next(csv.reader([file.readline(MOST_HEADER)]), ())
+            return "path" in next(csv.reader([file.readline(MAX_HEADER)]), ())
         except csv.Error:
             return False
 

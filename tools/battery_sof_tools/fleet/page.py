@@ -7,11 +7,11 @@ import numpy as np
 
 from ..files import ROOT, read_text
 from ..tables import grouped
-from . import database, departures, discoveries, page_plots, plan
+from . import database, outliers, discoveries, page_plots, plan
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-MOST_ROWS = 3000  # of recordings on the page; the database has all
-LEAST_POINTS = 3  # of a parameter, to be drawn
+MAX_ROWS = 3000  # of recordings on the page; the database has all
+MIN_POINTS = 3  # of a parameter, to be drawn
 WORDS = {"acceptance": "charge acceptance", "side_reactions": "side reactions", "acid": "acid transport", "open_circuit": "open-circuit voltage", "structure": "the circuit's structure",
          "ageing": "ageing or warming", "instrument": "the instruments"}
 MEANT = {"acceptance": "charging is limited by how fast the battery takes charge up", "side_reactions": "part of the charging current leaves no charge in the battery",
@@ -22,8 +22,8 @@ VERDICTS = {"no_mismatch": "no mismatch", "effect": "one effect is missing", "se
             "sensor_fault": "the instruments", "insufficient_data": "not enough to judge"}
 
 
-def words(family):
-    return WORDS.get(family, family)
+def words(mechanism):
+    return WORDS.get(mechanism, mechanism)
 
 
 def count(number, one, many):
@@ -54,7 +54,7 @@ def linked(row):
 
 def recordings_of(base):
     """Rows of recordings with their verdict, by battery."""
-    rows = base.execute("SELECT r.*, v.verdict, v.family, v.probability, v.summary, EXISTS (SELECT 1 FROM file f WHERE f.recording = r.recording AND f.name = 'page.html') AS has_page "
+    rows = base.execute("SELECT r.*, v.verdict, v.mechanism, v.probability, v.summary, EXISTS (SELECT 1 FROM file f WHERE f.recording = r.recording AND f.name = 'page.html') AS has_page "
                         "FROM recording r LEFT JOIN verdict v USING (recording) ORDER BY r.battery, r.name, recording")
     return rows.fetchall()
 
@@ -64,7 +64,7 @@ def by_battery(base):
 
 
 def battery_list(standing, rows):
-    """Batteries of a family, the surest first, each with its recordings."""
+    """Batteries of a mechanism, the surest first, each with its recordings."""
     items = "".join(f'<li><b>{html.escape(one.name)}</b> <span class="soft">{one.probability or 0.0:.2f}</span> {" ".join(linked(row) for row in rows[one.name][:5])}</li>'
                     for one in standing[:200])
     more = f'<p class="note">{len(standing) - 200} more are in the database.</p>' if len(standing) > 200 else ""
@@ -72,9 +72,9 @@ def battery_list(standing, rows):
 
 
 def mechanisms(base, told, judged, nulls):
-    """How many batteries lack which family, and how sure that is."""
+    """How many batteries lack which mechanism, and how sure that is."""
     if not told:
-        return section("families", "What is missing", "<p>No recording reported of a family of physics that the base circuit lacks.</p>")
+        return section("mechanisms", "What is missing", "<p>No recording reported of a mechanism of physics that the base circuit lacks.</p>")
     rows, most, lines = by_battery(base), max(max(len(row[2]) for row in told), 1), []
     for name, count_told, standing, expected, sure in told:
         bar = f'<span class="share"><i style="width:{100.0 * len(standing) / most:.1f}%"></i></span>'
@@ -85,29 +85,29 @@ def mechanisms(base, told, judged, nulls):
            f"<strong>How many of the batteries counted here lack nothing is not known:</strong> no recordings that lack nothing were given (--nulls). The evidence that a diagnosis gains represents an "
            f"e-value in Benjamini-Hochberg over {judged} batteries; short recordings at 1 Hz gain evidence without lacking anything.")
     note = (f'<p class="note">{how} '
-            "<em>Family right</em> is the sum of the stated probabilities: so many of them are expected to lack this family and not another one.</p>")
-    return section("families", "What is missing, and in how many batteries", table(("family", "batteries", "family right", "median probability", "which"), lines, (2, 3)), note)
+            "<em>Mechanism right</em> is the sum of the stated probabilities: so many of them are expected to lack this mechanism and not another one.</p>")
+    return section("mechanisms", "What is missing, and in how many batteries", table(("mechanism", "batteries", "mechanism right", "median probability", "which"), lines, (2, 3)), note)
 
 
-def departing(base, found, compared):
-    """Who departs from the fleet."""
+def deviating(base, found, compared):
+    """Who deviates from the fleet."""
     if not compared:
-        return section("departing", "Who departs from the fleet", f'<p>No type of vehicle has {departures.LEAST} batteries whose parameters a recording determined.</p>')
+        return section("deviating", "Who deviates from the fleet", f'<p>No type of vehicle has {outliers.LEAST} batteries whose parameters a recording determined.</p>')
     rows = by_battery(base)
     lines = [(f"<b>{html.escape(one.battery)}</b>", html.escape(one.vehicle_type), f"<code>{html.escape(one.name)}</code>", f"{number(one.value)} {html.escape(one.unit or '')}",
               f"{number(one.median)}", f"{one.z:+.1f}", " ".join(linked(row) for row in rows[one.battery][:3])) for one in found[:100]]
-    said = f"<p>{count(len(found), 'parameter departs', 'parameters depart')} from those of the other batteries of their type, of {compared} that were compared.</p>"
+    said = f"<p>{count(len(found), 'parameter deviates', 'parameters deviate')} from those of the other batteries of their type, of {compared} that were compared.</p>"
     note = ('<p class="note">z: distance to the median of the type, in robust spreads of the type and standard errors of the fit together; logarithms, but for voltages. '
             "False discovery rate 10 %.</p>")
     shown = table(("battery", "type", "parameter", "value", "median of the type", "z", "recordings"), lines, (3, 4, 5)) if found else ""
-    return section("departing", "Who departs from the fleet", said, shown, note)
+    return section("deviating", "Who deviates from the fleet", said, shown, note)
 
 
 def parameters(base):
     """Parameters over age and temperature where they are known, and by type of vehicle."""
     rows = base.execute("SELECT p.name, p.value, p.std, p.unit, r.age_years, r.temperature_min_c, r.temperature_max_c, r.vehicle_type, r.battery FROM parameter p "
-                        f"JOIN recording r USING (recording) WHERE {departures.OF_RECORDING} ORDER BY r.battery").fetchall()
-    drawn = [page_plots.parameter(name, some) for name, some in grouped(rows, lambda row: row["name"]).items() if len(some) >= LEAST_POINTS]
+                        f"JOIN recording r USING (recording) WHERE {outliers.OF_RECORDING} ORDER BY r.battery").fetchall()
+    drawn = [page_plots.parameter(name, some) for name, some in grouped(rows, lambda row: row["name"]).items() if len(some) >= MIN_POINTS]
     if not drawn:
         return section("parameters", "Parameters", "<p>No parameter was determined by three recordings.</p>")
     ages = any(1 for row in rows if row["age_years"] is not None)
@@ -117,13 +117,13 @@ def parameters(base):
 
 
 def predictions(base):
-    """How well models predict: their own recording, and the next window beside straight lines."""
-    rows = base.execute("SELECT share_percent, naive_share_percent, crank_mae_v, naive_crank_mae_v FROM score").fetchall()
+    """How well models predict: their own recording, and the next window beside baseline."""
+    rows = base.execute("SELECT share_percent, baseline_share_percent, crank_mae_v, baseline_crank_mae_v FROM score").fetchall()
     within = [row[0] for row in base.execute("SELECT coverage_90 FROM prediction WHERE coverage_90 IS NOT NULL")]
     def quartiles(key, scale=1.0):
         values = [scale * row[key] for row in rows if row[key] is not None]
         return "" if not values else "{1:.1f} ({0:.1f} to {2:.1f})".format(*np.percentile(values, [25, 50, 75]))
-    lines = [("model", quartiles("share_percent"), quartiles("crank_mae_v", 1e3)), ("straight lines and past events", quartiles("naive_share_percent"), quartiles("naive_crank_mae_v", 1e3))]
+    lines = [("model", quartiles("share_percent"), quartiles("crank_mae_v", 1e3)), ("baseline (a line fit and past events)", quartiles("baseline_share_percent"), quartiles("baseline_crank_mae_v", 1e3))]
     said = f'<p>{count(len(rows), "window", "windows")} predicted from the window before.</p>' if rows else "<p>No window was long enough to be predicted from the one before.</p>"
     inside = f'<p class="note">On their own recordings {100.0 * np.mean(within):.0f} % of the samples lie in their 90 % interval.</p>' if within else ""
     shown = table(("", "share of the next window explained [%], median (quartiles)", "error of cranks [mV], median (quartiles)"), lines, (1, 2)) if rows else ""
@@ -136,11 +136,11 @@ def recordings(base, standing):
     rows.sort(key=lambda row: (row["outcome"] == "done", row["battery"] not in standing, row["battery"]))
     lines = [(linked(row), html.escape(row["battery"]), html.escape(row["vehicle_type"] or ""), "" if None in (row["from_s"], row["to_s"]) else f"{(row['to_s'] - row['from_s']) / 60.0:.0f}",
               f'<span class="badge {html.escape(row["verdict"])}">{html.escape(VERDICTS.get(row["verdict"], row["verdict"]))}</span>' if row["verdict"] else f'<span class="badge insufficient_data">{"no answer" if row["reason"] else "not judged"}</span>',
-              html.escape(words(row["family"]) if row["family"] else ""), html.escape((row["reason"] or row["summary"] or "").replace(os.path.dirname(row["path"]) + os.sep, "")))
-             for row in rows[:MOST_ROWS]]
-    more = f'<p class="note">{len(rows) - MOST_ROWS} more are in the database.</p>' if len(rows) > MOST_ROWS else ""
+              html.escape(words(row["mechanism"]) if row["mechanism"] else ""), html.escape((row["reason"] or row["summary"] or "").replace(os.path.dirname(row["path"]) + os.sep, "")))
+             for row in rows[:MAX_ROWS]]
+    more = f'<p class="note">{len(rows) - MAX_ROWS} more are in the database.</p>' if len(rows) > MAX_ROWS else ""
     search = '<p><label>Show recordings with <input id="filter" type="search" size="24"></label> <span id="shown" class="note"></span></p>'
-    return section("recordings", "Recordings", search, table(("recording", "battery", "type", "minutes", "verdict", "family", "in a sentence"), lines, (3,)), more)
+    return section("recordings", "Recordings", search, table(("recording", "battery", "type", "minutes", "verdict", "mechanism", "in a sentence"), lines, (3,)), more)
 
 
 def nulls_of(folder):
@@ -186,5 +186,5 @@ def make(folder, nulls=None):
     style = page_css + read_text(os.path.join(HERE, "page.css"))
     origin = f'<header><p class="origin">{html.escape(title)}, <strong>{html.escape(os.path.basename(os.path.abspath(folder)))}</strong></p><h1>{html.escape(headline(found, told, nulls is not None))}</h1>'
     parts = [origin, figures(base, found), "</header>", mechanisms(base, told, len(found), null_gains),
-             departing(base, *departures.departures(base)), parameters(base), predictions(base), recordings(base, {one.name for one in found if one.found})]
+             deviating(base, *outliers.outliers(base)), parameters(base), predictions(base), recordings(base, {one.name for one in found if one.found})]
     return read_text(os.path.join(HERE, "page.html")).format(title=html.escape(title), style=style, body="\n".join(parts), script=read_text(os.path.join(HERE, "page.js")))

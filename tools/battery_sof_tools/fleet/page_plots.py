@@ -8,7 +8,7 @@ import numpy as np
 WIDTH, HEIGHT, LEFT, BELOW, TOP = 420, 230, 58, 34, 10
 X, Y = (LEFT, WIDTH - 16), (HEIGHT - BELOW, TOP)  # of the ends of both ranges
 COLOURS = ("extended", "base", "good", "current", "measured")  # of types of vehicle, names of the style
-MOST_POINTS = 4000
+MAX_POINTS = 4000
 
 
 def ticks(low, high, about=4):
@@ -40,7 +40,7 @@ def axes(x_range, y_range, x_label):
 
 def points(xs, rows, x_range, y_range, colours):
     parts = []
-    for x, row in list(zip(xs, rows))[:MOST_POINTS]:
+    for x, row in list(zip(xs, rows))[:MAX_POINTS]:
         at, y = np.interp(x, x_range, X), np.interp(row["value"], y_range, Y)
         told = f'{row["battery"]}: {row["value"]:.4g}' + (f' ± {row["std"]:.2g}' if row["std"] else "") + f' {row["unit"] or ""}'
         parts.append(f'<circle cx="{at:.1f}" cy="{y:.1f}" r="2.6" class="{colours[row["vehicle_type"] or ""]}"><title>{html.escape(told)}</title></circle>')

@@ -16,7 +16,7 @@ import math
 import numpy as np
 import yaml
 
-from . import database, departures
+from . import database, outliers
 
 SCHEMA = "battery_sof/priors/1"
 LEAST = 3         # batteries, for a spread
@@ -38,19 +38,19 @@ def moments(values, covariances):
 
 
 def positive(matrix):
-    """The nearest one whose standard deviations are departures.LEAST_STD at least along its axes."""
+    """The nearest one whose standard deviations are outliers.MIN_STD at least along its axes."""
     value, axes = np.linalg.eigh(0.5 * (matrix + matrix.T))
-    return (axes * np.maximum(value, departures.LEAST_STD**2)) @ axes.T
+    return (axes * np.maximum(value, outliers.MIN_STD**2)) @ axes.T
 
 
 def fits(base, without):
     """(vehicle type, effects) -> battery -> name -> [(coordinate, std)]: the windows that a recording was scored on, else the one that was identified."""
-    rows = base.execute(f"SELECT r.battery, r.vehicle_type, p.* FROM parameter p JOIN recording r USING (recording) WHERE {departures.DETERMINED} "
+    rows = base.execute(f"SELECT r.battery, r.vehicle_type, p.* FROM parameter p JOIN recording r USING (recording) WHERE {outliers.DETERMINED} "
                         "AND (p.source LIKE 'score%' OR p.source = 'identify' AND NOT EXISTS (SELECT 1 FROM score s WHERE s.recording = p.recording)) ORDER BY recording, p.source")
     found = collections.defaultdict(lambda: collections.defaultdict(lambda: collections.defaultdict(list)))
     for row in rows:
         if row["battery"] not in without:
-            found[row["vehicle_type"] or "", row["effects"]][row["battery"]][row["name"]].append(departures.coordinate(row["name"], row["value"], row["std"]))
+            found[row["vehicle_type"] or "", row["effects"]][row["battery"]][row["name"]].append(outliers.coordinate(row["name"], row["value"], row["std"]))
     return found
 
 
@@ -102,7 +102,7 @@ def between(mean, variance):
 def described(kind, made):
     names, mean, spread, window, batteries = made
     std = np.sqrt(np.diag(spread))
-    parameters = {name: {"value": float(m if name in departures.LEVELS else math.exp(m)), "std": float(math.sqrt(s**2 + d)), "logarithmic": name not in departures.LEVELS,
+    parameters = {name: {"value": float(m if name in outliers.LEVELS else math.exp(m)), "std": float(math.sqrt(s**2 + d)), "logarithmic": name not in outliers.LEVELS,
                          "std_of_window": float(math.sqrt(d))} for name, m, s, d in zip(names, mean, std, window)}
     correlation = (spread / np.outer(std, std)).round(6).tolist()
     return {"vehicle_type": kind[0], "effects": [one for one in kind[1].split(",") if one], "batteries": batteries, "parameters": parameters, "correlation": correlation}

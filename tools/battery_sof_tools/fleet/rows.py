@@ -64,7 +64,7 @@ def rows_of(step, answer):
 
 
 def of_diagnosis(answer):
-    """A verdict, every family that the answer gives a probability (the verdict's first, then those of effects that were taken), candidates, parameters."""
+    """A verdict, every mechanism that the answer gives a probability (the verdict's first, then those of effects that were taken), candidates, parameters."""
     fit, evidence, effects = answer.get("fit") or {}, answer.get("evidence") or {}, answer.get("effects") or ()
     rmse = [((fit.get(which) or {}).get("holdout") or {}).get("rmse_v") for which in ("base", "extended")]
     both = evidence.get("base"), evidence.get("extended")
@@ -73,8 +73,8 @@ def of_diagnosis(answer):
     for one in effects:
         found.setdefault(one["mechanism"], one.get("probability"))
     for name in sorted(found):
-        yield "family", (name, found[name], ",".join(one["id"] for one in effects if one["mechanism"] == name))
+        yield "mechanism", (name, found[name], ",".join(one["id"] for one in effects if one["mechanism"] == name))
     for one in answer.get("candidates") or ():
-        yield "candidate", (one["id"], one["mechanism"], one.get("evidence"), one.get("probability"), one.get("rejected_because"))
+        yield "candidate", (one["id"], one["mechanism"], one.get("evidence"), one.get("confidence"), one.get("rejected_because"))
     for one in effects:
         yield from parameters("diagnose", [one["id"]], one.get("parameters"))

@@ -13,8 +13,8 @@ from . import listing
 TEXT, NUMBER, COUNT, FLAG = (str, None), (float, None), (int, None), (bool, None)
 KEY = re.compile("[0-9a-f]{16}")
 FILE_NAME = re.compile(r"\w[\w.-]*\.(json|yaml|html)")
-MOST_INTEGER = 2**63 - 1  # of the database
-MOST_NUMBER = 1e300       # differences are finite too
+MAX_INTEGER = 2**63 - 1  # of the database
+MAX_NUMBER = 1e300       # differences are finite too
 
 OPTIONS = {"discharge_positive?": bool, "from_s?": str, "to_s?": str, "effects?": str, **{name + "?": str for name in listing.COLUMNS}}
 FLEET = {"schema": str, "product": str, "steps": [str], "options": {"window_s": float, "without_pages": bool, "priors": TEXT}}
@@ -36,7 +36,7 @@ ANSWERS = {
                 "mixed?": ({"share_percent?": NUMBER}, None), "baseline?": ({"share_percent?": NUMBER, "crank_mae_v?": NUMBER}, None)},
     "diagnose": {"verdict": str, "mechanism?": TEXT, "probability?": NUMBER, "summary?": TEXT, "fit?": ({"base?": FIT, "extended?": FIT}, None),
                  "evidence?": ({"base?": NUMBER, "extended?": NUMBER}, None), "effects?": ([{"id": str, "mechanism": str, "probability?": NUMBER, "parameters?": ([PARAMETER], None)}], None),
-                 "candidates?": ([{"id": str, "mechanism": str, "evidence?": NUMBER, "probability?": NUMBER, "rejected_because?": TEXT}], None)},
+                 "candidates?": ([{"id": str, "mechanism": str, "evidence?": NUMBER, "confidence?": NUMBER, "rejected_because?": TEXT}], None)},
     "score": {"windows": [{"start_s": float, "effects": [str], "window_quality": NUMBER, "parameters": [PARAMETER], "baseline": SHARES,
                            "model": {"current_share_percent": NUMBER, "voltage_share_percent": NUMBER, **SHARES}}]},
 }
@@ -68,9 +68,9 @@ def holds(value, shape):
     if isinstance(shape, list):
         return isinstance(value, list) and len(shape) in (1, len(value))
     if shape is float and isinstance(value, float):
-        return abs(value) <= MOST_NUMBER
+        return abs(value) <= MAX_NUMBER
     if shape in (int, float):
-        return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= MOST_INTEGER
+        return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= MAX_INTEGER
     return value is None if shape is None else isinstance(value, dict if isinstance(shape, dict) else shape)
 
 

@@ -6,7 +6,7 @@ import subprocess
 import time
 
 from ..tables import table
-from .kill import Drive
+from .kill import PlayedDrive
 from .ros import NODE, Newest, Processes, node_of_this_process, perform, wait_until
 
 SIZE = 128 * 1024  # [byte] of the disk
@@ -69,7 +69,7 @@ class WatchedNode:
         from diagnostic_msgs.msg import DiagnosticArray
         self.state = state
         self.node = processes.start(programs.node, f"_state_file:={state}", "_window_s:=60", "_min_window_quality:=0")
-        self.drive, self.said = Drive(recording, node_of_this_process("disk")), Newest("/diagnostics", DiagnosticArray)
+        self.drive, self.said = PlayedDrive(recording, node_of_this_process("disk")), Newest("/diagnostics", DiagnosticArray)
         self.status = Newest(NODE + "/status", SofStatus)
         self.drive.samples.until_connected()
 

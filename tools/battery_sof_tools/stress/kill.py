@@ -13,10 +13,10 @@ from ..tables import table
 from .ros import NODE, Newest, Processes, Samples, node_of_this_process, perform, wait_until
 
 COUNT = 100  # kills
-MOST_SAMPLES = 200  # until the saved model must have answered
+MAX_SAMPLES = 200  # until the saved model must have answered
 
 
-class Drive:
+class PlayedDrive:
     """Samples of a recording, one after the other, over and over, on the node's topic; stamps go on."""
 
     def __init__(self, path, rospy):
@@ -37,7 +37,7 @@ def samples_until_answered(drive):
     crank = rospy.ServiceProxy(NODE + "/predict_cranking", PredictCranking)
     status = Newest(NODE + "/status", SofStatus)  # the one that is latched may be of before
     drive.samples.until_connected()
-    for taken in range(1, MOST_SAMPLES + 1):
+    for taken in range(1, MAX_SAMPLES + 1):
         drive.publish()
         time.sleep(0.02)
         answer = crank(i_load=-20.0, t_stop=10.0, i_cranking=-200.0, t_cranking=0.5, u_required=math.nan)
@@ -73,7 +73,7 @@ def measured(programs, folder):
     programs.identify(recording, state)
     rows = []
     with Processes(folder) as processes:
-        drive = Drive(recording, node_of_this_process("kills"))
+        drive = PlayedDrive(recording, node_of_this_process("kills"))
         for _ in followed(range(COUNT), "kill"):
             before = os.stat(state).st_mtime_ns
             taken, drafts = one_life(processes, programs, state, drive, chance)

@@ -144,7 +144,7 @@ def warned(case):
 
 
 def fault_found(case):
-    """A decoy's fault is in a named class, or the screen of the instruments speaks of one."""
+    """An instrument fault is in a named class, or the screen of the instruments speaks of one."""
     return any(holds(class_of(one), case.true_names) for one in case.answer["effects"]) or \
         (case.verdict == SENSOR_FAULT and bool(case.answer["instrument"]))
 

@@ -8,7 +8,7 @@ from ..generator import seed_of
 PHYSICS_1_TO_7 = ("gassing", "charge_acceptance", "sulphate_history", "acid_transport", "ocv_soc", "ocv_hysteresis",
                   "high_rate_depletion")
 SHOWN = PHYSICS_1_TO_7 + ("cpe2", "current_dependent_resistance", "second_electrode")
-DECOYS = ("current_offset", "current_gain", "time_skew", "sensor_lag", "quantisation", "contact_resistance", "clipping", "dropouts",
+INSTRUMENT_FAULTS = ("current_offset", "current_gain", "time_skew", "sensor_lag", "quantisation", "contact_resistance", "clipping", "dropouts",
           "voltage_drift", "aliasing")
 UNLISTED = ("memory_resistance", "step_force", "gated_tone", "capacitance_fall", "dead_zone", "hysteretic_r")
 MASKED = ("charge_acceptance+gassing", "charge_acceptance+current_gain", "ocv_soc+voltage_drift",
@@ -27,7 +27,7 @@ STRATA = (
     Stratum("C3", "effect", PHYSICS_1_TO_7 + ("cpe2",), 3, "absorbed"),
     Stratum("C4", "masked", MASKED, 4, "masked"),
     Stratum("C5", "absent", ABSENT, 4, "as drawn"),
-    Stratum("D1", "decoy", DECOYS, 3, "as drawn"),
+    Stratum("D1", "decoy", INSTRUMENT_FAULTS, 3, "as drawn"),
     Stratum("U1", "unknown", UNLISTED, 4, "as drawn"),
     Stratum("X1", "structural_effect", PHYSICS_1_TO_7, 4, "as drawn"),
     Stratum("X1", "porous_effect", ("charge_acceptance", "acid_transport", "gassing"), 2, "as drawn"))
@@ -35,7 +35,7 @@ Z_WANTED = {"C1": (12.0, 40.0), "C2": (4.0, 8.0)}
 SHORT_S = 300.0  # what C3 shows first
 
 
-def plan(secret, share, most_porous=None, duration_s=None, only=None):
+def plan(secret, share, max_porous=None, duration_s=None, only=None):
     """Cases without their strengths, under opaque names in an order of the seed. Every stratum keeps at least one case."""
     dice, cases, porous = random.Random(seed_of(secret, "order")), [], 0
     for stratum in (one for one in STRATA if not only or one.level in only):
@@ -44,7 +44,7 @@ def plan(secret, share, most_porous=None, duration_s=None, only=None):
         rows = [name for _ in range(stratum.each) for name in ids]
         count = max(1, round(share * len(rows)))
         if stratum.mechanism.startswith("porous"):
-            count = count if most_porous is None else min(count, most_porous - porous)
+            count = count if max_porous is None else min(count, max_porous - porous)
             porous += count
         for k, name in enumerate(rows[:count]):
             cases.append({"level": stratum.level, "family": stratum.mechanism, "id": name, "rule": stratum.rule,

@@ -15,7 +15,7 @@ LARGEST_SECOND = 3.0
 NEAR_Z = 0.1           # relative distance to the wanted z that is near enough
 HIDDEN_Z, BIASED = 5.0, 0.1     # absorbed: z below, bias above
 MASKED_RATIO = 0.4
-LEAST_MASKED_Z = 8.0   # of both together: a mask that leaves less is a null
+MIN_MASKED_Z = 8.0   # of both together: a mask that leaves less is a null
 SEEDS_TRIED = 5        # drives drawn for an absorbed or a masked case until one does
 # Faults of the sampling itself: a noise-free drawing has no z in the sense of the others.
 WITHOUT_Z = ("quantisation", "clipping", "dropouts", "aliasing")
@@ -188,7 +188,7 @@ def for_masked(generator, case):
     _, one, second = best
     first = rounded(min(1.0, LARGEST_SECOND / second))  # what would need too strong a second masks a weaker first
     found = masked(generator, one, first, rounded(first * second))
-    while found["z_whole"] < LEAST_MASKED_Z and first < LARGEST_SCALE:
+    while found["z_whole"] < MIN_MASKED_Z and first < LARGEST_SCALE:
         first = rounded(min(2.0 * first, LARGEST_SCALE))
         found = masked(generator, one, first, rounded(min(first * second, LARGEST_SECOND)))
     return found

@@ -1,4 +1,4 @@
-"""Which batteries depart from the others of their type: parameters beside the median of those of the same type that were fitted with the same effects.
+"""Which batteries deviate from the others of their type: parameters beside the median of those of the same type that were fitted with the same effects.
 
     z = (x - median) / sqrt(s^2 + std^2 + f^2),     s = 1.4826 median |x - median|,   f = 5 %, or 50 mV
 
@@ -18,9 +18,9 @@ LEVELS = ("u_dc",)  # voltages: differences count, not ratios
 DETERMINED = "abs(p.value) < 1e30 AND p.std > 0 AND p.std < 1e30 AND p.determined = 1 AND p.at_bound = 0"  # and not held
 OF_RECORDING = "p.source = 'identify' AND " + DETERMINED
 LEAST = 8           # batteries of a type, for a median and a spread
-LEAST_STD = 0.05    # of a logarithm, or of volts: no fleet knows a battery better than this
+MIN_STD = 0.05    # of a logarithm, or of volts: no fleet knows a battery better than this
 
-Departure = collections.namedtuple("Departure", "battery vehicle_type name value unit median z found")
+Outlier = collections.namedtuple("Outlier", "battery vehicle_type name value unit median z found")
 
 
 def values(base):
@@ -40,18 +40,18 @@ def coordinate(name, value, std):
 
 
 def of_type(vehicle_type, name, by_battery, unit):
-    """Departures, found or not, with their p, of one parameter."""
+    """Outliers, found or not, with their p, of one parameter."""
     names = sorted(by_battery)
     middle = [np.median(by_battery[battery], axis=0).tolist() for battery in names]  # value, std
     x, s = np.array([coordinate(name, *pair) for pair in middle]).T
     away = x - np.median(x)
-    z = away / np.sqrt((1.4826 * np.median(np.abs(away)))**2 + s**2 + LEAST_STD**2)
+    z = away / np.sqrt((1.4826 * np.median(np.abs(away)))**2 + s**2 + MIN_STD**2)
     median = float(np.median([value for value, _ in middle]))
-    return [Departure(battery, vehicle_type, name, value, unit, median, float(one), False) for battery, (value, _), one in zip(names, middle, z)]
+    return [Outlier(battery, vehicle_type, name, value, unit, median, float(one), False) for battery, (value, _), one in zip(names, middle, z)]
 
 
-def departures(base):
-    """Batteries and parameters that depart, the farthest first; and how many were compared."""
+def outliers(base):
+    """Batteries and parameters that deviate, the farthest first; and how many were compared."""
     found, units = values(base)
     every = [one for (vehicle_type, _, name), by_battery in sorted(found.items()) if len(by_battery) >= LEAST for one in of_type(vehicle_type, name, by_battery, units[name])]
     if not every:
