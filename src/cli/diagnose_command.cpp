@@ -143,8 +143,7 @@ int runChange(const CommandLine& line, const DiagnoseArguments& arguments) {
   const std::vector<Stretch> references = referencesOf(arguments);
   for (std::size_t k = 0; k < stretches.size(); ++k)
     for (std::size_t j = 0; j < references.size(); ++j)
-      if (stretches[k].hash == references[j].hash && arguments.window.from.empty() &&
-          arguments.window.to.empty())
+      if (stretches[k].hash == references[j].hash)
         throw UsageError("--reference: " + arguments.references[j] + " is the same recording as " +
                          arguments.paths[k]);
   ChangeOptions options;

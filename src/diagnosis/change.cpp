@@ -16,11 +16,12 @@ namespace battery_sof {
 namespace {
 
 // of D; see docs/decisions/0021-changes-against-a-reference.md
-constexpr double kLeastGain = 8.0;
+constexpr double kLeastGain = 7.0;
 constexpr double kAlike = 4.0;           // of D: two standard errors
 constexpr double kAnotherBattery = 1.0;  // mean of ln ratios of errors
-// of D, what a shift of the channels may leave where they look as if the sign were wrong
-constexpr double kExplained = 0.2;
+// of D, what a shift of the channels may leave where they look as if the sign were wrong: five times
+// what chance leaves of twelve quantities
+constexpr double kExplained = 60.0;
 constexpr std::size_t kFewestRows = 300;
 constexpr std::size_t kFewestFeatures = 8;
 
@@ -290,7 +291,7 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector
   diagnosis.gain = diagnosis.distance - best.distance;
   const bool has_changed = diagnosis.gain > kLeastGain;
   if (!problems.sign.empty() &&
-      !(best.candidate->isInRows() && best.distance < kExplained * diagnosis.distance))
+      !(has_changed && best.candidate->isInRows() && best.distance < kExplained))
     return refuse(problemText(problems.sign, kNow));
   diagnosis.detection_limits = limitsOf(comparison);
 

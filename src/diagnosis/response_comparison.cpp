@@ -102,7 +102,9 @@ WeighedChange weigh(const ResponseComparison& comparison, const CandidateChange&
 /// Where D rises by kNinety on one side.
 double bound(const ResponseComparison& comparison, const WeighedChange& of, bool above) {
   const CandidateChange& candidate = *of.candidate;
-  const double limit = of.distance + kNinety;
+  // What is left beyond chance widens it (Birge 1932).
+  const double per_feature = of.distance / static_cast<double>(comparison.compared().size());
+  const double limit = of.distance + kNinety * std::max(1.0, per_feature);
   const auto isBeyond = [&](double strength) {
     return comparison.withChangeOf(candidate, strength) > limit;
   };

@@ -84,7 +84,8 @@ struct WeighedChange {
 /// @return every candidate at its best strength, least D first.
 std::vector<WeighedChange> weighChanges(const ResponseComparison& comparison);
 
-/// Finds where D rises by 2.71 on either side of the best strength.
+/// Finds where D rises by 2.71 on either side of the best strength, by more where the best change
+/// leaves D larger than the number of features.
 void addInterval(const ResponseComparison& comparison, WeighedChange& of);
 
 /// @return the strength at which a candidate would lower D by `least` in nine cases of ten, as of
