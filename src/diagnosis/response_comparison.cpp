@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "recording/fit_mask.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -167,6 +169,9 @@ ResponseRows withChange(ResponseRows rows, ChangeKind kind, double strength) {
     case ChangeKind::kLag:
       lag(strength > 0.0 ? rows.voltage : rows.current, rows.time,
           std::abs(strength) * rows.interval);
+      // A current that lags does not reach the end of the sensor's range.
+      for (char& excluded : rows.excluded)
+        if (strength < 0.0 && excluded == static_cast<char>(SampleFault::kClipped)) excluded = 0;
       break;
   }
   return rows;
