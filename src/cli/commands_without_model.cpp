@@ -65,7 +65,8 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const std::size_t samples = series.size(), without = recording.series.size() - samples;
   const std::size_t rejected = recording.rejected.total();
   std::string text = std::to_string(samples) + " samples written to " + printable(arguments.out) +
-                     ", " + std::to_string(rejected) + " rejected (sof check says why)\n";
+                     ", " + std::to_string(rejected) +
+                     (rejected > 0 ? " rejected (sof check says why)\n" : " rejected\n");
   if (arguments.shift_current != 0.0)
     text += format("the current moved by %g s; %zu samples left out, whose current it moved away\n",
                    arguments.shift_current, without);

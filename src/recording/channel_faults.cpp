@@ -427,8 +427,8 @@ std::vector<Finding> findClipping(const Evidence& evidence) {
               ": " + counted(totalSamples(runs), "sample") + " in " +
               counted(runs.size(), "place") + " read exactly that",
           channel == &evidence.current
-              ? "the true current lay beyond: fits keep these samples, so their resistances come "
-                "out too large, and charge is missing"
+              ? "the true current lay beyond: fits take these samples as bounds of the voltage, so "
+                "they say less of the resistance, and charge is missing"
               : "the true voltage lay beyond: fits leave these samples out",
           extreme, channel->unit, totalSamples(runs), startsOf(evidence, runs)});
     }
