@@ -128,8 +128,8 @@ class Selection {
     if (start)
       fit.starts = {*start};
     else if (const ScoredFit* inside = bestInside(effects))
-      fit.starts = {
-          withNewAtMagnitudes(compositionOf(inside->model.fit), optimumOf(inside->model), model)};
+      fit.starts =
+          startsInLarger(compositionOf(inside->model.fit), optimumOf(inside->model), model);
     FittedModel fitted = identify(series_, train_, fit);
     BlockScore score = scoreBlocks(model, optimumOf(fitted), series_, train_, fit_, kScoreBlocks);
     return {std::move(fitted), std::move(score)};

@@ -239,12 +239,13 @@ Promise promiseOf(const FittedModel& model, const FittedCost& nested,
   const InputSequence inputs = fitWindow(series, range, options).inputs;
   const FitCost cost = fitCost(options);
   const BatteryModel composition(larger);
-  const CompositionPoint from =
-      start ? *start : withNewAtMagnitudes(compositionOf(model.fit), optimumOf(model), composition);
-  const CompositionProblem problem(composition, inputs, cost, from, {}, nested.precision);
+  const std::vector<CompositionPoint> starts =
+      start ? std::vector<CompositionPoint>{*start}
+            : startsInLarger(compositionOf(model.fit), optimumOf(model), composition);
+  const CompositionProblem problem(composition, inputs, cost, starts.front(), {}, nested.precision);
   NormalEquations at;
-  if (!problem.evaluate(problem.coordinatesOf(from), at)) return {0.0, from};
-  const CompositionFit fit = fitComposition(problem, {from}, searchOf(steps));
+  if (!problem.evaluate(problem.coordinatesOf(starts.front()), at)) return {0.0, starts.front()};
+  const CompositionFit fit = fitComposition(problem, starts, searchOf(steps));
   // Where the weights are those of eq. 3 the errors' own size is the noise.
   const double rows = static_cast<double>(inputs.samples.size());
   const double fall =

@@ -81,8 +81,8 @@ struct Promise {
 };
 
 /// @param model of identify() over the range.  @param nested its own cost, whose weights are used.
-/// @param larger effects, those of the model among them.  @param steps of the fit, from the model's
-/// optimum with the new parameters at their magnitudes or from `start`.
+/// @param larger effects, those of the model among them.  @param steps of the fit, from
+/// startsInLarger() or from `start`.
 Promise promiseOf(const FittedModel& model, const FittedCost& nested,
                   const std::vector<std::string>& larger, const Series& series, IndexRange range,
                   const IdentifyOptions& options, int steps,

@@ -415,17 +415,22 @@ FitCost fitCost(const IdentifyOptions& options) {
   return cost;
 }
 
-CompositionPoint withNewAtMagnitudes(const BatteryModel& nested, const CompositionPoint& point,
-                                     const BatteryModel& larger) {
-  CompositionPoint at = embedded(nested, point, larger);
+std::vector<CompositionPoint> startsInLarger(const BatteryModel& nested,
+                                             const CompositionPoint& point,
+                                             const BatteryModel& larger) {
+  CompositionPoint kept = embedded(nested, point, larger);
+  CompositionPoint own = kept;
+  bool has_own = false;
   for (Eigen::Index j = 0; j < larger.parameterCount(); ++j) {
     const ParameterInfo& info = larger.parameters()[j];
     const auto row = nested.parameterRow(info.name);
-    // An effect may give the circuit's parameters another meaning, and so another magnitude.
-    if (!row || nested.parameters()[*row].magnitude != info.magnitude)
-      at.parameters[j] = larger.typicalParameters()[j];
+    if (!row)
+      kept.parameters[j] = own.parameters[j] = larger.typicalParameters()[j];
+    else if (nested.parameters()[*row].magnitude != info.magnitude)
+      own.parameters[j] = larger.typicalParameters()[j], has_own = true;
   }
-  return at;
+  if (!has_own) return {kept};
+  return {kept, own};
 }
 
 FittedModel identifyComposition(const Series& series, IndexRange range,

@@ -20,8 +20,11 @@ FitWindowRows fitWindow(const Series& series, IndexRange range, const IdentifyOp
 /// weights; with the priors of the options.
 FitCost fitCost(const IdentifyOptions& options);
 
-/// @return a nested optimum in a larger composition, its new parameters at their magnitudes.
-CompositionPoint withNewAtMagnitudes(const BatteryModel& nested, const CompositionPoint& point,
-                                     const BatteryModel& larger);
+/// @return where a search in a larger composition begins: a nested optimum with the new parameters
+/// at their magnitudes. If an added effect gives the circuit's parameters another meaning, and so
+/// other magnitudes, a second start has those.
+std::vector<CompositionPoint> startsInLarger(const BatteryModel& nested,
+                                             const CompositionPoint& point,
+                                             const BatteryModel& larger);
 
 }  // namespace battery_sof

@@ -46,5 +46,37 @@ TEST_P(SlowNull, OfABenchThatRampsItsCurrentLacksNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, SlowNull, testing::Range<std::uint64_t>(1, 9));
 
+/// Two hours of the bench, whose open-circuit voltage rises with the charge.
+Recording longBench(double slope) {
+  BaseParameters battery = test::drivenBattery();
+  battery.c2 = 380.0;
+  Series truth = test::answered(battery, benchCurrent(5, 7000.0), 1.0 / kSteps, kNoise, 5);
+  double charge = 0.0;  // [Ah]
+  for (std::size_t n = 0; n < truth.size(); ++n) {
+    charge += truth.current[n] / kSteps / 3600.0;
+    truth.voltage[n] += slope * charge;
+  }
+  return test::toRecording(test::everyNth(truth, kSteps));
+}
+
+bool isWeighed(const Diagnosis& diagnosis, const std::string& id) {
+  return std::any_of(diagnosis.candidates.begin(), diagnosis.candidates.end(),
+                     [&](const Candidate& one) { return one.id == id; });
+}
+
+TEST(LongAndSlow, ABenchOfTwoHoursLacksNothingAndEveryEffectIsWeighed) {
+  const Diagnosis diagnosis = diagnose(longBench(0.0));
+  EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
+  for (const char* id : {"self_heating", "parameter_drift", "sulphate_history", "cpe2"})
+    EXPECT_TRUE(isWeighed(diagnosis, id)) << id;
+}
+
+TEST(LongAndSlow, AnOpenCircuitVoltageThatMovesWithTheChargeIsFoundAndLowersTheError) {
+  const Diagnosis diagnosis = diagnose(longBench(0.03));
+  ASSERT_FALSE(diagnosis.effects.empty()) << diagnosis.summary;
+  EXPECT_EQ("ocv_soc", diagnosis.effects.front().id);
+  EXPECT_LT(diagnosis.fit.extended_holdout.rmse, 0.5 * diagnosis.fit.base_holdout.rmse);
+}
+
 }  // namespace
 }  // namespace battery_sof
