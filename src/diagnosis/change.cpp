@@ -17,7 +17,7 @@ namespace {
 
 // of D; see docs/decisions/0021-changes-against-a-reference.md
 constexpr double kLeastGain = 7.0;
-constexpr double kAlike = 4.0;           // of D: two standard errors
+constexpr double kAlike = 6.0;           // of D: a likelihood twenty times less
 constexpr double kAnotherBattery = 1.0;  // mean of ln ratios of errors
 // of D, what a shift of the channels may leave where they look as if the sign were wrong: five times
 // what chance leaves of twelve quantities
