@@ -24,6 +24,7 @@ struct DiagnoseArguments {
   PriorsArguments priors;
   std::string report, out, base_out, json;
   DiagnoseOptions options;
+  bool responses_only = false;  ///< with references
 };
 
 /// The stretch that is diagnosed, at the rate the models are fitted at.
@@ -142,12 +143,12 @@ int runChange(const CommandLine& line, const DiagnoseArguments& arguments) {
   const std::vector<Stretch> references = referencesOf(arguments);
   for (std::size_t k = 0; k < stretches.size(); ++k)
     for (std::size_t j = 0; j < references.size(); ++j)
-      if (stretches[k].hash == references[j].hash && arguments.window.from.empty() &&
-          arguments.window.to.empty())
+      if (stretches[k].hash == references[j].hash)
         throw UsageError("--reference: " + arguments.references[j] + " is the same recording as " +
                          arguments.paths[k]);
   ChangeOptions options;
   options.anyway = arguments.options.anyway;
+  options.runs_models = !arguments.responses_only;
   options.progress = [&](const std::string& stage) { progress.stage(stage); };
   const Interruption interruption(progress);
   const Recordings now = recordingsOf(stretches), then = recordingsOf(references);
@@ -207,6 +208,10 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
               "recording of the same battery from when it was sound: reports what has changed "
               "since (docs/changes.md); repeatable")
           ->allow_extra_args(false);
+  options
+      .add_flag("--responses-only", values.responses_only,
+                "fit no model: takes a second, and does not notice another battery")
+      ->needs(reference);
   for (CLI::Option* page : {addFile(options, kWrittenFile, "--report", values.report,
                                     "page to write: one HTML file that needs no network"),
                             addFile(options, kWrittenFile, "--out", values.out,

@@ -16,11 +16,12 @@ namespace battery_sof {
 namespace {
 
 // of D; see docs/decisions/0021-changes-against-a-reference.md
-constexpr double kLeastGain = 8.0;
-constexpr double kAlike = 4.0;           // of D: two standard errors
+constexpr double kLeastGain = 7.0;
+constexpr double kAlike = 6.0;           // of D: a likelihood twenty times less
 constexpr double kAnotherBattery = 1.0;  // mean of ln ratios of errors
-// of D, what a shift of the channels may leave where they look as if the sign were wrong
-constexpr double kExplained = 0.2;
+// of D, what a shift of the channels may leave where they look as if the sign were wrong: five times
+// what chance leaves of twelve quantities
+constexpr double kExplained = 60.0;
 constexpr std::size_t kFewestRows = 300;
 constexpr std::size_t kFewestFeatures = 8;
 
@@ -42,15 +43,15 @@ std::vector<Change> changesOf(const ResponseComparison& comparison,
     all += weight;
     if (one.distance > best.distance + kAlike) continue;
     alike += weight;
-    if (one.family != best.family) change.indistinguishable.push_back(one.family->id);
-    for (const std::string& id : alwaysAlike(one.family->kind, one.strength))
+    if (one.candidate != best.candidate) change.indistinguishable.push_back(one.candidate->id);
+    for (const std::string& id : alwaysAlike(one.candidate->kind, one.strength))
       change.indistinguishable.push_back(id);
   }
-  const double unit = best.family->isInRows() ? comparison.interval() : 1.0;
-  change.id = best.family->id;
+  const double unit = best.candidate->isInRows() ? comparison.interval() : 1.0;
+  change.id = best.candidate->id;
   change.mechanism = mechanismId(mechanismOf(change.id));
   change.now = unit * best.strength;
-  change.unit = best.family->unit;
+  change.unit = best.candidate->unit;
   change.lower = unit * best.lower;
   change.upper = unit * best.upper;
   change.probability = alike / all;
@@ -59,11 +60,11 @@ std::vector<Change> changesOf(const ResponseComparison& comparison,
 
 std::vector<ChangeLimit> limitsOf(const ResponseComparison& comparison) {
   std::vector<ChangeLimit> limits;
-  for (const ChangeFamily& family : changeFamilies()) {
-    const double strength = visibleStrength(comparison, family, kLeastGain);
+  for (const CandidateChange& candidate : candidateChanges()) {
+    const double strength = visibleStrength(comparison, candidate, kLeastGain);
     if (std::isfinite(strength))
-      limits.push_back(
-          {family.id, family.unit, strength * (family.isInRows() ? comparison.interval() : 1.0)});
+      limits.push_back({candidate.id, candidate.unit,
+                        strength * (candidate.isInRows() ? comparison.interval() : 1.0)});
   }
   return limits;
 }
@@ -127,7 +128,7 @@ std::vector<Series> changed(std::vector<Series> all, const WeighedChange& by) {
   for (Series& series : all) {
     ResponseRows rows{series.time, series.current, series.voltage, {}, medianInterval(series)};
     rows.excluded.assign(rows.size(), 0);
-    rows = withChange(std::move(rows), by.family->kind, by.strength);
+    rows = withChange(std::move(rows), by.candidate->kind, by.strength);
     series.current = rows.current;
     series.voltage = rows.voltage;
   }
@@ -290,7 +291,7 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector
   diagnosis.gain = diagnosis.distance - best.distance;
   const bool has_changed = diagnosis.gain > kLeastGain;
   if (!problems.sign.empty() &&
-      !(best.family->isInRows() && best.distance < kExplained * diagnosis.distance))
+      !(has_changed && best.candidate->isInRows() && best.distance < kExplained))
     return refuse(problemText(problems.sign, kNow));
   diagnosis.detection_limits = limitsOf(comparison);
 

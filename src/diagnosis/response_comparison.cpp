@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "recording/fit_mask.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -44,8 +46,8 @@ Eigen::MatrixXd betweenTrips(const Eigen::VectorXd& then, double interval, doubl
   return trips * (spread + together * together.transpose());
 }
 
-double gridScale(const ResponseComparison& comparison, const ChangeFamily& family) {
-  return family.kind == ChangeKind::kOffset ? comparison.currentScale() : 1.0;
+double gridScale(const ResponseComparison& comparison, const CandidateChange& candidate) {
+  return candidate.kind == ChangeKind::kOffset ? comparison.currentScale() : 1.0;
 }
 
 /// Golden section between two strengths.
@@ -53,17 +55,17 @@ void refine(const ResponseComparison& comparison, WeighedChange& best, double lo
   constexpr double kGolden = 0.618033988749895;
   double a = low, b = high;
   double c = b - kGolden * (b - a), d = a + kGolden * (b - a);
-  double at_c = comparison.withChangeOf(best.family->kind, c);
-  double at_d = comparison.withChangeOf(best.family->kind, d);
+  double at_c = comparison.withChangeOf(*best.candidate, c);
+  double at_d = comparison.withChangeOf(*best.candidate, d);
   for (int step = 0; step < 9; ++step) {
     if (at_c < at_d) {
       b = d, d = c, at_d = at_c;
       c = b - kGolden * (b - a);
-      at_c = comparison.withChangeOf(best.family->kind, c);
+      at_c = comparison.withChangeOf(*best.candidate, c);
     } else {
       a = c, c = d, at_c = at_d;
       d = a + kGolden * (b - a);
-      at_d = comparison.withChangeOf(best.family->kind, d);
+      at_d = comparison.withChangeOf(*best.candidate, d);
     }
   }
   if (std::min(at_c, at_d) < best.distance) {
@@ -72,28 +74,28 @@ void refine(const ResponseComparison& comparison, WeighedChange& best, double lo
   }
 }
 
-WeighedChange weigh(const ResponseComparison& comparison, const ChangeFamily& family) {
-  WeighedChange best{&family, 0.0, HUGE_VAL};
+WeighedChange weigh(const ResponseComparison& comparison, const CandidateChange& candidate) {
+  WeighedChange best{&candidate, 0.0, HUGE_VAL};
   std::size_t at = 0;
-  std::vector<double> grid = family.grid;
-  for (double& strength : grid) strength *= gridScale(comparison, family);
+  std::vector<double> grid = candidate.grid;
+  for (double& strength : grid) strength *= gridScale(comparison, candidate);
   for (std::size_t k = 0; k < grid.size(); ++k) {
-    const double distance = comparison.withChangeOf(family.kind, grid[k]);
+    const double distance = comparison.withChangeOf(candidate, grid[k]);
     if (distance >= best.distance) continue;
     best.distance = distance;
     best.strength = grid[k];
     at = k;
   }
-  if (!family.continuous || !std::isfinite(best.distance)) return best;
+  if (!candidate.continuous || !std::isfinite(best.distance)) return best;
   const auto neighbour = [&](std::size_t k, bool above) {
     if (above) return k + 1 < grid.size() ? grid[k + 1] : grid[k];
     return k > 0 ? grid[k - 1] : grid[k];
   };
   double low = neighbour(at, false), high = neighbour(at, true);
   // A lag of one channel does not go over into one of the other.
-  if (family.kind == ChangeKind::kLag && low * best.strength <= 0.0)
+  if (candidate.kind == ChangeKind::kLag && low * best.strength <= 0.0)
     low = best.strength > 0.0 ? 0.3 : low;
-  if (family.kind == ChangeKind::kLag && high * best.strength <= 0.0)
+  if (candidate.kind == ChangeKind::kLag && high * best.strength <= 0.0)
     high = best.strength < 0.0 ? -0.3 : high;
   refine(comparison, best, low, high);
   return best;
@@ -101,16 +103,18 @@ WeighedChange weigh(const ResponseComparison& comparison, const ChangeFamily& fa
 
 /// Where D rises by kNinety on one side.
 double bound(const ResponseComparison& comparison, const WeighedChange& of, bool above) {
-  const ChangeFamily& family = *of.family;
-  const double limit = of.distance + kNinety;
+  const CandidateChange& candidate = *of.candidate;
+  // What is left beyond chance widens it (Birge 1932).
+  const double per_feature = of.distance / static_cast<double>(comparison.compared().size());
+  const double limit = of.distance + kNinety * std::max(1.0, per_feature);
   const auto isBeyond = [&](double strength) {
-    return comparison.withChangeOf(family.kind, strength) > limit;
+    return comparison.withChangeOf(candidate, strength) > limit;
   };
   double inside = of.strength, step = std::max(0.25 * std::abs(of.strength), 1e-4);
   double outside = inside;
   for (int k = 0; k < 6; ++k, step *= 2.0) {
     outside = of.strength + (above ? step : -step);
-    if (family.kind == ChangeKind::kLag && outside * of.strength <= 0.0)
+    if (candidate.kind == ChangeKind::kLag && outside * of.strength <= 0.0)
       return of.strength > 0.0 ? 0.0 : -0.0;
     if (isBeyond(outside)) break;
     inside = outside;
@@ -124,24 +128,27 @@ double bound(const ResponseComparison& comparison, const WeighedChange& of, bool
 
 }  // namespace
 
-const std::vector<ChangeFamily>& changeFamilies() {
-  static const std::vector<ChangeFamily> all = {
+const std::vector<CandidateChange>& candidateChanges() {
+  static const std::vector<CandidateChange> all = {
       {ChangeKind::kContact,
        "contact_resistance",
        "ohm",
+       0.005,
        {-0.004, -0.002, -0.001, -0.0005, 0.0005, 0.001, 0.002, 0.003, 0.004, 0.006, 0.009, 0.014,
         0.02}},
       {ChangeKind::kGain,
        "current_gain",
        "1",
+       0.1,
        {-0.3, -0.2, -0.14, -0.1, -0.06, -0.03, 0.03, 0.06, 0.1, 0.14, 0.2, 0.3}},
       {ChangeKind::kOffset,
        "current_offset",
        "A",
+       2.0,
        {-5.0, -3.0, -2.0, -1.2, -0.8, -0.4, 0.4, 0.8, 1.2, 2.0, 3.0, 5.0}},
-      {ChangeKind::kSkew, "time_skew", "s", {-3, -2, -1, 1, 2, 3}, false},
+      {ChangeKind::kSkew, "time_skew", "s", HUGE_VAL, {-3, -2, -1, 1, 2, 3}, false},
       // > 0: the voltage lags; < 0: the current
-      {ChangeKind::kLag, "sensor_lag", "s", {-5, -3, -2, -1.3, -0.7, 0.7, 1.3, 2, 3, 5}},
+      {ChangeKind::kLag, "sensor_lag", "s", HUGE_VAL, {-5, -3, -2, -1.3, -0.7, 0.7, 1.3, 2, 3, 5}},
   };
   return all;
 }
@@ -162,6 +169,9 @@ ResponseRows withChange(ResponseRows rows, ChangeKind kind, double strength) {
     case ChangeKind::kLag:
       lag(strength > 0.0 ? rows.voltage : rows.current, rows.time,
           std::abs(strength) * rows.interval);
+      // A current that lags does not reach the end of the sensor's range.
+      for (char& excluded : rows.excluded)
+        if (strength < 0.0 && excluded == static_cast<char>(SampleFault::kClipped)) excluded = 0;
       break;
   }
   return rows;
@@ -189,8 +199,9 @@ double ResponseComparison::spreadOf(int feature) const {
 
 double ResponseComparison::nothing() const { return distance(reference_, now_) - level_; }
 
-double ResponseComparison::withChangeOf(ChangeKind kind, double strength) const {
-  return distance(featuresWith(kind, strength), now_) - level_;
+double ResponseComparison::withChangeOf(const CandidateChange& candidate, double strength) const {
+  return distance(featuresWith(candidate.kind, strength), now_) - level_ +
+         std::pow(strength / candidate.typical, 2);
 }
 
 double ResponseComparison::visible(ChangeKind kind, double strength) const {
@@ -227,14 +238,15 @@ double ResponseComparison::distance(const ResponseFeatures& expected,
 
 std::vector<WeighedChange> weighChanges(const ResponseComparison& comparison) {
   std::vector<WeighedChange> weighed;
-  for (const ChangeFamily& family : changeFamilies()) weighed.push_back(weigh(comparison, family));
+  for (const CandidateChange& candidate : candidateChanges())
+    weighed.push_back(weigh(comparison, candidate));
   std::sort(weighed.begin(), weighed.end(),
             [](const WeighedChange& a, const WeighedChange& b) { return a.distance < b.distance; });
   return weighed;
 }
 
 void addInterval(const ResponseComparison& comparison, WeighedChange& of) {
-  if (!of.family->continuous) {
+  if (!of.candidate->continuous) {
     of.lower = of.strength - 0.5;
     of.upper = of.strength + 0.5;
     return;
@@ -243,22 +255,22 @@ void addInterval(const ResponseComparison& comparison, WeighedChange& of) {
   of.upper = bound(comparison, of, true);
 }
 
-double visibleStrength(const ResponseComparison& comparison, const ChangeFamily& family,
+double visibleStrength(const ResponseComparison& comparison, const CandidateChange& candidate,
                        double least) {
   const double wanted = std::pow(std::sqrt(least) + kPower, 2);
   double hidden = 0.0, seen = HUGE_VAL;
-  for (const double in_grid : family.grid) {
-    const double strength = gridScale(comparison, family) * in_grid;
+  for (const double in_grid : candidate.grid) {
+    const double strength = gridScale(comparison, candidate) * in_grid;
     if (strength <= 0.0) continue;
-    if (comparison.visible(family.kind, strength) >= wanted) {
+    if (comparison.visible(candidate.kind, strength) >= wanted) {
       seen = strength;
       break;
     }
     hidden = strength;
   }
-  for (int k = 0; k < 6 && family.continuous && std::isfinite(seen); ++k) {
+  for (int k = 0; k < 6 && candidate.continuous && std::isfinite(seen); ++k) {
     const double middle = 0.5 * (hidden + seen);
-    (comparison.visible(family.kind, middle) >= wanted ? seen : hidden) = middle;
+    (comparison.visible(candidate.kind, middle) >= wanted ? seen : hidden) = middle;
   }
   return seen;
 }

@@ -18,10 +18,11 @@ enum class ChangeKind {
 };
 
 /// A kind of change with the strengths that are tried.
-struct ChangeFamily {
+struct CandidateChange {
   ChangeKind kind;
   const char* id;            ///< of the effect
   const char* unit;          ///< of the effect's strength
+  double typical;            ///< standard deviation of its prior, as of ChangeKind; infinite: flat
   std::vector<double> grid;  ///< ascending, as of ChangeKind
   bool continuous = true;    ///< whether strengths between those of the grid are meant
 
@@ -30,7 +31,7 @@ struct ChangeFamily {
 };
 
 /// @return all of them.
-const std::vector<ChangeFamily>& changeFamilies();
+const std::vector<CandidateChange>& candidateChanges();
 
 /// @return what the recording would be had its instruments been changed so. @param strength as of
 /// ChangeKind.
@@ -56,8 +57,9 @@ class ResponseComparison {
   double currentScale() const { return scale_.current; }      ///< ResponseScale::current
   double spreadOf(int feature) const;                         ///< between sound trips
 
-  double nothing() const;                                       ///< D of no change
-  double withChangeOf(ChangeKind kind, double strength) const;  ///< D(c, s)
+  double nothing() const;  ///< D of no change
+  /// D(c, s) and the strength's prior, (s / typical)^2
+  double withChangeOf(const CandidateChange& candidate, double strength) const;
   /// By how much D would fall if a change of this strength were all that has changed.
   double visible(ChangeKind kind, double strength) const;
 
@@ -72,22 +74,23 @@ class ResponseComparison {
   std::vector<int> compared_;
 };
 
-/// A family's best strength.
+/// A candidate's best strength.
 struct WeighedChange {
-  const ChangeFamily* family = nullptr;
+  const CandidateChange* candidate = nullptr;
   double strength = 0.0, distance = 0.0;  ///< D there; infinite where nothing can be said
   double lower = 0.0, upper = 0.0;        ///< 90 % interval of the strength; see addInterval()
 };
 
-/// @return every family at its best strength, least D first.
+/// @return every candidate at its best strength, least D first.
 std::vector<WeighedChange> weighChanges(const ResponseComparison& comparison);
 
-/// Finds where D rises by 2.71 on either side of the best strength.
+/// Finds where D rises by 2.71 on either side of the best strength, by more where the best change
+/// leaves D larger than the number of features.
 void addInterval(const ResponseComparison& comparison, WeighedChange& of);
 
-/// @return the strength at which a family would lower D by `least` in nine cases of ten, as of
+/// @return the strength at which a candidate would lower D by `least` in nine cases of ten, as of
 /// ChangeKind; infinite beyond the strengths that are tried.
-double visibleStrength(const ResponseComparison& comparison, const ChangeFamily& family,
+double visibleStrength(const ResponseComparison& comparison, const CandidateChange& candidate,
                        double least);
 
 }  // namespace battery_sof

@@ -27,7 +27,7 @@ constexpr std::size_t kFewestEdges = 12, kFewestBlocked = 50, kFewestPulses = 60
 struct Jackknife {
   std::optional<double> whole;
   std::array<std::optional<double>, kBlocks> without;
-  double least_variance = 0.0;
+  double min_variance = 0.0;
 };
 
 int blockOf(std::size_t row, std::size_t rows) {
@@ -99,7 +99,7 @@ Jackknife edgeResistance(const ResponseRows& rows, double scale, std::size_t str
   const auto whole = locationOf(ratios, -1);
   if (!whole) return of;
   of.whole = whole->value;
-  of.least_variance = whole->variance;
+  of.min_variance = whole->variance;
   for (int block = 0; block < kBlocks; ++block)
     if (const auto part = locationOf(ratios, block)) of.without[block] = part->value;
   return of;
@@ -158,7 +158,7 @@ Jackknife blockedCurrent(const ResponseRows& rows, double scale) {
   of.whole = modeOf(values, scale, -1);
   for (int block = 0; block < kBlocks && of.whole; ++block)
     of.without[block] = modeOf(values, scale, block);
-  of.least_variance = std::pow(0.05 * scale, 2);
+  of.min_variance = std::pow(0.05 * scale, 2);
   return of;
 }
 
@@ -209,7 +209,7 @@ std::array<Jackknife, kTaps> pulseResponse(const ResponseRows& rows, double scal
   }
   for (int tap = 0; tap < kTaps; ++tap) {
     of[tap].whole = whole[tap];
-    of[tap].least_variance = 1e-4;
+    of[tap].min_variance = 1e-4;
   }
   return of;
 }
@@ -294,7 +294,7 @@ ResponseFeatures responseFeatures(const ResponseRows& given, const ResponseScale
   }
   features.covariance = (kBlocks - 1.0) / kBlocks * deviation * deviation.transpose();
   for (int k = 0; k < kResponseFeatures; ++k)
-    features.covariance(k, k) += std::max(0.0, all[k].least_variance - features.covariance(k, k));
+    features.covariance(k, k) += std::max(0.0, all[k].min_variance - features.covariance(k, k));
   return features;
 }
 

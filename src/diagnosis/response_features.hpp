@@ -18,7 +18,7 @@ struct ResponseRows {
   std::vector<double> time;     ///< [s]
   std::vector<double> current;  ///< [A], positive into the battery
   std::vector<double> voltage;  ///< [V]
-  std::vector<char> excluded;   ///< one a row; 1: the current is not known there
+  std::vector<char> excluded;   ///< one a row; its SampleFault, 0 where it is measured
   double interval = 1.0;        ///< [s], median
   bool has_source = false;      ///< something charges the battery (ControlModes::seen)
   std::size_t size() const { return time.size(); }

@@ -1,6 +1,6 @@
 """Changes put into measured recordings, and what `sof diagnose --reference` says of them.
 
-    change_study BUILD --data FOLDER [--pairs few|all] [--json FILE] [--spread]
+    change_study BUILD --data FOLDER [--pairs few|all] [--responses-only] [--json FILE] [--spread]
 
 Pairs of sound recordings of one battery: the halves of each recording of a vehicle, either one as the reference, and two trips of one car. A change is put exactly
 into the measured signals of the later one: a contact's resistance (v + R i), a gain and an offset of the current, a delay and a lag of one channel. Controls are the
@@ -93,14 +93,14 @@ def sound_pairs(data):
     return pairs, whole
 
 
-def ask(binary, then, now):
+def ask(binary, then, now, options=()):
     """(answer, seconds) of sof diagnose NOW --reference THEN."""
     with tempfile.TemporaryDirectory(prefix="change_") as folder:
         paths = [os.path.join(folder, name) for name in ("now.csv", "then.csv", "answer.json")]
         recordings.write(paths[0], *now)
         recordings.write(paths[1], *then)
         began = time.monotonic()
-        sof.call([binary, "diagnose", paths[0], "--reference", paths[1], "--json", paths[2]])
+        sof.call([binary, "diagnose", paths[0], "--reference", paths[1], "--json", paths[2], *options])
         return sof.read_json(paths[2]), time.monotonic() - began
 
 
@@ -109,8 +109,8 @@ def is_named(answer, effect):
     return effect == first["id"] or effect in first["indistinguishable"]
 
 
-def row_of(binary, pair, change):
-    answer, seconds = ask(binary, pair.then, injected(pair.now, change) if change else pair.now)
+def row_of(binary, pair, change, options=()):
+    answer, seconds = ask(binary, pair.then, injected(pair.now, change) if change else pair.now, options)
     first = (answer["changes"] or [None])[0]
     scale = {"mOhm": 1e3, "%": 1e2}.get(change.unit, 1.0) if change else 1.0
     holds = None
@@ -160,18 +160,18 @@ def spread_table(rows):
     return table(("quantity", "seen between trips", "with a vehicle left out", "assumed"), cells)
 
 
-def report(rows, strangers, with_spread):
+def report(rows, others, with_spread):
     controls = [row for row in rows if row["kind"] is None]
     judged = [row for row in controls if row["verdict"] != "insufficient_data"]
     lines = power_table(rows)
     lines += ["", "Nothing put in, said to have changed: " + rate(sum(row["verdict"] == "changed" for row in judged), len(judged)),
               "Nothing put in, called another battery: " + rate(sum(row["verdict"] == "another_battery" for row in judged), len(judged)),
               f"Not judged: {len(controls) - len(judged)} of {len(controls)} pairs",
-              "Another vehicle as the reference, called another battery: " + rate(sum(row["verdict"] == "another_battery" for row in strangers), len(strangers)),
-              f"Time of an answer: median {np.median([row['seconds'] for row in rows + strangers]):.1f} s, longest {max(row['seconds'] for row in rows + strangers):.1f} s"]
+              "Another vehicle as the reference, called another battery: " + rate(sum(row["verdict"] == "another_battery" for row in others), len(others)),
+              f"Time of an answer: median {np.median([row['seconds'] for row in rows + others]):.1f} s, longest {max(row['seconds'] for row in rows + others):.1f} s"]
     lines += ["", *table(("control", "verdict", "first", "gain", "model distance"),
                          [[row["pair"], row["verdict"], row["first"], f"{row['gain']:.1f}" if row["gain"] is not None else "-",
-                           f"{row['model_distance']:.2f}" if row["model_distance"] is not None else "-"] for row in controls + strangers])]
+                           f"{row['model_distance']:.2f}" if row["model_distance"] is not None else "-"] for row in controls + others])]
     shares = [row["shares"] for row in rows if row["kind"] and row["named"] and None not in row["shares"]]
     if shares:
         reference, with_change, own = np.median(np.array(shares), axis=0)
@@ -184,6 +184,7 @@ def main():
     parser.add_argument("build")
     parser.add_argument("--data", required=True, help="folder of the measured recordings")
     parser.add_argument("--pairs", choices=("few", "all"), default="few", help="few: one pair a recording and half of the strengths, ten minutes; all: an hour")
+    parser.add_argument("--responses-only", action="store_true", help="as of sof: no models, so other vehicles are left out")
     parser.add_argument("--controls", action="store_true", help="nothing put in and other vehicles alone")
     parser.add_argument("--spread", action="store_true", help="what the quantities differ by between trips, beside what is assumed")
     parser.add_argument("--json", help="file to write every case to")
@@ -197,8 +198,9 @@ def main():
     other = [Pair(f"{now} against {then}", now, part(firsts[then], 0.0, 0.5), part(firsts[now], 0.0, 0.5), True)
              for then, now in itertools.permutations(VEHICLES, 2) if not is_few or list(VEHICLES).index(now) == (list(VEHICLES).index(then) + 1) % len(VEHICLES)]
     cases = [(pair, change) for pair in pairs for change in changes]
-    rows = [row_of(binary, *case) for case in followed(cases, "compared")]
-    strangers = [row_of(binary, pair, None) for pair in followed(other, "other vehicles")]
+    options = ["--responses-only"] * args.responses_only
+    rows = [row_of(binary, *case, options) for case in followed(cases, "compared")]
+    others = [] if args.responses_only else [row_of(binary, pair, None) for pair in followed(other, "other vehicles")]
     if args.json:
-        write_json(args.json, {"rows": rows, "other_vehicles": strangers})
-    print("\n".join(report(rows, strangers, args.spread)))
+        write_json(args.json, {"rows": rows, "other_vehicles": others})
+    print("\n".join(report(rows, others, args.spread)))
