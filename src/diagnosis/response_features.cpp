@@ -14,7 +14,7 @@
 namespace battery_sof {
 namespace {
 
-constexpr int kBlocks = 8;
+constexpr int kJackknifeBlocks = 8;
 constexpr int kTapsBefore = 3;
 constexpr double kEdge = 8.0;                  // [A], a change of current that counts
 constexpr double kDischarge = -4.0;            // [A], below: the battery discharges
@@ -26,12 +26,12 @@ constexpr std::size_t kFewestEdges = 12, kFewestBlocked = 50, kFewestPulses = 60
 /// A statistic of a recording, and of it without each block.
 struct Jackknife {
   std::optional<double> whole;
-  std::array<std::optional<double>, kBlocks> without;
+  std::array<std::optional<double>, kJackknifeBlocks> without;
   double min_variance = 0.0;
 };
 
 int blockOf(std::size_t row, std::size_t rows) {
-  return static_cast<int>(row * kBlocks / std::max<std::size_t>(rows, 1));
+  return static_cast<int>(row * kJackknifeBlocks / std::max<std::size_t>(rows, 1));
 }
 
 bool isJoined(const ResponseRows& rows, std::size_t from, std::size_t to) {
@@ -100,7 +100,7 @@ Jackknife edgeResistance(const ResponseRows& rows, double scale, std::size_t str
   if (!whole) return of;
   of.whole = whole->value;
   of.min_variance = whole->variance;
-  for (int block = 0; block < kBlocks; ++block)
+  for (int block = 0; block < kJackknifeBlocks; ++block)
     if (const auto part = locationOf(ratios, block)) of.without[block] = part->value;
   return of;
 }
@@ -156,7 +156,7 @@ Jackknife blockedCurrent(const ResponseRows& rows, double scale) {
   }
   Jackknife of;
   of.whole = modeOf(values, scale, -1);
-  for (int block = 0; block < kBlocks && of.whole; ++block)
+  for (int block = 0; block < kJackknifeBlocks && of.whole; ++block)
     of.without[block] = modeOf(values, scale, block);
   of.min_variance = std::pow(0.05 * scale, 2);
   return of;
@@ -167,9 +167,10 @@ using TapMatrix = Eigen::Matrix<double, kTaps, kTaps>;
 
 std::array<Jackknife, kTaps> pulseResponse(const ResponseRows& rows, double scale) {
   std::array<Jackknife, kTaps> of;
-  std::array<TapMatrix, kBlocks> normal;
-  std::array<Taps, kBlocks> right;
-  for (int block = 0; block < kBlocks; ++block) normal[block].setZero(), right[block].setZero();
+  std::array<TapMatrix, kJackknifeBlocks> normal;
+  std::array<Taps, kJackknifeBlocks> right;
+  for (int block = 0; block < kJackknifeBlocks; ++block)
+    normal[block].setZero(), right[block].setZero();
   std::size_t count = 0;
   const std::size_t behind = kTaps - 1 - kTapsBefore;
   for (std::size_t n = behind + 1; n + kTapsBefore < rows.size(); ++n) {
@@ -196,14 +197,15 @@ std::array<Jackknife, kTaps> pulseResponse(const ResponseRows& rows, double scal
   if (count < kFewestPulses) return of;
   TapMatrix all = TapMatrix::Zero();
   Taps answers = Taps::Zero();
-  for (int block = 0; block < kBlocks; ++block) all += normal[block], answers += right[block];
+  for (int block = 0; block < kJackknifeBlocks; ++block)
+    all += normal[block], answers += right[block];
   const TapMatrix ridge = TapMatrix::Identity() * (1e-3 * all.trace() / kTaps);
   const auto shape = [&](const TapMatrix& matrix, const Taps& vector) -> Taps {
     const Taps taps = (matrix + ridge).ldlt().solve(vector);
     return taps / std::max(taps.cwiseAbs().sum(), 1e-9);
   };
   const Taps whole = shape(all, answers);
-  for (int block = 0; block < kBlocks; ++block) {
+  for (int block = 0; block < kJackknifeBlocks; ++block) {
     const Taps part = shape(all - normal[block], answers - right[block]);
     for (int tap = 0; tap < kTaps; ++tap) of[tap].without[block] = part[tap];
   }
@@ -271,7 +273,7 @@ ResponseFeatures responseFeatures(const ResponseRows& given, const ResponseScale
       scale.moved == 0 ? ResponseRows() : withCurrentMoved(given, scale.moved);
   const ResponseRows& rows = scale.moved == 0 ? given : moved;
   ResponseFeatures features;
-  if (rows.size() < 2 * kBlocks) return features;
+  if (rows.size() < 2 * kJackknifeBlocks) return features;
   std::array<Jackknife, kResponseFeatures> all;
   const auto stride =
       static_cast<std::size_t>(std::max(1.0, std::round(0.1 / std::max(rows.interval, 1e-3))));
@@ -281,7 +283,7 @@ ResponseFeatures responseFeatures(const ResponseRows& given, const ResponseScale
   const auto taps = pulseResponse(rows, scale.current);
   std::copy(taps.begin(), taps.end(), all.begin() + kFirstTap);
 
-  Eigen::MatrixXd deviation = Eigen::MatrixXd::Zero(kResponseFeatures, kBlocks);
+  Eigen::MatrixXd deviation = Eigen::MatrixXd::Zero(kResponseFeatures, kJackknifeBlocks);
   for (int k = 0; k < kResponseFeatures; ++k) {
     features.known[k] = all[k].whole.has_value();
     if (!features.known[k]) continue;
@@ -289,10 +291,11 @@ ResponseFeatures responseFeatures(const ResponseRows& given, const ResponseScale
     double sum = 0.0, parts = 0.0;
     for (const auto& part : all[k].without)
       if (part) sum += *part, parts += 1.0;
-    for (int block = 0; block < kBlocks; ++block)
+    for (int block = 0; block < kJackknifeBlocks; ++block)
       if (const auto& part = all[k].without[block]) deviation(k, block) = *part - sum / parts;
   }
-  features.covariance = (kBlocks - 1.0) / kBlocks * deviation * deviation.transpose();
+  features.covariance =
+      (kJackknifeBlocks - 1.0) / kJackknifeBlocks * deviation * deviation.transpose();
   for (int k = 0; k < kResponseFeatures; ++k)
     features.covariance(k, k) += std::max(0.0, all[k].min_variance - features.covariance(k, k));
   return features;
