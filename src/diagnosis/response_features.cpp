@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kJackknifeBlocks = 8;
 constexpr int kTapsBefore = 3;
-constexpr double kEdgeStep = 8.0;              // [A], a change of current that counts
+constexpr double kCountedStep = 8.0;           // [A], a change of current that counts
 constexpr double kDischarge = -4.0;            // [A], below: the battery discharges
 constexpr double kBlockedWindow = 11.0;        // [A]
 constexpr double kBlockedWidth = 0.3;          // [A], of the kernel
@@ -86,7 +86,7 @@ Jackknife edgeResistance(const ResponseRows& rows, double scale, std::size_t str
   for (std::size_t k = stride; k < rows.size(); ++k) {
     const double before = rows.current[k - stride], behind = rows.current[k];
     const double change = behind - before;
-    if (std::abs(change) <= kEdgeStep * scale) continue;
+    if (std::abs(change) <= kCountedStep * scale) continue;
     if (before >= kDischarge * scale || behind >= kDischarge * scale) continue;
     if (rows.excluded[k] || rows.excluded[k - stride] || !isJoined(rows, k - stride, k)) continue;
     ratios.push_back({(rows.voltage[k] - rows.voltage[k - stride]) / change, std::abs(change),
@@ -181,7 +181,7 @@ std::array<Jackknife, kTaps> pulseResponse(const ResponseRows& rows, double scal
       changes[tap] = rows.current[k] - rows.current[k - 1];
       largest = std::max(largest, std::abs(changes[tap]));
     }
-    if (largest <= kEdgeStep * scale) continue;
+    if (largest <= kCountedStep * scale) continue;
     bool is_sound = true;
     for (std::size_t k = n - behind - 1; k <= n + kTapsBefore && is_sound; ++k)
       is_sound = !rows.excluded[k] && (k == n - behind - 1 || isJoined(rows, k - 1, k));
