@@ -13,7 +13,7 @@ def errors(rmse, share):
 
 
 def answer(extended=None, **more):
-    given = {"verdict": "mismatch", "mechanism": None, "probability": None, "effects": [], "baseline": {"rmse_v": 0.04}, "baseline_line": {"rmse_v": 0.3},
+    given = {"verdict": "mismatch", "mechanism": None, "probability": None, "effects": [], "baseline": {"rmse_v": 0.04}, "baseline_line": {"rmse_v": 0.3, "share_percent": 5.0},
              "fit": {"base": errors(0.1, 10.0), "extended": extended}}
     return dict(given, **more)
 
@@ -25,9 +25,9 @@ class DiagnoseMeasured(unittest.TestCase):
 
     def test_without_an_extended_model_the_base_stands_for_it(self):
         found = measured.figures(answer())
-        self.assertEqual((found["base"], found["extended"], found["shares"]), (0.1, 0.1, (10.0, 10.0)))
+        self.assertEqual((found["base"], found["extended"], found["shares"]), (0.1, 0.1, (10.0, 10.0, 5.0)))
         found = measured.figures(answer(errors(0.05, None)))
-        self.assertEqual((found["base"], found["extended"], found["ridge"], found["line"], found["shares"]), (0.1, 0.05, 0.04, 0.3, (10.0, None)))
+        self.assertEqual((found["base"], found["extended"], found["ridge"], found["line"], found["shares"]), (0.1, 0.05, 0.04, 0.3, (10.0, None, 5.0)))
 
     def test_what_is_told_has_each_name_once(self):
         ocv = {"id": "ocv_soc", "indistinguishable_from": ["hidden_load"]}
@@ -38,12 +38,16 @@ class DiagnoseMeasured(unittest.TestCase):
         self.assertEqual(told, "effect; open_circuit (0.50); hidden_load or ocv_soc")
 
     def test_a_row_is_in_millivolts(self):
-        self.assertEqual(measured.row("a", answer(errors(0.05, None)), 12.3), ("a", "mismatch", "100, 50, 40, 300", "10, -", "12"))
+        self.assertEqual(measured.row("a", answer(errors(0.05, None)), 12.3), ("a", "mismatch", "100, 50, 40, 300", "10, -, 5", "12"))
 
     def test_the_summary_counts_who_is_ahead(self):
-        found = {"a": {"base": 0.1, "extended": 0.05, "ridge": 0.04, "line": 0.3}, "b": {"base": 0.1, "extended": 0.2, "ridge": 0.3, "line": 0.1}}
+        found = {"a": {"base": 0.1, "extended": 0.05, "ridge": 0.04, "line": 0.3, "shares": (None, None, None)},
+                 "b": {"base": 0.1, "extended": 0.2, "ridge": 0.3, "line": 0.1, "shares": (None, None, None)}}
         self.assertEqual(measured.summary(found), "Extended over base: 1.00 (geometric mean of 2). A ridge regression is ahead on 1 (a), "
                                                            "a line fit on 1 (b).")
+
+    def test_while_a_charger_regulates_the_ratio_is_of_what_is_not_explained(self):
+        self.assertEqual(measured.ratio({"base": 0.1, "extended": 0.2, "shares": (20.0, 60.0, 0.0)}), 0.5)
 
 
 class Soak(unittest.TestCase):

@@ -12,7 +12,7 @@ from ..tables import table
 from .answers import class_of
 
 HEAD = ("recording", "verdict; mechanism; effects", "RMS error [mV]: base, extended, ridge regression, line fit",
-        "share [%]: base, extended", "processor time [s]")
+        "explained variation [%]: base, extended, line fit", "processor time [s]")
 
 
 def whole_recordings():
@@ -31,7 +31,13 @@ def figures(answer):
     base, extended = (answer["fit"][one]["holdout"] for one in ("base", "extended")) if answer["fit"].get("extended") else (
         answer["fit"]["base"]["holdout"],) * 2
     return {"base": base["rmse_v"], "extended": extended["rmse_v"], "ridge": answer["baseline"]["rmse_v"], "line": answer["baseline_line"]["rmse_v"],
-            "shares": (base["share_percent"], extended["share_percent"])}
+            "shares": (base["share_percent"], extended["share_percent"], answer["baseline_line"]["share_percent"])}
+
+
+def ratio(one):
+    """Extended over base: of what is not explained of current and voltage while a charger regulates the voltage, of the voltage's errors elsewhere."""
+    base, extended, _ = one["shares"]
+    return one["extended"] / one["base"] if base is None or extended is None else (100 - extended) / (100 - base)
 
 
 def told_of(answer):
@@ -53,10 +59,9 @@ def row(name, answer, seconds):
 
 def summary(found):
     """Extended over base as a geometric mean, and where the baseline predictors are ahead."""
-    ratio = geometric_mean([one["extended"] / one["base"] for one in found.values()])
     behind = [name for name, one in found.items() if one["ridge"] < one["extended"]]
     line = [name for name, one in found.items() if one["line"] < one["extended"]]
-    return (f"Extended over base: {ratio:.2f} (geometric mean of {len(found)}). A ridge regression is ahead on {len(behind)} ({', '.join(behind)}), "
+    return (f"Extended over base: {geometric_mean([ratio(one) for one in found.values()]):.2f} (geometric mean of {len(found)}). A ridge regression is ahead on {len(behind)} ({', '.join(behind)}), "
             f"a line fit on {len(line)} ({', '.join(line)}).")
 
 

@@ -9,7 +9,7 @@ import os
 import re
 
 from .. import recordings
-from ..benchmark.measured import summary, whole_recordings
+from ..benchmark.measured import ratio, summary, whole_recordings
 from ..files import read_json
 from ..page_pictures import PICTURES
 from ..rates import geometric_mean
@@ -49,8 +49,8 @@ def diagnosed(out, _):
     """Figures of every recording as diagnose_measured writes them, and who is ahead."""
     found = read_json(os.path.join(out, "measured.json"))
     figures = {NAMES[name]: {"reported": one["told"], **{f"{key}_mv": 1e3 * one[key] for key in ("base", "extended", "ridge", "line")},
-                             "base_share_percent": one["shares"][0], "extended_share_percent": one["shares"][1], "seconds": one["seconds"]} for name, one in found.items()}
-    return dict(figures, recordings=len(found), ratio=geometric_mean([one["extended"] / one["base"] for one in found.values()]), summary=summary(found),
+                             **dict(zip(("base_share_percent", "extended_share_percent", "line_share_percent"), one["shares"])), "seconds": one["seconds"]} for name, one in found.items()}
+    return dict(figures, recordings=len(found), ratio=geometric_mean([ratio(one) for one in found.values()]), summary=summary(found),
                 ridge_ahead=sum(one["ridge"] < one["extended"] for one in found.values()), line_ahead=sum(one["line"] < one["extended"] for one in found.values()))
 
 

@@ -60,8 +60,10 @@ def diagnosis(results):
     rows = []
     for name, label in DIAGNOSED.items():
         one = results["diagnosis"][name]
-        rows.append((label, re.sub(r" \(.*?\)", "", "; ".join(one["reported"].split("; ")[:2])), ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge"))))
-    return table(("recording", "verdict; mechanism", "RMS error [mV]: circuit, extended, ridge"), rows)
+        shares = [one[f"{key}_share_percent"] for key in ("base", "extended", "line")]
+        rows.append((label, re.sub(r" \(.*?\)", "", "; ".join(one["reported"].split("; ")[:2])), "-" if None in shares else ", ".join(f"{share:.0f}" for share in shares),
+                     ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge"))))
+    return table(("recording", "verdict; mechanism", "explained [%]: circuit, extended, baseline", "RMS error of the voltage [mV]: circuit, extended, ridge"), rows)
 
 
 def diagnosis_summary(results):
