@@ -474,7 +474,8 @@ TEST_F(Sof, RefusesAHeaderOnly) {
 }
 
 TEST_F(Sof, RefusesAWrongColumnAndListsTheFilesColumns) {
-  expectRefused(write("columns.csv", "time_s,amps,voltage_v\n0,1,12\n"), {"current_a", "amps"});
+  expectRefused(write("columns.csv", "time_s,shunt_mv,voltage_v\n0,1,12\n"),
+                {"current_a", "shunt_mv"});
 }
 
 TEST_F(Sof, RefusesTextInANumberAndSaysWhere) {

@@ -73,7 +73,7 @@ TEST(PromiseOf, TheLawThatMadeTheDriveIsLargestAndMoreStepsPromiseNoLess) {
   EXPECT_GE(more.gain, law.gain);
 }
 
-TEST(ScoreBlocks, NeedsASourceAndTwoBlocks) {
+TEST(ScoreBlocks, NeedsTwoBlocksInEitherDirection) {
   const Series series = sourcedDrive(900, knownModel({}), 5);
   IdentifyOptions options;
   options.source = chargerControl(series).value();
@@ -82,9 +82,10 @@ TEST(ScoreBlocks, NeedsASourceAndTwoBlocks) {
       scoreBlocks(BatteryModel(), optimumOf(circuit), series, {0, series.size()}, options, 1),
       std::invalid_argument);
   options.source.reset();
-  EXPECT_THROW(
-      scoreBlocks(BatteryModel(), optimumOf(circuit), series, {0, series.size()}, options, 4),
-      std::invalid_argument);
+  const FittedModel from_current = identify(series, {0, series.size()}, options);
+  const BlockScore score =
+      scoreBlocks(BatteryModel(), optimumOf(from_current), series, {0, series.size()}, options, 4);
+  EXPECT_EQ(score.equations.relative.size(), 4U);
 }
 
 }  // namespace
