@@ -125,7 +125,7 @@ Explained explainErrors(const Recording& recording, const Residuals& residuals,
       idsToWeigh(options.hypotheses, explained.driving.has_value(), explained.is_lead_acid, notes);
   const Series train = slice(recording.series, residuals.parts.train);
   const double span = train.time.back() - train.time.front();
-  if (explained.driving || (residuals.screened.slow && span > kLongAndSlow))
+  if (explained.driving || (residuals.screened.slow && span > kLongAndSlow && !ids.empty()))
     explainByScore(train, identifyOptions(train, explained.driving, options), ids, options, *fits,
                    explained);
   else

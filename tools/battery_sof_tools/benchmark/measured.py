@@ -61,8 +61,10 @@ def summary(found):
     """Extended over base as a geometric mean, and where the baseline predictors are ahead."""
     behind = [name for name, one in found.items() if one["ridge"] < one["extended"]]
     line = [name for name, one in found.items() if one["line"] < one["extended"]]
-    return (f"Extended over base: {geometric_mean([ratio(one) for one in found.values()]):.2f} (geometric mean of {len(found)}). A ridge regression is ahead on {len(behind)} ({', '.join(behind)}), "
-            f"a line fit on {len(line)} ({', '.join(line)}).")
+    def counted(names):
+        return f"{len(names)}" + (f" ({', '.join(names)})" if names else "")
+    return (f"Extended over base: {geometric_mean([ratio(one) for one in found.values()]):.2f} (geometric mean of {len(found)}). "
+            f"A ridge regression is ahead on {counted(behind)}, a line fit on {counted(line)}.")
 
 
 def parser(about):
