@@ -303,6 +303,14 @@ FittedModel fitPlanned(const Series& series, const FitPlan& plan) {
   }
   model = identify(series, *plan.window.range, plan.options);
   requirePlausible(model.fit);
+  // A window that cannot say anything of the physics of charging may still say much of the circuit.
+  if (plan.options.chooses_effects && !isUsable(model.fit) &&
+      model.fit.effects != plan.options.effects) {
+    IdentifyOptions circuit = plan.options;
+    circuit.chooses_effects = false;
+    model = identify(series, *plan.window.range, circuit);
+    requirePlausible(model.fit);
+  }
   if (isUsable(model.fit)) fitErrors(model, series, *plan.window.range);
   return model;
 }

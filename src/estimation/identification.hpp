@@ -55,7 +55,7 @@ struct IdentifyOptions {
   std::optional<ChargerControl> source = std::nullopt;
 
   /// Without `effects`, where a source controls the voltage in the window: with the physics of
-  /// charging (fresh_sulphate).
+  /// charging (fresh_sulphate); fitPlanned() goes back to the circuit where that fit fails.
   bool chooses_effects = false;
   /// ids of further physics, see effectCatalogue(); "discrepancy" with `discrepancy`
   std::vector<std::string> effects = {};

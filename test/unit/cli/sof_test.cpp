@@ -547,5 +547,16 @@ TEST_F(Sof, HasAnAnswerForEveryRealRecording) {
   }
 }
 
+/// Of a bench's constant-current charge and discharge the physics of charging says nothing.
+TEST_F(Sof, IdentifyGoesBackToTheCircuitWhereThePhysicsOfChargingCannotBeFitted) {
+  const fs::path file =
+      fs::path(BATTERY_SOF_SOURCE_DIR) / ".." / "shared" / "data" / "agm_bench/full_cycle.csv";
+  if (!fs::exists(file)) GTEST_SKIP() << "no agm_bench/full_cycle.csv beside the checkout";
+  const Outcome outcome = sof({"identify", file.string(), "--from", "0", "--to", "61571.25",
+                               "--out", model_, "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(nlohmann::json::parse(outcome.out)["effects"].empty());
+}
+
 }  // namespace
 }  // namespace battery_sof
