@@ -73,17 +73,17 @@ py::dict rejectedOf(const HeldRecording& held) {
 void defineRecording(py::module_& module) {
   py::class_<HeldRecording>(module, "Recording")
       .def_static("from_arrays", &fromArrays)
-      .def_static("from_csv",
-                  [](const std::string& path, const std::string& time, const std::string& current,
-                     const std::string& voltage, const std::optional<std::string>& temperature,
-                     bool discharge_positive, double time_unit, const std::string& hash) {
-                    if (!(time_unit > 0.0) || !(time_unit <= 86400.0))
-                      throw std::invalid_argument("time_unit_s is " + std::to_string(time_unit) +
-                                                  ", expected above 0, up to 86400");
-                    return fromCsv(
-                        path, {time, current, voltage, temperature, discharge_positive, time_unit},
-                        hash);
-                  })
+      .def_static(
+          "from_csv",
+          [](const std::string& path, const std::string& time, const std::string& current,
+             const std::string& voltage, const std::optional<std::string>& temperature,
+             bool discharge_positive, std::optional<double> time_unit, const std::string& hash) {
+            if (time_unit && (!(*time_unit > 0.0) || !(*time_unit <= 86400.0)))
+              throw std::invalid_argument("time_unit_s is " + std::to_string(*time_unit) +
+                                          ", expected above 0, up to 86400");
+            return fromCsv(
+                path, {time, current, voltage, temperature, discharge_positive, time_unit}, hash);
+          })
       .def_property_readonly("name", [](const HeldRecording& held) { return held.recording.name; })
       .def_property_readonly(
           "time_s", [](const HeldRecording& held) { return numpyOf(held.recording.series.time); })

@@ -21,7 +21,9 @@ struct CsvColumns {
   /// [degC]; when not given, a column temperature_c is read if the file has one.
   std::optional<std::string> temperature;
   bool discharge_positive = false;  ///< the file counts current out of the battery as positive
-  double time_unit = 1.0;           ///< [s], unit of the time column; dates ignore it
+  /// [s], unit of the time column; dates ignore it. When not given, that of a common name (time_ms)
+  /// for a column that nobody asked for, else a second.
+  std::optional<double> time_unit = std::nullopt;
   bool operator==(const CsvColumns& other) const {
     return std::tie(time, current, voltage, temperature, discharge_positive, time_unit) ==
            std::tie(other.time, other.current, other.voltage, other.temperature,

@@ -48,12 +48,12 @@ class Recording:
     @classmethod
     def from_csv(cls, path: Path, *, time_column: str = "time_s", current_column: str = "current_a",
                  voltage_column: str = "voltage_v", temperature_column: Optional[str] = None,
-                 discharge_positive: bool = False, time_unit_s: float = 1.0) -> "Recording":
+                 discharge_positive: bool = False, time_unit_s: Optional[float] = None) -> "Recording":
         """Reads a recording from a CSV file with a header line.
 
         The columns contain time [s, or UTC date and time], current [A], voltage [V] and, optionally, temperature [degC].
         discharge_positive: the file counts current out of the battery as positive. time_unit_s: unit of the time column, for
-        example 0.001 if it is in milliseconds.
+        example 0.001 if it is in milliseconds; without it that of a common name such as time_ms, else a second.
 
         Raises ValueError with the file, line and column that cannot be read.
         """

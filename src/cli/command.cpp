@@ -61,7 +61,8 @@ class Digest {
 Recording readRecording(const RecordingArguments& arguments, std::string* hash) {
   const bool is_bag = isBag(arguments.path);
   CsvColumns columns = arguments.columns;
-  if (arguments.time_unit != "s") columns.time_unit = arguments.time_unit == "ms" ? 1e-3 : 1e-6;
+  const auto& unit = arguments.time_unit;
+  if (!unit.empty()) columns.time_unit = unit == "s" ? 1.0 : unit == "ms" ? 1e-3 : 1e-6;
   if (is_bag && !(columns == CsvColumns()))
     throw UsageError(arguments.path +
                      " is a bag, expected no options of CSV columns, their sign or unit");

@@ -101,8 +101,8 @@ struct RecordingArguments {
   std::string path;
   CsvColumns columns;
   std::string topic = kDefaultTopic;
-  double series_blocks = 1.0;   ///< 12 V blocks in series
-  std::string time_unit = "s";  ///< of the CSV's time column: s, ms or us
+  double series_blocks = 1.0;  ///< 12 V blocks in series
+  std::string time_unit;       ///< of the CSV's time column: s, ms or us; empty: by its name
 };
 
 /// The options --from and --to, as typed.

@@ -239,7 +239,7 @@ FittedModel completed(const WhitenedFit& fit, const Residuals& residuals,
   return model;
 }
 
-/// Where a charger controls the voltage both models are those that were selected.
+/// Where left-out blocks decide both models are those that were selected.
 FittedModel completed(FittedModel model, const Recording& recording, IndexRange train) {
   fitErrors(model, recording.series, train);
   model.provenance.recording = recording.name;

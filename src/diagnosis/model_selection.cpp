@@ -81,7 +81,8 @@ IdentifyOptions identifyOptions(const Series& train, const std::optional<Charger
   return fit;
 }
 
-/// Effects are those that predict left-out blocks; the rows are linearised there for what regressors say of mechanisms and of the rest.
+/// Effects are those that predict left-out blocks; the rows are linearised there for what regressors
+/// say of mechanisms and of the rest.
 /// @param train as it was recorded: circuit and effects are what identify() makes of it.
 void explainByScore(const Series& train, const IdentifyOptions& fit,
                     const std::vector<std::string>& ids, const DiagnoseOptions& options,

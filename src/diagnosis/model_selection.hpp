@@ -17,7 +17,7 @@ struct Explained {
   /// a charger that controls the voltage
   std::optional<ChargerControl> driving;
   Explanation explanation;
-  /// where a charger does: circuit and extended model as they were selected
+  /// where left-out blocks decide: circuit and extended model as they were selected
   std::optional<ScoreSelection> selection;
   bool is_lead_acid = true;  ///< the voltage is that of blocks of six lead-acid cells
   bool hasEffects() const { return !explanation.model.effects().empty(); }

@@ -95,8 +95,7 @@ class BlockFits {
     options.lower = problem_.lower();
     options.upper = problem_.upper();
     const auto quadratic = [&](const Eigen::VectorXd& x, NormalEquations& there) {
-      const Eigen::VectorXd step = x - x_, curved = at.hessian * step;
-      there = {at.cost + (2.0 * at.gradient + curved).dot(step), at.gradient + curved, at.hessian};
+      there = shifted(at, x - x_);
       return true;
     };
     Eigen::VectorXd step = minimize(quadratic, x_, options).x - x_;

@@ -10,13 +10,6 @@
 namespace battery_sof {
 namespace {
 
-NormalEquations shifted(NormalEquations at, const Eigen::VectorXd& step) {
-  const Eigen::VectorXd curved = at.hessian * step;
-  at.cost += (2.0 * at.gradient + curved).dot(step);
-  at.gradient += curved;
-  return at;
-}
-
 /// A problem with its linear coordinates solved for the others in every pass (Golub and Pereyra
 /// 1973; Kaufman 1975).
 class Elimination {

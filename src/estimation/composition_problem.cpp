@@ -30,14 +30,19 @@ double meanInterval(const InputSequence& inputs) {
   return count > 1.0 ? span / (count - 1.0) : 0.0;
 }
 
+/// 2 k^2 (sqrt(1 + z^2 / k^2) - 1) (ChannelErrors). @param square z^2.
+double robustCost(double square, double k) {
+  return 2.0 * k * k * (std::sqrt(1.0 + square / (k * k)) - 1.0);
+}
+
 /// Weighs a row (Jacobian, residual last, in sigmas) by rho. @return rho(z) less the square
 /// that is then summed.
 template <typename Row>
 double makeRobust(Row& row, double k) {
-  const double z = row[row.size() - 1] / k;
-  const double root = std::sqrt(1.0 + z * z);
+  const double square = row[row.size() - 1] * row[row.size() - 1];
+  const double root = std::sqrt(1.0 + square / (k * k));
   row *= 1.0 / std::sqrt(root);
-  return 2.0 * k * k * (root - 1.0) - k * k * z * z / root;
+  return robustCost(square, k) - square / root;
 }
 
 /// d error / d tangent of Simulation::follow().
@@ -153,9 +158,7 @@ bool CompositionProblem::evaluate(const Eigen::VectorXd& x, NormalEquations& equ
 
 double CompositionProblem::costOf(std::size_t k, double residual) const {
   const double square = weightOf(k) * residual * residual;
-  if (!cost_.channels) return square;
-  const double k2 = cost_.channels->robust * cost_.channels->robust;
-  return 2.0 * k2 * (std::sqrt(1.0 + square / k2) - 1.0);
+  return cost_.channels ? robustCost(square, cost_.channels->robust) : square;
 }
 
 void CompositionProblem::addPriors(const Eigen::VectorXd& x, NormalEquations& equations) const {

@@ -147,8 +147,8 @@ Layout readLayout(const std::filesystem::path& path, TextLines& lines, const Csv
   layout.time = columnOf(layout, columns.time, own.time, kTimes, notes);
   layout.current = columnOf(layout, columns.current, own.current, kCurrents, notes);
   layout.voltage = columnOf(layout, columns.voltage, own.voltage, kVoltages, notes);
-  layout.time_unit = columns.time_unit;
-  if (columns.time_unit == own.time_unit && layout.names[layout.time] != own.time) {
+  layout.time_unit = columns.time_unit.value_or(1.0);
+  if (!columns.time_unit && columns.time == own.time) {
     layout.time_unit = unitInName(layout.names[layout.time]);
     if (layout.time_unit != 1.0)
       notes.push_back(

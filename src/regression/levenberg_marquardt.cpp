@@ -106,6 +106,13 @@ void search(const EvaluateNormalEquations& evaluate, const MinimizeOptions& opti
 
 }  // namespace
 
+NormalEquations shifted(NormalEquations at, const Eigen::VectorXd& step) {
+  const Eigen::VectorXd curved = at.hessian * step;
+  at.cost += (2.0 * at.gradient + curved).dot(step);
+  at.gradient += curved;
+  return at;
+}
+
 MinimizeResult minimize(const EvaluateNormalEquations& evaluate, const Eigen::VectorXd& start,
                         const MinimizeOptions& options) {
   MinimizeResult result;

@@ -12,6 +12,9 @@ struct NormalEquations {
   Eigen::MatrixXd hessian;   ///< J'J
 };
 
+/// @return what normal equations promise a step away: their quadratic form, the same J.
+NormalEquations shifted(NormalEquations at, const Eigen::VectorXd& step);
+
 /// Fills the equations at x; returns false when the model has no finite value there (the step is
 /// then refused).
 using EvaluateNormalEquations = std::function<bool(const Eigen::VectorXd& x, NormalEquations&)>;

@@ -58,6 +58,31 @@ class Debian(unittest.TestCase):
         self.assertEqual(shown[-len(licence):], licence)
 
 
+class CompiledTogether(unittest.TestCase):
+    """Files that cmake/quick_build.cmake may put into one unit, whichever eight it takes."""
+
+    CONSTANT = re.compile(r"^(?:static )?constexpr [^=\n]*?\b(k[A-Z]\w*)\b(?:\[\w*\])? ?(?:=|{)|^const \w+ (k[A-Z]\w*)", re.M)
+
+    @classmethod
+    def shared(cls, sources):
+        """Constants that two of {name: text} have."""
+        where = {}
+        for name, text in sources.items():
+            for match in cls.CONSTANT.finditer(text):
+                where.setdefault(match[1] or match[2], set()).add(name)
+        return {constant: sorted(names) for constant, names in where.items() if len(names) > 1}
+
+    def test_a_constant_of_two_files_is_seen(self):
+        self.assertEqual(self.shared({"a": "constexpr double kX = 1;\n  constexpr int kLocal = 1;\n", "b": "constexpr int kX = 2;\n  constexpr int kLocal = 2;\n"}), {"kX": ["a", "b"]})
+
+    def test_no_two_files_have_a_constant_of_one_name(self):
+        together = re.findall(r"battery_sof_build_together\((\S+) ALONE ([^)]*)\)", files.read_text(os.path.join(ROOT, "CMakeLists.txt")))
+        self.assertGreater(len(together), 3)
+        for folder, alone in together:
+            names = [name for name in os.listdir(os.path.join(ROOT, folder)) if name.endswith(".cpp") and name[:-4] not in alone.split()]
+            self.assertEqual(self.shared({name: files.read_text(os.path.join(ROOT, folder, name)) for name in names}), {}, folder)
+
+
 class Messages(unittest.TestCase):
     def test_no_field_is_a_keyword_of_python(self):
         paths = [path for kind in ("msg", "srv", "action") for path in glob.glob(os.path.join(ROOT, "**", f"*.{kind}"), recursive=True)

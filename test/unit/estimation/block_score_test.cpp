@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "support/sourced_drive.hpp"
@@ -71,6 +72,46 @@ TEST(PromiseOf, TheLawThatMadeTheDriveIsLargestAndMoreStepsPromiseNoLess) {
   const Promise more =
       promiseOf(circuit, cost, {"fresh_sulphate"}, series, all, options, 8, &law.point);
   EXPECT_GE(more.gain, law.gain);
+}
+
+/// Mean squared error of the last block in units of the variances, of a model of identify().
+double errorOfLastBlock(const FittedModel& model, const Series& series,
+                        const IdentifyOptions& options, std::size_t blocks) {
+  const Eigen::VectorXd errors = equationErrors(model, series, {0, series.size()}, options);
+  const std::size_t first = series.size() * (blocks - 1) / blocks;
+  double sums[2][3] = {};  // of voltage and current: number, sum, squares
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    const bool of_current = options.source->voltage_controlled[n];
+    const double x = of_current ? series.current[n] : series.voltage[n];
+    sums[of_current][0] += 1.0, sums[of_current][1] += x, sums[of_current][2] += x * x;
+  }
+  double error = 0.0;
+  for (std::size_t n = first; n < series.size(); ++n) {
+    const bool of_current = options.source->voltage_controlled[n];
+    const auto& [count, sum, squares] = sums[of_current];
+    const double missed = errors[n] / (of_current ? kOhmsOfCurrentError : 1.0);
+    error += missed * missed / (squares / count - std::pow(sum / count, 2));
+  }
+  return error / static_cast<double>(series.size() - first);
+}
+
+TEST(ScoreBlocks, PredictAsAFitThatNeverSawTheBlock) {
+  const Series series = sourcedDrive(1200, typicalBattery({"fresh_sulphate"}), 5);
+  IdentifyOptions options;
+  options.source = chargerControl(series).value();
+  const IndexRange all{0, series.size()};
+  const FittedModel seen = identify(series, all, options);
+  constexpr std::size_t kBlocks = 4;
+  const BlockScore score =
+      scoreBlocks(BatteryModel(), optimumOf(seen), series, all, options, kBlocks);
+  IdentifyOptions unseen = options;
+  unseen.masked.assign(series.size(), 0);
+  std::fill(unseen.masked.begin() + series.size() * (kBlocks - 1) / kBlocks, unseen.masked.end(),
+            1);
+  const double in_sample = errorOfLastBlock(seen, series, options, kBlocks),
+               left_out = errorOfLastBlock(identify(series, all, unseen), series, options, kBlocks);
+  ASSERT_GT(left_out, 1.1 * in_sample);
+  EXPECT_NEAR(score.equations.relative.back(), left_out, 0.5 * (left_out - in_sample));
 }
 
 TEST(ScoreBlocks, NeedsTwoBlocksInEitherDirection) {

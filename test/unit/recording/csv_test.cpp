@@ -172,6 +172,16 @@ TEST_F(Csv, TheUnitOfTimeIsReadFromItsColumnsName) {
   EXPECT_EQ(recording.series.time, (std::vector<double>{1.0, 1.5}));
   const Recording stamps = read("timestamp_ns,i,u\n1000000000,1,12\n1500000000,1,12\n");
   EXPECT_EQ(stamps.series.time, (std::vector<double>{1.0, 1.5}));
+  CsvColumns seconds;
+  seconds.time_unit = 1.0;
+  EXPECT_EQ(read("time_ms,i,u\n1,1,12\n2,1,12\n", seconds).series.time,
+            (std::vector<double>{1.0, 2.0}))
+      << "a unit that is given is not replaced";
+  CsvColumns named;
+  named.time = "systems";
+  EXPECT_EQ(read("systems,i,u\n1,1,12\n2,1,12\n", named).series.time,
+            (std::vector<double>{1.0, 2.0}))
+      << "nor is that of a column that is asked for";
 }
 
 TEST_F(Csv, CommentsTabsAndARowOfUnitsArePassedOver) {
