@@ -123,6 +123,8 @@ struct ErrorMetrics {
   /// the hold-out; none without a charger that controls the voltage.
   std::optional<double> share_percent = std::nullopt, current_share_percent = std::nullopt,
                         voltage_share_percent = std::nullopt;
+  /// share_percent of the equations alone, the residual regression taken away [%]
+  std::optional<double> equations_share_percent = std::nullopt;
   std::size_t cranks = 0;  ///< of which crank_mae is the mean
 };
 

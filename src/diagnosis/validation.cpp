@@ -80,6 +80,13 @@ struct ControlledErrors {
   std::vector<char> voltage_controlled;  // likewise
 };
 
+/// The explained variation without what the residual regression adds [%].
+std::optional<double> equationsShare(FittedModel model, const Series& series, IndexRange range) {
+  model.fit.residual_regression = {};
+  return scoreBothWays(model, series, range, predictSeries(model, series, range))
+      .mixed.share_percent;
+}
+
 /// @param model its state at the last sample before the range, or at its first.
 ControlledErrors controlledErrors(const FittedModel& model, const Series& series,
                                   const Opened& opened, IndexRange range) {
@@ -97,6 +104,7 @@ ControlledErrors controlledErrors(const FittedModel& model, const Series& series
                    [](char out) { return out != 0; }))
     errors.metrics = errorMetrics(series, range, errors.voltage, masked);
   takeShares(scoreBothWays(model, series, range, predicted).mixed, errors.metrics);
+  errors.metrics.equations_share_percent = equationsShare(model, series, range);
   errors.metrics.charge_current_error =
       chargeCurrentError(model, opened.whole, range, opened.masked);
   return errors;

@@ -24,13 +24,19 @@ constexpr int kFirstIterations = 20;  // before weights are taken again
 constexpr double kEnough = 1e-4;
 // of the search at full rate; beyond it compression was no good start
 constexpr int kLastIterations = 10;
-constexpr double kMinWhite = 1e-5;  // [V]
+constexpr double kBoundShare = 1e-3;  // [1], of a bound
+constexpr double kMinWhite = 1e-5;    // [V]
 
 /// Where every strength is at its magnitude.
 CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint point) {
   point.parameters.tail(point.parameters.size() - kBaseRows) =
       model.typicalParameters().tail(point.parameters.size() - kBaseRows);
   return point;
+}
+
+/// Whether a search ended where nothing but its bound held the parameter.
+bool standsAtBound(const ParameterInfo& info, double value) {
+  return value <= (1.0 + kBoundShare) * info.lower || value >= (1.0 - kBoundShare) * info.upper;
 }
 
 bool hasInstant(const BatteryModel& model) {
@@ -136,6 +142,11 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
   return x[k] <= problem.lower()[k] + 1e-9 * span || x[k] >= problem.upper()[k] - 1e-9 * span;
 }
 
+/// What bounds alone say of the coordinates: a uniform distribution's precision.
+Eigen::VectorXd precisionOfBounds(const CompositionProblem& problem) {
+  return 12.0 * (problem.upper() - problem.lower()).array().inverse().square().matrix();
+}
+
 /// Covariance of the coordinates; those at a bound are taken as known. @param samples fitted.
 Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted,
                              std::size_t samples, ModelPass pass, const Eigen::VectorXd& weights,
@@ -144,6 +155,7 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
     const double freedom =
         std::max(1.0, static_cast<double>(samples) - static_cast<double>(problem.size()));
     Eigen::MatrixXd information = fitted.fit.at.hessian;
+    information.diagonal() += precisionOfBounds(problem);
     for (Eigen::Index k = 0; k < problem.size(); ++k)
       if (isAtBound(problem, fitted.fit.x, k)) {
         information.row(k).setZero();
@@ -151,7 +163,7 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
       }
     return informationInverse(information) * std::max(1.0, fitted.fit.at.cost / freedom);
   }
-  Eigen::VectorXd precision = problem.priorPrecision();
+  Eigen::VectorXd precision = problem.priorPrecision() + precisionOfBounds(problem);
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (isAtBound(problem, fitted.fit.x, k)) {
       pass.jacobian.col(k).setZero();
@@ -426,7 +438,8 @@ std::vector<CompositionPoint> startsInLarger(const BatteryModel& nested,
     const auto row = nested.parameterRow(info.name);
     if (!row)
       kept.parameters[j] = own.parameters[j] = larger.typicalParameters()[j];
-    else if (nested.parameters()[*row].magnitude != info.magnitude)
+    else if (nested.parameters()[*row].magnitude != info.magnitude ||
+             (j < kBaseRows && standsAtBound(info, point.parameters[*row])))
       own.parameters[j] = larger.typicalParameters()[j], has_own = true;
   }
   if (!has_own) return {kept};

@@ -116,9 +116,11 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
 
 void conclude(Fit& fit) {
   takeStandardErrors(fit);
-  if (std::none_of(fit.estimates.begin(), fit.estimates.begin() + kRowUDc,
-                   [](const ParameterEstimate& estimate) { return estimate.determined; }))
-    fit.status = FitStatus::kNotExcited;
+  const std::size_t u_dc = kRowUDc;
+  bool knows_anything = false;
+  for (std::size_t j = 0; j < fit.estimates.size(); ++j)
+    knows_anything |= j != u_dc && fit.estimates[j].determined && !fit.estimates[j].held;
+  if (!knows_anything) fit.status = FitStatus::kNotExcited;
   std::string text = "no step lowers the cost any more, but the optimum was not reached";
   if (fit.status == FitStatus::kConverged)
     text = format("converged after %d iterations", fit.iterations);

@@ -62,7 +62,7 @@ FitScores scoresOf(const Series& series, IndexRange range, const Eigen::VectorXd
                    double rho, const CrankLimits& limits);
 
 /// Takes the standard errors and says how a fit ended and what it did not determine, once estimates
-/// and covariance are there: kNotExcited where none of the base circuit's dynamics is determined.
+/// and covariance are there: kNotExcited where nothing but u_dc is determined.
 void conclude(Fit& fit);
 
 /**

@@ -21,8 +21,9 @@ FitWindowRows fitWindow(const Series& series, IndexRange range, const IdentifyOp
 FitCost fitCost(const IdentifyOptions& options);
 
 /// @return where a search in a larger composition begins: a nested optimum with the new parameters
-/// at their magnitudes. If an added effect gives the circuit's parameters another meaning, and so
-/// other magnitudes, a second start has those.
+/// at their magnitudes. A second start has the circuit's parameters at their magnitudes, too, where an
+/// added effect gives them another meaning, and so other magnitudes, or where they stood at a bound
+/// without it.
 std::vector<CompositionPoint> startsInLarger(const BatteryModel& nested,
                                              const CompositionPoint& point,
                                              const BatteryModel& larger);

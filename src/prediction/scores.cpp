@@ -74,7 +74,7 @@ struct Start {
 
 Start startFor(const FittedModel& model, const Series& series, IndexRange range) {
   const std::optional<std::size_t> known = indexOfState(model, series);
-  if (known && *known < range.first) return {model, *known, true};
+  if (known && *known <= range.first) return {model, *known, *known < range.first};
   return {modelAtFirstSample(model, series), 0, false};
 }
 

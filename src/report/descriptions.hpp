@@ -237,7 +237,7 @@ DESCRIBED(MismatchSegment, visit(FIELD_AS("from", from_time), of.from, "s"), MEM
 
 DESCRIBED(ErrorMetrics, MEMBERS("v", rmse, max_abs, crank_mae, charge_bias),
           MEMBERS("a", charge_current_error), MEMBERS("", q_dyn_percent, cranks, share_percent),
-          MEMBERS("", current_share_percent, voltage_share_percent))
+          MEMBERS("", current_share_percent, voltage_share_percent, equations_share_percent))
 
 DESCRIBED(ControlModeTotals, MEMBERS("", reason, stretches, samples),
           visit("mode", toString(of.mode)))

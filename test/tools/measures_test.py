@@ -8,8 +8,8 @@ from battery_sof_tools.benchmark import measured
 from battery_sof_tools.stress import kill, soak
 
 
-def errors(rmse, share):
-    return {"holdout": {"rmse_v": rmse, "share_percent": share}}
+def errors(rmse, share, equations=None):
+    return {"holdout": {"rmse_v": rmse, "share_percent": share, "equations_share_percent": equations}}
 
 
 def answer(extended=None, **more):
@@ -38,7 +38,20 @@ class DiagnoseMeasured(unittest.TestCase):
         self.assertEqual(told, "effect; open_circuit (0.50); hidden_load or ocv_soc")
 
     def test_a_row_is_in_millivolts(self):
-        self.assertEqual(measured.row("a", answer(errors(0.05, None)), 12.3), ("a", "mismatch", "100, 50, 40, 300", "10, -, 5", "12"))
+        wrong = {"effect": "current_offset", "extended": 0.09, "share": None, "equations": None}
+        one = answer(errors(0.05, None))
+        self.assertEqual(measured.row("a", one, dict(measured.figures(one), equations=measured.equations(one), placebo=wrong), 12.3),
+                         ("a", "mismatch", "100, 50, 40, 300", "10, -, 5", "-, -", "current_offset: 90 mV", "12"))
+
+    def test_the_wrong_effect_is_none_that_was_named(self):
+        asked = []
+        def diagnosed(*options):
+            asked.append(options)
+            return answer(errors(0.08, 12.0, 11.0))
+        self.assertEqual(measured.placebo(diagnosed, answer()), {"effect": "current_offset", "extended": 0.08, "share": 12.0, "equations": 11.0})
+        named = answer(effects=[{"id": "current_offset"}])
+        self.assertEqual(measured.placebo(diagnosed, named)["effect"], "high_rate_depletion")
+        self.assertEqual(asked, [("--given", "current_offset"), ("--given", "high_rate_depletion")])
 
     def test_the_summary_counts_who_is_ahead(self):
         found = {"a": {"base": 0.1, "extended": 0.05, "ridge": 0.04, "line": 0.3, "shares": (None, None, None)},

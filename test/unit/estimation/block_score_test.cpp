@@ -74,6 +74,28 @@ TEST(PromiseOf, TheLawThatMadeTheDriveIsLargestAndMoreStepsPromiseNoLess) {
   EXPECT_GE(more.gain, law.gain);
 }
 
+/// Costs are compared with the weights of the circuit's.
+void expectNoneWorseThanTheCircuit(const Series& series, IdentifyOptions options) {
+  const IndexRange all{0, series.size()};
+  const FittedModel circuit = identify(series, all, options);
+  const FittedCost limit = fittedCost(circuit, series, all, options);
+  for (const EffectInfo& effect : effectCatalogue()) {
+    if (!effect.overrides.empty() || !effect.needs.empty()) continue;
+    options.effects = {effect.id};
+    const FittedModel larger = identifyLarger(series, all, options, circuit);
+    EXPECT_LE(fittedCost(larger, series, all, options, limit.precision).cost, 1.001 * limit.cost)
+        << effect.id;
+  }
+}
+
+TEST(IdentifyLarger, EndsNoWorseThanTheCircuitThatItContains) {
+  const Series sourced = sourcedDrive(600, typicalBattery({"ocv_soc"}), 5);
+  IdentifyOptions options;
+  options.source = chargerControl(sourced).value();
+  expectNoneWorseThanTheCircuit(sourced, options);
+  expectNoneWorseThanTheCircuit(everyNth(cleanDrive(2), 10), {});
+}
+
 /// Mean squared error of the last block in units of the variances, of a model of identify().
 double errorOfLastBlock(const FittedModel& model, const Series& series,
                         const IdentifyOptions& options, std::size_t blocks) {

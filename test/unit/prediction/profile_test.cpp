@@ -114,6 +114,17 @@ TEST(PredictSeries, UsesOnlyTheCurrentInsideALaterRange) {
   EXPECT_EQ(predictSeries(fitted, series, {24000, 30000}).voltage, before);
 }
 
+TEST(PredictSeries, GoesOnFromTheSavedStateWhereTheRangeBeginsAtIt) {
+  const Series series = test::baseDrive(2, 300.0);
+  IdentifyOptions options;
+  options.effects = {"ocv_soc"};
+  const FittedModel fitted = identify(series, {6000, 24000}, options);
+  const FollowedPrediction at = predictSeries(fitted, series, {23999, 30000}),
+                           behind = predictSeries(fitted, series, {24000, 30000});
+  for (std::size_t n = 0; n < behind.voltage.size(); n += 500)
+    EXPECT_NEAR(behind.voltage[n], at.voltage[n + 1], 1e-9) << n;
+}
+
 TEST(PredictSeries, OfNothingIsNothing) {
   EXPECT_TRUE(predictSeries(model(), test::baseDrive(1, 10.0), {5, 5}).voltage.empty());
 }

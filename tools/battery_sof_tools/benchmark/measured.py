@@ -11,8 +11,10 @@ from ..rates import geometric_mean
 from ..tables import table
 from .answers import class_of
 
+# A wrong effect, given: what any further parameters gain. The second where the first is named.
+PLACEBOS = ("current_offset", "high_rate_depletion")
 HEAD = ("recording", "verdict; mechanism; effects", "RMS error [mV]: base, extended, ridge regression, line fit",
-        "explained variation [%]: base, extended, line fit", "processor time [s]")
+        "explained variation [%]: base, extended, line fit", "equations alone [%]: base, extended", "a wrong effect", "processor time [s]")
 
 
 def whole_recordings():
@@ -34,6 +36,19 @@ def figures(answer):
             "shares": (base["share_percent"], extended["share_percent"], answer["baseline_line"]["share_percent"])}
 
 
+def equations(answer):
+    """Explained variation of the equations alone [%], base circuit and extended model; None where nothing controls the voltage."""
+    return tuple(answer["fit"][one]["holdout"]["equations_share_percent"] for one in ("base", "extended"))
+
+
+def placebo(diagnosed, answer):
+    """The hold-out with a wrong effect, given, in place of what the diagnosis found. diagnosed: (options) -> answer."""
+    named = {one["id"] for one in answer["effects"]}
+    effect = next(one for one in PLACEBOS if one not in named)
+    wrong = diagnosed("--given", effect)
+    return {"effect": effect, "extended": figures(wrong)["extended"], "share": figures(wrong)["shares"][1], "equations": equations(wrong)[1]}
+
+
 def ratio(one):
     """Extended over base: of what is not explained of current and voltage while a charger regulates the voltage, of the voltage's errors elsewhere."""
     base, extended, _ = one["shares"]
@@ -50,11 +65,13 @@ def told_of(answer):
     return "; ".join(parts + ([", ".join(named)] if named else []))
 
 
-def row(name, answer, seconds):
-    found = figures(answer)
+def row(name, answer, found, seconds):
     errors = ", ".join(f"{1e3 * found[key]:.0f}" for key in ("base", "extended", "ridge", "line"))
-    shares = ", ".join("-" if share is None else f"{share:.0f}" for share in found["shares"])
-    return (name, told_of(answer), errors, shares, f"{seconds:.0f}")
+    def percents(some):
+        return ", ".join("-" if share is None else f"{share:.0f}" for share in some)
+    wrong = found["placebo"]
+    told = f"{wrong['effect']}: " + (f"{1e3 * wrong['extended']:.0f} mV" if wrong["share"] is None else percents((wrong["equations"], wrong["share"])))
+    return (name, told_of(answer), errors, percents(found["shares"]), percents(found["equations"]), told, f"{seconds:.0f}")
 
 
 def summary(found):
@@ -94,14 +111,17 @@ def main():
     rows, found = [], {}
     for name, measured in followed(wanted.items(), "recording"):
         begun = processor_time()
+        columns = recordings.column_options(measured.columns, measured.discharge_positive)
+        def diagnosed(*options):
+            return sof.diagnose(program, os.path.join(arguments.data, measured.path), *columns, "--anyway", *options)
         try:
-            answer = sof.diagnose(program, os.path.join(arguments.data, measured.path), *recordings.column_options(measured.columns, measured.discharge_positive), "--anyway")
+            answer = diagnosed()
         except sof.Failure as failure:
-            rows.append((name, str(failure), "", "", ""))
+            rows.append((name, str(failure), *("",) * (len(HEAD) - 2)))
             continue
         seconds = processor_time() - begun
-        rows.append(row(name, answer, seconds))
-        found[name] = dict(figures(answer), told=told_of(answer), seconds=seconds)
+        found[name] = dict(figures(answer), equations=equations(answer), placebo=placebo(diagnosed, answer), told=told_of(answer), seconds=seconds)
+        rows.append(row(name, answer, found[name], seconds))
     print("\n".join(table(HEAD, rows)))
     write_json(arguments.json, found)
     if found:

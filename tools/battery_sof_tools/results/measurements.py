@@ -49,7 +49,9 @@ def diagnosed(out, _):
     """Figures of every recording as diagnose_measured writes them, and who is ahead."""
     found = read_json(os.path.join(out, "measured.json"))
     figures = {NAMES[name]: {"reported": one["told"], **{f"{key}_mv": 1e3 * one[key] for key in ("base", "extended", "ridge", "line")},
-                             **dict(zip(("base_share_percent", "extended_share_percent", "line_share_percent"), one["shares"])), "seconds": one["seconds"]} for name, one in found.items()}
+                             **dict(zip(("base_share_percent", "extended_share_percent", "line_share_percent"), one["shares"])),
+                             **dict(zip(("base_equations_percent", "extended_equations_percent"), one["equations"])), "placebo": one["placebo"]["effect"], "placebo_mv": 1e3 * one["placebo"]["extended"],
+                             "placebo_share_percent": one["placebo"]["share"], "placebo_equations_percent": one["placebo"]["equations"], "seconds": one["seconds"]} for name, one in found.items()}
     return dict(figures, recordings=len(found), ratio=geometric_mean([ratio(one) for one in found.values()]), summary=summary(found),
                 ridge_ahead=sum(one["ridge"] < one["extended"] for one in found.values()), line_ahead=sum(one["line"] < one["extended"] for one in found.values()))
 

@@ -56,14 +56,31 @@ def last_quarter(results):
 
 # ---------------------------------------------------------------------------------------------- diagnoses
 
+def percents(one, *keys):
+    """Shares [%] side by side; a dash where nothing controls the voltage."""
+    shares = [one[key] for key in keys]
+    return "-" if None in shares else ", ".join(f"{share:.0f}" for share in shares)
+
+
 def diagnosis(results):
     rows = []
     for name, label in DIAGNOSED.items():
         one = results["diagnosis"][name]
-        shares = [one[f"{key}_share_percent"] for key in ("base", "extended", "line")]
-        rows.append((label, re.sub(r" \(.*?\)", "", "; ".join(one["reported"].split("; ")[:2])), "-" if None in shares else ", ".join(f"{share:.0f}" for share in shares),
+        rows.append((label, re.sub(r" \(.*?\)", "", "; ".join(one["reported"].split("; ")[:2])), percents(one, "base_share_percent", "extended_share_percent", "line_share_percent"),
                      ", ".join(f"{one[f'{key}_mv']:.0f}" for key in ("base", "extended", "ridge"))))
     return table(("recording", "verdict; mechanism", "explained [%]: circuit, extended, baseline", "RMS error of the voltage [mV]: circuit, extended, ridge"), rows)
+
+
+def placebo(results):
+    rows = []
+    for name, label in DIAGNOSED.items():
+        one = results["diagnosis"][name]
+        if one["base_share_percent"] is None:
+            columns = ["-", ", ".join(f"{one[f'{key}_mv']:.0f} mV" for key in ("base", "extended", "placebo"))]
+        else:
+            columns = [percents(one, *(f"{key}_{column}_percent" for key in ("base", "extended", "placebo"))) for column in ("equations", "share")]
+        rows.append((label, one["placebo"], *columns))
+    return table(("recording", "wrong effect", "equations alone [%]: circuit, extended, wrong", "with the residual regression: circuit, extended, wrong"), rows)
 
 
 def diagnosis_summary(results):
