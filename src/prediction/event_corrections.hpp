@@ -38,6 +38,9 @@ inline Interval ninetyPercent(double value, double std, double factor = 1.0) {
   return {value, value - half, value + half};
 }
 
+/// What the current of a crank is: asked for, or what the sensor shows of it.
+enum class CrankCurrent { kAsked, kShown };
+
 /**
  * @brief A crank's lowest voltage, the equations' corrected by past cranks.
  *
@@ -49,14 +52,16 @@ inline Interval ninetyPercent(double value, double std, double factor = 1.0) {
  * equations' own otherwise.
  *
  * Where the sensor's range ends (ExcitedRange::sensor_min_current, or two past cranks that end
- * alike), what it shows is a bound: this current or more. A query at that end is answered by the
- * past cranks that ended there (f = [1, 0]), with an interval that holds theirs and that of exactly
+ * alike), what it shows is a bound: this current or more. At that end the past cranks that ended
+ * there answer (f = [1, 0]): for a current as the sensor shows it they alone, from three on, and for one
+ * that is asked for, which may be exactly this, with an interval that holds theirs and that of exactly
  * this current. Cranks cut off say nothing of others, but where they stayed above what the
  * equations make of the bound.
  *
  * @param current  lowest of the crank [A].   @param modelled [V], by the equations, with its interval.
  */
-Interval correctCrankPrediction(const FittedModel& model, double current, const Interval& modelled);
+Interval correctCrankPrediction(const FittedModel& model, double current, const Interval& modelled,
+                                CrankCurrent meaning = CrankCurrent::kAsked);
 
 /// The beginning of a charge as a source holds it.
 struct ChargeBeginning {

@@ -8,6 +8,7 @@
 #include "battery_sof/intake.hpp"
 #include "model/input_sequence.hpp"
 #include "recording/series_blocks.hpp"
+#include "state/posterior.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 
@@ -17,7 +18,6 @@ namespace {
 constexpr double kVoltageReach = 0.3;  // [V] a block above the window's highest
 // [V], of a discrepancy model held at its range's end: relevant to a crank
 constexpr double kDiscrepancyReach = 0.010;
-constexpr double kTemperatureReach = 10.0;  // [K]
 constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
 constexpr double kSlopedCharge = 0.02;      // of capacity, with the slope of any battery
 constexpr double kUsualSlope = 1.2, kSlopeSpread = 0.4;  // [V] of a block, of the whole capacity

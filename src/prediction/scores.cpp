@@ -362,7 +362,7 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
       {predicted.equations_voltage, predicted.voltage_lower, predicted.voltage_upper},
       [&](const EventComparison& event) -> std::optional<Interval> {
         if (event.kind == PastEvent::Kind::kCrank)
-          return correctCrankPrediction(model, event.current, event.expected);
+          return correctCrankPrediction(model, event.current, event.expected, CrankCurrent::kShown);
         const Interval corrected = correctChargePrediction(
             model, {event.voltage, event.first_voltage, event.duration}, event.expected);
         return agedAsExpected(corrected, event.expected, std::sqrt(ageing(model.fit, event.time)));

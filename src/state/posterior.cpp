@@ -108,6 +108,7 @@ FittedModel parked(FittedModel model, double duration, std::optional<double> tem
   std::optional<double>& known_at = model.fit.excited.temperature;
   const double warmer = temperature && known_at ? *temperature - *known_at : 0.0;
   if (known_at && temperature) known_at = temperature;
+  if (std::abs(warmer) > kTemperatureReach) model.intervals.event_history = {};
   const auto infos = compositionOf(model.fit).parameters();
   Eigen::MatrixXd& covariance = model.fit.covariance;
   for (std::size_t j = 0; j < model.fit.estimates.size(); ++j) {

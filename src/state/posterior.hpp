@@ -91,6 +91,9 @@ struct Surprise {
   }
 };
 
+/// [K], up to which a window and past events describe a battery of another temperature.
+inline constexpr double kTemperatureReach = 10.0;
+
 /**
  * @brief The model after the battery was parked: what may have changed meanwhile is known less.
  *
@@ -98,8 +101,10 @@ struct Surprise {
  *     sigma^2 <- sigma^2 + s_u^2 (1 - exp(-t / T)) + (k_u dT)^2       of the open-circuit voltage
  *
  * dT is the temperature less that of the model's window, 0 where either is not known. What is known
- * then holds at the new temperature (ExcitedRange::temperature). The constants stand with their
- * sources in docs/model.md#from-trip-to-trip.
+ * then holds at the new temperature (ExcitedRange::temperature). Past events of a temperature more
+ * than kTemperatureReach away say nothing of the new one and are forgotten, so that an answer is as
+ * wide as the covariance makes it. The constants stand with their sources in
+ * docs/model.md#from-trip-to-trip.
  *
  * @param duration [s] from the model's state to the first sample of the new trip, >= 0.
  * @param temperature [K], of the battery at that sample, when known.

@@ -47,6 +47,15 @@ TEST(Parked, WidensWithTheDifferenceOfTemperatureEitherWay) {
   EXPECT_EQ(warmer.fit.excited.temperature, 308.15) << "what is known holds there now";
 }
 
+TEST(Parked, ForgetsEventsOfATemperatureFarAway) {
+  FittedModel model = uncertainModel(0.02);
+  model.fit.excited.temperature = 293.15;
+  model.intervals.event_history.add({});
+  EXPECT_EQ(1u, parked(model, kHalfDay, 284.15).intervals.event_history.cranks.size());
+  EXPECT_EQ(1u, parked(model, kHalfDay, std::nullopt).intervals.event_history.cranks.size());
+  EXPECT_TRUE(parked(model, kHalfDay, 253.15).intervals.event_history.cranks.empty());
+}
+
 TEST(Parked, WithoutATemperatureIsTheSameAsWithoutADifference) {
   FittedModel model = uncertainModel(0.02);
   const FittedModel unknown = parked(model, kHalfDay, 308.15);
