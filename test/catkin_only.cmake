@@ -62,6 +62,7 @@ battery_sof_script_test(strangers_count_right 120 out_of_model/out_of_model_test
 battery_sof_script_test(scripts_do_what_they_say 300 tools/tools_test.py)
 battery_sof_script_test(tables_say_what_was_measured 60 tools/measures_test.py)
 battery_sof_script_test(pages_hold_the_figures_of_the_results 60 tools/results_test.py)
+battery_sof_script_test(json_is_what_its_schemas_say 300 tools/schemas_test.py)
 battery_sof_script_test(words_are_those_of_the_field 120 tools/words_test.py)
 battery_sof_script_test(fleet_has_the_same_rows_however_it_is_run 300 tools/fleet_test.py)
 battery_sof_script_test(fleet_survives_damaged_files 300 tools/fleet_attack_test.py)
