@@ -69,7 +69,7 @@ battery_sof_script_test(fleet_survives_damaged_files 300 tools/fleet_attack_test
 battery_sof_script_test(setup_brings_path_and_completion 60 tools/path_test.py "${CATKIN_DEVEL_PREFIX}")
 battery_sof_script_test(diagnosis_can_be_interrupted 120 tools/interruption_test.py "${CMAKE_BINARY_DIR}")
 # What README.md and the pages tell a reader to type, and the site of the pages.
-battery_sof_script_test(commands_of_the_pages_run 600 tools/pages_test.py "${CMAKE_BINARY_DIR}")
+battery_sof_script_test(commands_of_the_pages_run 900 tools/pages_test.py "${CMAKE_BINARY_DIR}")
 add_test(NAME layouts_name_what_is_published
   COMMAND "${CATKIN_DEVEL_PREFIX}/env.sh" "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/layouts_test.py")
 set_tests_properties(layouts_name_what_is_published PROPERTIES TIMEOUT 60)
