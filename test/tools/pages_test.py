@@ -85,7 +85,7 @@ class Shell:
     def run(self, line):
         """Exit code, standard output and standard error."""
         done = subprocess.run(["bash", "--norc", "-c", f". build/devel/setup.bash; {line}"], cwd=self.folder, env=self.environment,
-                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120)
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=240)
         return done.returncode, done.stdout, done.stderr
 
 
