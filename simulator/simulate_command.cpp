@@ -52,9 +52,9 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("SCENARIO", arguments.scenario, "scenario: .yaml")->required();
   app.add_option("OUT", arguments.out, "recording to write: .csv or .bag");
   app.add_option("--seed", arguments.seed,
-                 "replaces the scenario's; the same seed gives the same drive")
+                 "seed in place of the scenario's; the same seed gives the same drive")
       ->check(isSeed);
-  app.add_option("--duration", arguments.duration, "[s], replaces the scenario's")
+  app.add_option("--duration", arguments.duration, "duration [s] in place of the scenario's")
       ->check(CLI::Range(0.01, 1e6));
   app.add_option("--json", arguments.json, "write the result as JSON; - for standard output");
   app.add_option("--impedance", arguments.impedance,
@@ -179,7 +179,7 @@ int runDemo(const std::vector<std::string>& arguments, std::ostream& out, std::o
   Arguments parsed;
   parsed.out = "drive.bag";
   app.add_option("OUT", parsed.out, "recording to write: .csv or .bag")->capture_default_str();
-  app.add_option("--duration", parsed.duration, "[s], at most 900; else 900")
+  app.add_option("--duration", parsed.duration, "duration [s], at most 900; 900 if not given")
       ->check(CLI::Range(1.0, 900.0));
   app.add_option("--json", parsed.json, "write the result as JSON; - for standard output");
   const auto work = [&] {

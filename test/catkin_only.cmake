@@ -62,13 +62,15 @@ battery_sof_script_test(strangers_count_right 120 out_of_model/out_of_model_test
 battery_sof_script_test(scripts_do_what_they_say 300 tools/tools_test.py)
 battery_sof_script_test(tables_say_what_was_measured 60 tools/measures_test.py)
 battery_sof_script_test(pages_hold_the_figures_of_the_results 60 tools/results_test.py)
+battery_sof_script_test(json_is_what_its_schemas_say 300 tools/schemas_test.py)
+battery_sof_script_test(pictures_show_what_commands_give 300 tools/pictures_test.py)
 battery_sof_script_test(words_are_those_of_the_field 120 tools/words_test.py)
 battery_sof_script_test(fleet_has_the_same_rows_however_it_is_run 300 tools/fleet_test.py)
 battery_sof_script_test(fleet_survives_damaged_files 300 tools/fleet_attack_test.py)
 battery_sof_script_test(setup_brings_path_and_completion 60 tools/path_test.py "${CATKIN_DEVEL_PREFIX}")
 battery_sof_script_test(diagnosis_can_be_interrupted 120 tools/interruption_test.py "${CMAKE_BINARY_DIR}")
 # What README.md and the pages tell a reader to type, and the site of the pages.
-battery_sof_script_test(commands_of_the_pages_run 600 tools/pages_test.py "${CMAKE_BINARY_DIR}")
+battery_sof_script_test(commands_of_the_pages_run 900 tools/pages_test.py "${CMAKE_BINARY_DIR}")
 add_test(NAME layouts_name_what_is_published
   COMMAND "${CATKIN_DEVEL_PREFIX}/env.sh" "${PYTHON_EXECUTABLE}" "${CMAKE_CURRENT_SOURCE_DIR}/tools/layouts_test.py")
 set_tests_properties(layouts_name_what_is_published PROPERTIES TIMEOUT 60)

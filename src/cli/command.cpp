@@ -114,8 +114,8 @@ void addRenamedOption(CLI::App& command, const std::string& old, const std::stri
 
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments) {
   addOption(command, "--series-blocks", arguments.series_blocks,
-            "blocks of 12 V in series: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; "
-            "bounds and limits are those of one");
+            "blocks of 12 V in series: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; bounds "
+            "and limits are those of one block");
   addRenamedOption(command, "--blocks", "--series-blocks");
 }
 
@@ -130,15 +130,14 @@ void addWindowOptions(CLI::App& command, WindowArguments& arguments) {
 }
 
 void addAnywayOption(CLI::App& command, bool& anyway) {
-  command.add_flag("--anyway", anyway,
-                   "work on a recording with a problem that sof check names, too");
+  command.add_flag("--anyway", anyway, "accept a recording for which sof check reports a problem");
 }
 
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments) {
   addFile(command, kReadFile, "--priors", arguments.file,
           "PRIORS.yaml of a fleet, in place of the catalogue's priors");
   addOption(command, "--vehicle-type", arguments.vehicle_type,
-            "type of the priors; of all types without it");
+            "vehicle type whose priors are used; all types if not given");
 }
 
 void addJsonOption(CLI::App& command, std::string& json) {

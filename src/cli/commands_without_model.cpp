@@ -115,19 +115,17 @@ void addConvertCommand(CLI::App& app, CommandLine& line) {
   addFile(options, kReadFile, "IN", values.recording.path, kRecording)->required();
   addFile(options, kWrittenFile, "OUT", values.out, "file to write: .bag or .csv")->required();
   addRecordingOptions(options, values.recording, false);
-  addOption(
-      options, "--shift-current", values.shift_current,
-      "move the current against the voltage [s]: above 0 to later times, where the voltage "
-      "comes late; below 0 to earlier ones, where the current does. sof check and sof diagnose "
-      "say by how much");
+  addOption(options, "--shift-current", values.shift_current,
+            "shift the current against the voltage by this time [s]: above 0 if the voltage comes "
+            "late, below 0 if the current does. sof check and sof diagnose report by how much");
   addJsonOption(options, values.json);
 }
 
 void addEffectsCommand(CLI::App& app, CommandLine& line) {
   const auto [options, values] = addSubcommand(
-      app, line, "effects",
-      "the physics that sof identify --effects can add: all of it, or one in full", runEffects);
-  addOption(options, "ID", values.id, "an effect; without it a table of all");
+      app, line, "effects", "list the effects that sof identify --effects can add, or describe one",
+      runEffects);
+  addOption(options, "ID", values.id, "id of an effect; a table of all if not given");
   options.add_flag("--markdown", values.markdown, "print as docs/effects.md holds it");
   addJsonOption(options, values.json);
 }

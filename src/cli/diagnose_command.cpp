@@ -194,7 +194,8 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
 void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   const auto [options, values] = addSubcommand(
       app, line, "diagnose",
-      "find where base model and recording deviate, and which physics is missing", runDiagnose);
+      "find where the circuit deviates from a recording, and which physics is missing",
+      runDiagnose);
   DiagnoseOptions& search = values.options;
   addFile(
       options, kReadFile, "REC", values.paths,
@@ -209,8 +210,9 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
               "since (docs/changes.md); repeatable")
           ->allow_extra_args(false);
   options
-      .add_flag("--responses-only", values.responses_only,
-                "fit no model: takes a second, and does not notice another battery")
+      .add_flag(
+          "--responses-only", values.responses_only,
+          "compare without fitting models: takes a second, but does not notice another battery")
       ->needs(reference);
   for (CLI::Option* page : {addFile(options, kWrittenFile, "--report", values.report,
                                     "page to write: one HTML file that needs no network"),
@@ -220,7 +222,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
                                     "model file to write: the base model alone")})
     page->excludes(reference);
   addOption(options, "--holdout", search.holdout_share,
-            "share of the samples, the last ones, kept for the comparison alone");
+            "share of the samples, at the end, that is kept for the comparison");
   CLI::Option* hypotheses =
       addEffectIds(options, "--hypotheses", search.hypotheses,
                    "ids to weigh, comma-separated; by default all of sof effects, "
@@ -238,18 +240,19 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       ->excludes(given)
       ->excludes(reference);
   addOption(options, "--min-rmse", search.relevance.rmse,
-            "smallest RMS effect that is reported [V]; half the noise where that is more");
+            "smallest RMS effect that is reported [V]; half the noise if that is larger");
   addOption(options, "--min-crank", search.relevance.crank,
-            "[V], mean over cranks, that something must add to be reported");
-  addOption(
-      options, "--min-charge", search.relevance.charge_share,
-      "share of the charging current below which nothing is reported where a source draws it");
+            "smallest mean effect on cranks that is reported [V]");
+  addOption(options, "--min-charge", search.relevance.charge_share,
+            "smallest share of the charging current that is reported where a charger controls the "
+            "voltage");
   addRenamedOption(options, "--confirm", "--verify-detection-limits");
   for (const std::string limit : {"rmse", "crank", "charge"})
     addRenamedOption(options, "--relevance-" + limit, "--min-" + limit);
   addAnywayOption(options, search.anyway);
   addPriorsOptions(options, values.priors);
-  addOption(options, "--threads", search.threads, "threads, 0: all; changes no result");
+  addOption(options, "--threads", search.threads,
+            "number of threads, 0: all cores; does not change the result");
   addJsonOption(options, values.json);
 }
 

@@ -114,22 +114,21 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   options.add_flag("--auto", values.automatic,
                    "choose the window inside --from and --to even when both are given");
   addFile(options, kWrittenFile, "--out", values.out, "model file to write")->required();
-  addEffectIds(
-      options, "--effects", fit.effects,
-      "ids of further physics, comma-separated, or none; sof effects lists them. Default: "
-      "none, but where a source controls the voltage fresh_sulphate, the physics of charging");
+  addEffectIds(options, "--effects", fit.effects,
+               "effects to add to the circuit: comma-separated ids, which sof effects lists, or "
+               "none. Default: none; fresh_sulphate where a charger controls the voltage");
   options.add_flag("--whiten", fit.whiten,
-                   "cost of residuals whitened by a fitted noise model in place of the paper's "
-                   "weights; not where a source controls the voltage");
+                   "whiten the residuals by a fitted noise model instead of weighting them as the "
+                   "paper does; not where a charger controls the voltage");
   addOption(options, "--threads", fit.threads,
-            "threads for the starts of a fit with effects, 0: all; changes no result");
+            "threads of a fit with effects, 0: all cores; does not change the result");
   addOption(options, "--start", values.start, "initial state: estimated, or as in the paper")
       ->check(CLI::IsMember({"robust", "paper"}));
   addOption(options, "--crank-weight", fit.crank_weight,
             "weight W of high-rate discharge [1], at least 1");
   addOption(options, "--crank-weight-current", fit.crank_weight_current,
-            "the weight applies below this current [A]");
-  addOption(options, "--max-iterations", fit.max_iterations, "iterations at most");
+            "current below which that weight applies [A]");
+  addOption(options, "--max-iterations", fit.max_iterations, "largest number of iterations");
   addAnywayOption(options, values.anyway);
   addPriorsOptions(options, values.priors);
   addJsonOption(options, values.json);

@@ -70,8 +70,8 @@ void addPredictCommand(CLI::App& app, CommandLine& line) {
   addFile(options, kWrittenFile, "--csv", values.csv,
           "write measured and predicted voltage and current sample by sample");
   addOption(options, "--mode", values.mode,
-            "mixed: by the voltage where a source controls it; current: throughout. "
-            "Default: as the model was fitted")
+            "input of the model. mixed: the voltage where a charger controls it, else the current; "
+            "current: the current throughout. Default: as the model was fitted")
       ->check(CLI::IsMember({"mixed", "current"}));
   addRenamedOption(options, "--drive", "--mode");
   addJsonOption(options, values.json);

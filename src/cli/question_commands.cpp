@@ -122,12 +122,12 @@ int ask(const CommandLine& line, const Arguments& arguments) {
 // ---------------------------------------------------------------------------------------------
 // the questions
 
-constexpr char kLoad[] = "current while stopped [A], <= 0";
+constexpr char kLoad[] = "current of the consumers during the stop [A], <= 0";
 constexpr char kStop[] = "duration of the stop [s]";
 constexpr char kCrank[] = "current of the crank [A], < 0";
 constexpr char kCrankTime[] = "duration of the crank [s]";
-constexpr char kRequired[] = "lowest voltage that still cranks [V]";
-constexpr char kSource[] = "what the source can give [A]";
+constexpr char kRequired[] = "voltage that the starter needs [V]";
+constexpr char kSource[] = "largest current of the charger [A]";
 
 struct CrankArguments {
   QueryArguments general;
@@ -237,8 +237,8 @@ void addChargeCommand(CLI::App& app, CommandLine& line) {
       addSubcommand(app, line, "charge", "mean current at a held voltage (SOF2)",
                     ask<predictChargeAcceptance, ChargeArguments>);
   addQueryOptions(options, values.general);
-  addRequired(options, "--u-boost", values.query.u_boost, "voltage held [V]");
-  addOption(options, "--t-sof2", values.query.t_sof2, "how long [s]");
+  addRequired(options, "--u-boost", values.query.u_boost, "voltage that the charger holds [V]");
+  addOption(options, "--t-sof2", values.query.t_sof2, "time over which the mean is taken [s]");
   addOption(options, "--i-limit", values.query.i_limit, kSource);
 }
 
@@ -252,13 +252,16 @@ void addMapCommand(CLI::App& app, CommandLine& line) {
                                              const char* description) {
     addList(options, name, list, description)->allow_extra_args(false);
   };
-  add_list("--i-load", values.i_load, "rows: currents while stopped [A], comma-separated");
+  add_list("--i-load", values.i_load,
+           "rows: currents of the consumers during the stop [A], comma-separated");
   add_list("--t-stop", values.t_stop, "columns: durations of the stop [s], comma-separated");
   addOption(options, "--i-cranking", values.i_cranking, kCrank);
   addOption(options, "--t-cranking", values.crank.t_cranking, kCrankTime);
   addOption(options, "--u-required", values.crank.u_required, kRequired);
-  add_list("--u-boost", values.u_boost, "rows: voltages held [V], comma-separated");
-  add_list("--t-sof2", values.t_sof2, "columns: how long [s], comma-separated");
+  add_list("--u-boost", values.u_boost,
+           "rows: voltages that the charger holds [V], comma-separated");
+  add_list("--t-sof2", values.t_sof2,
+           "columns: times over which the mean is taken [s], comma-separated");
   addOption(options, "--i-limit", values.charge.i_limit, kSource);
 }
 

@@ -123,7 +123,7 @@ std::string rejection(const Candidate& candidate, const std::vector<SelectedTerm
   for (const SelectedTerm& one : terms)
     if (contains(one.indistinguishable, candidate.id))
       return "does as well as " + one.member + ", which stands in the model";
-  if (candidate.evidence < kMinGain) return "the recording hardly speaks for it";
+  if (candidate.evidence < kMinGain) return "its evidence is too small";
   return terms.empty() ? "what it adds is too small to matter"
                        : "what was taken instead explains more of the error";
 }

@@ -134,9 +134,9 @@ inline MadeDiagnosis madeNamed() {
       {"sulphate_history", 410.0, 0.0, "what was taken instead explains more of the error",
        "acceptance"},
       {"gassing", 38.0, 0.0, "what was taken instead explains more of the error", "side_reactions"},
-      {"current_offset", 9.5, 0.0, "the recording hardly speaks for it", "instrument"},
-      {"charge_transfer", 0.4, 0.0, "the recording hardly speaks for it", "structure"},
-      {"time_skew", -1.2, 0.0, "the recording hardly speaks for it", "instrument"}};
+      {"current_offset", 9.5, 0.0, "its evidence is too small", "instrument"},
+      {"charge_transfer", 0.4, 0.0, "its evidence is too small", "structure"},
+      {"time_skew", -1.2, 0.0, "its evidence is too small", "instrument"}};
   for (int k = 0; k < 8; ++k) {
     const double from = 150.0 * k + 37.0;
     if (from > 690.0 && from < 820.0) continue;
@@ -185,8 +185,8 @@ inline MadeDiagnosis madeNoMismatch() {
   d.verdict = Verdict::kNoMismatch;
   d.summary =
       "Base model and measurement agree to 3 mV everywhere; no effect of the catalogue shows.";
-  d.candidates = {{"time_skew", 2.1, 0.0, "the recording hardly speaks for it", "instrument"},
-                  {"cpe2", -0.7, 0.0, "the recording hardly speaks for it", "structure"}};
+  d.candidates = {{"time_skew", 2.1, 0.0, "its evidence is too small", "instrument"},
+                  {"cpe2", -0.7, 0.0, "its evidence is too small", "structure"}};
   d.unexplained = {0.0003, 0.001, 0.002, {0.0015, 0.010, 0.03}};
   d.regimes = {{"long_charge", "mean", 7, 0.0004, -0.0003, 0.0011, 0.3, false}};
   d.detection_limits = madeDetectionLimit();

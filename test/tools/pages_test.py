@@ -23,7 +23,7 @@ from battery_sof_tools.files import ROOT
 from battery_sof_tools.stress.ros import Processes
 
 MARKED = ("README.md", "docs/tutorial.md")  # every block of these has a mark
-PAGES = MARKED + ("docs/your-recordings.md", "docs/node.md", "docs/energy-manager.md")
+PAGES = MARKED + ("docs/your-recordings.md", "docs/json.md", "docs/worked-diagnosis.md", "docs/node.md", "docs/energy-manager.md")
 # Files that pages show as they are.
 SHOWN = {"docs/node.md": ("examples/clients/src/crank_client.cpp", "examples/clients/scripts/crank_client.py"), "docs/your-recordings.md": ("examples/clients/scripts/can_to_csv.py",)}
 MARK = re.compile(r"<!-- (?:run me(?P<exit>, exit \d)?(?P<core> with roscore)?|not run: (?P<reason>.+)) -->$")
@@ -85,7 +85,7 @@ class Shell:
     def run(self, line):
         """Exit code, standard output and standard error."""
         done = subprocess.run(["bash", "--norc", "-c", f". build/devel/setup.bash; {line}"], cwd=self.folder, env=self.environment,
-                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120)
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=240)
         return done.returncode, done.stdout, done.stderr
 
 

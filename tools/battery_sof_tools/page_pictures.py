@@ -1,14 +1,47 @@
-"""Pictures of a diagnosis page for docs/reading-a-diagnosis.md, by headless Chromium: page_pictures PAGE.html FOLDER"""
+"""Pictures of a diagnosis page, by headless Chromium.
+
+    page_pictures PAGE.html FOLDER             those of docs/reading-a-diagnosis.md, diagnosis_*.png
+    page_pictures PAGE.html FOLDER worked      those of docs/worked-diagnosis.md, worked_*.png
+
+Each picture has the summary of its diagnosis as the text "Description" (summary_of()), by which a test compares it with its page.
+"""
 
 import base64
 import os
+import struct
 import sys
 import tempfile
+import zlib
 
 WIDTH = 1100
 # file: selector whose lowest end is the picture's, and whether it begins at the top of the page
 PICTURES = {"diagnosis_page.png": ("#drive .dygraph-rangesel-fgcanvas", True), "diagnosis_regimes.png": ("#where", False), "diagnosis_weighed.png": ("#evidence", False),
             "diagnosis_discrepancy.png": ("#unexplained", False), "diagnosis_before_after.png": ("#comparison", False)}
+WORKED = ("diagnosis_page.png", "diagnosis_weighed.png", "diagnosis_before_after.png")  # worked_*.png
+DESCRIPTION = b"Description\0"
+
+
+def chunks(image):
+    """Type and content of each chunk of a PNG."""
+    place = 8
+    while place < len(image):
+        size, kind = struct.unpack(">I4s", image[place:place + 8])
+        yield kind, image[place + 8:place + 8 + size]
+        place += 12 + size
+
+
+def with_summary(image, summary):
+    """A PNG with a text in front of its pixels."""
+    text = DESCRIPTION + summary.encode("latin-1", "replace")
+    chunk = struct.pack(">I", len(text)) + b"tEXt" + text + struct.pack(">I", zlib.crc32(b"tEXt" + text))
+    header = 8 + 25  # signature and IHDR
+    return image[:header] + chunk + image[header:]
+
+
+def summary_of(image):
+    """What with_summary() put into a PNG; empty without it."""
+    texts = [content for kind, content in chunks(image) if kind == b"tEXt" and content.startswith(DESCRIPTION)]
+    return texts[0][len(DESCRIPTION):].decode("latin-1") if texts else ""
 
 
 def browser(profile):
@@ -27,24 +60,26 @@ def browser(profile):
     return driver
 
 
-def shoot(driver, top, bottom, path):
+def shoot(driver, top, bottom, path, summary):
     clip = {"x": 0, "y": top, "width": WIDTH, "height": bottom - top + 8, "scale": 1}
     image = driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": clip})
     with open(path, "wb") as file:
-        file.write(base64.b64decode(image["data"]))
+        file.write(with_summary(base64.b64decode(image["data"]), summary))
 
 
 def main():
-    if len(sys.argv) != 3:
+    if len(sys.argv) not in (3, 4) or sys.argv[3:] not in ([], ["worked"]):
         print(__doc__, file=sys.stderr)
         return 2
-    page, folder = sys.argv[1:]
+    page, folder, *worked = sys.argv[1:]
+    wanted = {name: PICTURES[name] for name in (WORKED if worked else PICTURES)}
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile, browser(profile) as driver:
         driver.get("file://" + os.path.abspath(page))
-        for name, (selector, whole) in PICTURES.items():
+        summary = driver.execute_script("return document.querySelector('h1').textContent.trim()")
+        for name, (selector, whole) in wanted.items():
             boxes = driver.execute_script("return [...document.querySelectorAll(arguments[0])].map((one) => one.getBoundingClientRect()).map((box) => [box.top + scrollY, box.bottom + scrollY])", selector)
             if not boxes:
                 raise SystemExit(f"page_pictures: {page} has no {selector}")
             top, bottom = 0 if whole else boxes[0][0], max(box[1] for box in boxes)
-            shoot(driver, top, bottom, os.path.join(folder, name))
+            shoot(driver, top, bottom, os.path.join(folder, name.replace("diagnosis", "worked") if worked else name), summary)
     return 0
