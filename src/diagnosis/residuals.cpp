@@ -99,6 +99,7 @@ Residuals residualsOf(const Recording& recording, const Parts& parts,
                       const DiagnoseOptions& options) {
   Residuals residuals;
   residuals.parts = parts;
+  residuals.crank_current = options.crank_current.value_or(kCrankCurrent);
   tell(options, "checking the instruments");
   residuals.screened = screenInstruments(recording, slice(recording.series, parts.train));
   tell(options, "fitting the base model");

@@ -10,12 +10,11 @@
 namespace battery_sof {
 namespace {
 
-// of the training part: five for every unknown of base model and noise
-constexpr std::size_t kMinSamples = 60;
-constexpr double kMinDuration = 45.0;  // [s] of the training part (docs/diagnosis.md)
-constexpr double kMinCharge = 20.0;    // [As] of discharge; twice of it in all
-constexpr double kSlow = 0.15;         // [s]; sampled more slowly, edges cannot be set aside
-constexpr double kLostShare = 0.005;   // of the samples; a second in three minutes
+// of the training part: two for every unknown of base model and noise (docs/diagnosis.md)
+constexpr std::size_t kMinSamples = 22;
+constexpr double kMinCharge = 20.0;   // [As] of discharge; twice of it in all
+constexpr double kSlow = 0.15;        // [s]; sampled more slowly, edges cannot be set aside
+constexpr double kLostShare = 0.005;  // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
 constexpr double kCoarseVoltage =
     // [V], 10 mV but for printed digits; most effects leave less than 20 mV
@@ -83,11 +82,11 @@ std::string lackOf(const Series& train, double holdout_share, bool anyway) {
   const double duration =
       train.size() < 2 ? 0.0 : train.time.back() - train.time.front() + medianInterval(train);
   const double whole = 1.0 - holdout_share;
-  if (train.size() < kMinSamples || std::round(duration) < kMinDuration)
+  if (train.size() < kMinSamples)
     return format(
-        "the training part has %zu samples in %.0f s; a recording of at least %.0f samples and "
-        "%.0f s is needed",
-        train.size(), duration, std::ceil(kMinSamples / whole), std::ceil(kMinDuration / whole));
+        "the training part has %zu samples in %.0f s; a recording of at least %.0f samples is "
+        "needed",
+        train.size(), duration, std::ceil(kMinSamples / whole));
   const std::string problems = anyway ? "" : format(findProblems(train));
   if (!problems.empty()) return problems;
   double charge = 0.0, discharge = 0.0;

@@ -675,6 +675,35 @@ TEST(ExcitationCheck, FindsAConstantCurrentWithAndWithoutNoise) {
   }
 }
 
+/// A bench: 10 A drawn without a flicker for an hour, every 5 s, after a rest; steps of 1 mV.
+Series heldDischarge(std::size_t rest) {
+  Series series;
+  for (std::size_t k = 0; k < rest + 720; ++k) {
+    const double time = 5.0 * static_cast<double>(k);
+    const double drawn = k < rest ? 0.0 : 10.0 * (time - 5.0 * static_cast<double>(rest));
+    const double flicker = 0.004 * static_cast<double>((k * k / 3) % 2);
+    const double current = k < rest ? 0.0 : -10.0;
+    series.append({time, current, 12.8 + 0.02 * current - 1e-5 * drawn + flicker});
+  }
+  test::quantise(series.voltage, 0.001);
+  return series;
+}
+
+TEST(ExcitationCheck, ACurrentThatABenchHoldsIsNoProblemWhileTheVoltageMoves) {
+  const auto findings = findingsOf(heldDischarge(0), "excitation");
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().severity, Severity::kWarning);
+  EXPECT_TRUE(says(findings.front().what, "held at one value, -10 A")) << findings.front().what;
+  EXPECT_TRUE(findProblems(heldDischarge(0)).empty());
+}
+
+TEST(ExcitationCheck, ACurrentThatABenchHoldsIsNeitherClippedNorStuck) {
+  for (const std::size_t rest : {0U, 100U, 360U}) {
+    EXPECT_TRUE(findingsOf(heldDischarge(rest), "clipping").empty()) << rest;
+    EXPECT_TRUE(findingsOf(heldDischarge(rest), "stuck").empty()) << rest;
+  }
+}
+
 TEST(ExcitationCheck, FindsThatTheBatteryIsNeverChargedOrNeverDischarged) {
   std::vector<double> profile = driveProfile(600.0, 18);
   for (double& current : profile) current = std::min(current, 0.0);
