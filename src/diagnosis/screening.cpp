@@ -12,6 +12,8 @@ namespace {
 
 // of the training part: two for every unknown of base model and noise (docs/diagnosis.md)
 constexpr std::size_t kMinSamples = 22;
+// [s] of the training part: half of what the slow state takes at rest (docs/physics.md, Base circuit)
+constexpr double kMinDuration = 22.0;
 constexpr double kMinCharge = 20.0;   // [As] of discharge; twice of it in all
 constexpr double kSlow = 0.15;        // [s]; sampled more slowly, edges cannot be set aside
 constexpr double kLostShare = 0.005;  // of the samples; a second in three minutes
@@ -82,11 +84,11 @@ std::string lackOf(const Series& train, double holdout_share, bool anyway) {
   const double duration =
       train.size() < 2 ? 0.0 : train.time.back() - train.time.front() + medianInterval(train);
   const double whole = 1.0 - holdout_share;
-  if (train.size() < kMinSamples)
+  if (train.size() < kMinSamples || std::round(duration) < kMinDuration)
     return format(
-        "the training part has %zu samples in %.0f s; a recording of at least %.0f samples is "
-        "needed",
-        train.size(), duration, std::ceil(kMinSamples / whole));
+        "the training part has %zu samples in %.0f s; a recording of at least %.0f samples and "
+        "%.0f s is needed",
+        train.size(), duration, std::ceil(kMinSamples / whole), std::ceil(kMinDuration / whole));
   const std::string problems = anyway ? "" : format(findProblems(train));
   if (!problems.empty()) return problems;
   double charge = 0.0, discharge = 0.0;
@@ -118,7 +120,7 @@ std::string lackOfMeasurements(const InputSequence& inputs) {
       in_first, all - in_first, kMinSamples / 2);
 }
 
-Screening screenInstruments(const Recording& recording, const Series& train) {
+Screening screenInstruments(const Recording& recording, const Series& train, bool keeps_edges) {
   Recording part = recording;
   part.series = train;
   Screening found;
@@ -128,7 +130,7 @@ Screening screenInstruments(const Recording& recording, const Series& train) {
   const CurrentFlicker flicker = currentFlicker(found.series);
   found.flicker_share = flicker.share;
   found.series = withoutSensorNoise(found.series, flicker);
-  found.slow = medianInterval(found.series) > kSlow;
+  found.slow = keeps_edges || medianInterval(found.series) > kSlow;
   for (const Finding& finding : checkRecording(part).findings) {
     const std::string fault = faultOf(finding, part.series);
     if (finding.severity == Severity::kNote && fault.empty()) continue;

@@ -20,6 +20,7 @@ namespace {
 
 // A window whose current moves less than this cannot distinguish a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
+constexpr double kMovingVoltage = 0.02;  // [V], which a battery moves by under a held current
 constexpr const char* kChargingPhysics = "fresh_sulphate";
 constexpr int kBoundRounds = 4;         // of a fit and the bounds that it violates
 constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
@@ -125,13 +126,17 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
   const auto& [series, range, max_gap, excited] = window;
   const double span = excited.max_current - excited.min_current;
   const bool is_short = range.size() < kMinFitSamples;
-  if (!is_short && !(span < kMinCurrentSpan)) return std::nullopt;
+  // Under a held current an effect may still be determined, such as the open-circuit voltage's.
+  const bool is_bench =
+      !options.effects.empty() && excited.max_voltage - excited.min_voltage >= kMovingVoltage;
+  if (!is_short && (is_bench || !(span < kMinCurrentSpan))) return std::nullopt;
   const std::string message =
       is_short ? format("the window has %zu samples, at least %zu are needed", range.size(),
                         kMinFitSamples)
                : format(
                      "the current moves by %g A in the window, at least %g A are needed to "
-                     "distinguish a resistance from an offset",
+                     "distinguish a resistance from an offset; under a held current effects alone "
+                     "can be fitted (--effects, sof effects)",
                      span, kMinCurrentSpan);
   return unfitted(series, range, BatteryModel(options.effects, options.discrepancy),
                   is_short ? FitStatus::kWindowTooShort : FitStatus::kNotExcited, message, excited);

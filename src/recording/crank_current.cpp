@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -55,7 +56,7 @@ CrankCurrent findCrankCurrent(const Series& series) {
   std::sort(depths.begin(), depths.end(), std::greater<>());
   const double depth = depths[std::min(depths.size(), kRepeated) - 1];
   found.pulse = -depth;
-  found.current = -std::clamp(kTurningShare * depth, least, -kCrankCurrent);
+  found.current = -std::clamp(std::round(kTurningShare * depth), least, -kCrankCurrent);
   found.source = CrankCurrent::Source::kRecording;
   return found;
 }

@@ -663,9 +663,10 @@ TEST(VoltageLevelCheck, GuessesABatteryOfSixVolts) {
   EXPECT_TRUE(says(found[0].meaning, "a battery of 6 V (--series-blocks 0.5)"));
 }
 
-TEST(ExcitationCheck, FindsAConstantCurrentWithAndWithoutNoise) {
+TEST(ExcitationCheck, FindsAConstantCurrentUnderWhichTheVoltageStandsStillWithAndWithoutNoise) {
   for (const double noise : {0.0, 0.1}) {
     Series series = driveSeries(std::vector<double>(600000, -5.0));
+    std::fill(series.voltage.begin(), series.voltage.end(), 12.4);
     addNoise(series, noise, 0.01 * noise, 17);
     const CheckReport report = checkRecording(toRecording(series));
     ASSERT_EQ(report.findings.size(), 1U) << idsOf(series);

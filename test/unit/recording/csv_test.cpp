@@ -206,10 +206,9 @@ TEST_F(Csv, AClockThatDoesNotCountFrom1970StaysAsItIs) {
             (std::vector<double>{1700000.0, 1700000.5}))
       << "the name says milliseconds, and twenty days of them are a time";
   EXPECT_EQ(read(std::string(kHeader) + "86400,1,12\n86401,1,12\n").series.time.front(), 86400.0);
-  CsvColumns seconds;
-  seconds.time_unit = 1.0;
-  EXPECT_EQ(read("t,i,u\n1700000000000,1,12\n1700000000001,1,12\n", seconds).series.time.front(),
-            1.7e12)
+  CsvColumns given;
+  given.time_unit = 1e-3;
+  EXPECT_EQ(read("t,i,u\n1700000000,1,12\n1700000001,1,12\n", given).series.time.front(), 1.7e6)
       << "a unit that is given is not replaced";
 }
 
