@@ -2,8 +2,8 @@
 
 #include <chrono>
 #include <cmath>
-#include <optional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 
 #include "diagnosis/diagnose.hpp"

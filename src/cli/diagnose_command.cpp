@@ -197,9 +197,9 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       app, line, "diagnose",
       "find where base model and recording deviate, and which physics is missing", runDiagnose);
   DiagnoseOptions& search = values.options;
-  addFile(
-      options, kReadFile, "REC", values.paths,
-      std::string(kRecordingFile) + "; several of one battery are diagnosed one by one and together")
+  addFile(options, kReadFile, "REC", values.paths,
+          std::string(kRecordingFile) +
+              "; several of one battery are diagnosed one by one and together")
       ->required();
   addRecordingOptions(options, values.recording, false);
   addSeriesBlocksOption(options, values.recording);

@@ -50,7 +50,7 @@ double deepestOf(const InputSequence& inputs) {
 /// those of a robot follow one another at any rate.
 bool needsEdges(const Residuals& residuals) {
   return !residuals.screened.slow &&
-         (!lackOfMeasurements(residuals.quiet).empty() ||
+         (!hasTwoHalves(residuals.quiet) ||
           deepestOf(residuals.quiet) < kDeepShare * deepestOf(residuals.inputs));
 }
 
@@ -80,6 +80,7 @@ InputSequence partOf(const InputSequence& inputs, std::size_t begin, std::size_t
 /// starts.
 void exchangeHalves(Residuals& residuals) {
   const InputSequence& quiet = residuals.quiet;
+  if (!hasTwoHalves(quiet)) return;
   WhitenedFit& base = residuals.base;
   const std::size_t middle = quiet.samples.size() / 2;
   const InputSequence first = partOf(quiet, 0, middle),

@@ -10,8 +10,9 @@
 namespace battery_sof {
 namespace {
 
-// of the training part: two for every unknown of base model and noise (docs/diagnosis.md)
-constexpr std::size_t kMinSamples = 22;
+// of the training part, as a noise model requires: nearly three for every unknown of base model and
+// noise (docs/diagnosis.md)
+constexpr std::size_t kMinSamples = 30;
 // [s] of the training part: half of what the slow state takes at rest (docs/physics.md, Base circuit)
 constexpr double kMinDuration = 22.0;
 constexpr double kMinCharge = 20.0;   // [As] of discharge; twice of it in all
@@ -54,6 +55,15 @@ std::string faultOf(const Finding& finding, const Series& series) {
                      kLostShare * static_cast<double>(series.size())
              ? "dropouts"
              : "";
+}
+
+/// Measurements of the first and of the second half.
+std::pair<std::size_t, std::size_t> measuredInHalves(const InputSequence& inputs) {
+  const auto begin = inputs.samples.begin(),
+             middle = begin + static_cast<std::ptrdiff_t>(inputs.samples.size() / 2);
+  const auto measured = [](const InputSample& sample) { return sample.count > 0.0; };
+  return {static_cast<std::size_t>(std::count_if(begin, middle, measured)),
+          static_cast<std::size_t>(std::count_if(middle, inputs.samples.end(), measured))};
 }
 
 /// @return values shifted to `by` samples later; what enters at an end is its neighbour.
@@ -105,19 +115,18 @@ std::string lackOf(const Series& train, double holdout_share, bool anyway) {
 }
 
 std::string lackOfMeasurements(const InputSequence& inputs) {
-  const InputSample* const middle = inputs.samples.data() + inputs.samples.size() / 2;
-  const auto measured = [](const InputSample& sample) { return sample.count > 0.0; };
-  const auto in_first = static_cast<std::size_t>(
-      std::count_if(std::as_const(inputs.samples).data(), middle, measured));
-  const auto all = static_cast<std::size_t>(
-      std::count_if(inputs.samples.begin(), inputs.samples.end(), measured));
-  // A search that stopped early is found by comparing the halves: each is fitted by itself.
-  if (std::min(in_first, all - in_first) >= kMinSamples / 2) return "";
+  const auto [in_first, in_second] = measuredInHalves(inputs);
+  if (in_first + in_second >= kMinSamples) return "";
   return format(
       "of the training part %zu samples of the first half and %zu of the second are measurements "
       "(the others are cut off, stuck, repeated or next to a step of the current), at least %zu "
-      "are needed in each",
-      in_first, all - in_first, kMinSamples / 2);
+      "are needed in all",
+      in_first, in_second, kMinSamples);
+}
+
+bool hasTwoHalves(const InputSequence& inputs) {
+  const auto [in_first, in_second] = measuredInHalves(inputs);
+  return std::min(in_first, in_second) >= kMinSamples;
 }
 
 Screening screenInstruments(const Recording& recording, const Series& train, bool keeps_edges) {

@@ -33,6 +33,9 @@ std::string lackOf(const Series& train, double holdout_share, bool anyway = fals
 /// @return why they cannot be fitted: too few are measurements; empty when they can.
 std::string lackOfMeasurements(const InputSequence& inputs);
 
+/// @return whether either half has enough measurements to be fitted by itself.
+bool hasTwoHalves(const InputSequence& inputs);
+
 /// @param train the recording's training part.
 /// @param keeps_edges edges are not to be set aside, however fast the sampling: Screening::slow.
 Screening screenInstruments(const Recording& recording, const Series& train,

@@ -56,6 +56,9 @@ CrankCurrent findCrankCurrent(const Series& series) {
   std::sort(depths.begin(), depths.end(), std::greater<>());
   const double depth = depths[std::min(depths.size(), kRepeated) - 1];
   found.pulse = -depth;
+  const auto usual =
+      std::count_if(depths.begin(), depths.end(), [](double one) { return one >= -kCrankCurrent; });
+  if (2 * static_cast<std::size_t>(usual) >= depths.size()) return found;
   found.current = -std::clamp(std::round(kTurningShare * depth), least, -kCrankCurrent);
   found.source = CrankCurrent::Source::kRecording;
   return found;

@@ -24,17 +24,18 @@ std::string toString(CrankCurrent::Source source);
 /**
  * @brief The current that tells an engine start from other loads, read off a recording.
  *
- *     crank_current = -min(150 A, 0.6 p)
+ *     crank_current = -150 A                     where half of the recording's pulses reach it
+ *                     -min(150 A, 0.6 p)         else
  *
- * p is the third deepest of the recording's pulses, or the shallowest where there are fewer. A pulse
- * is a discharge of 5 s at most that the voltage answers to by 1 V a block, as it does to a starter
- * and hardly to a consumer, and that stands clear of the ordinary load: it is twice as deep as nine
+ * p is the third deepest of the pulses, or the shallowest where there are fewer. A pulse is a
+ * discharge of 5 s at most that the voltage answers to by 1 V a block, as it does to a starter and
+ * hardly to a consumer, and that stands clear of the ordinary load: it is twice as deep as nine
  * samples in ten, and of 60 A. A starter draws about 0.6 of its first rush while it turns the
- * engine. Below a rush of 250 A the paper's 150 A would miss starts.
+ * engine.
  *
  * @param series of one block.
- * @return the usual kCrankCurrent where no pulse is found, where pulses of 5 s fall between samples,
- * and where the ordinary load is itself beyond 75 A.
+ * @return the usual kCrankCurrent also where no pulse is found, where pulses of 5 s fall between
+ * samples, and where the ordinary load is itself beyond 75 A.
  */
 CrankCurrent findCrankCurrent(const Series& series);
 

@@ -93,7 +93,9 @@ std::string crankText(const CrankCurrent& crank, std::size_t count) {
   switch (crank.source) {
     case CrankCurrent::Source::kGiven: why = " (--crank-current)"; break;
     case CrankCurrent::Source::kUsual:
-      why = " (the usual value: no short pulse stands clear of the other loads here)";
+      if (crank.pulse)
+        return what + " (the usual value, which most of the short pulses here reach)";
+      why = " (the usual value: no short pulse here stands clear of the other loads)";
       break;
     case CrankCurrent::Source::kRecording:
       return what + " (read off the largest repeated pulses, of " + number(*crank.pulse) + " A)";

@@ -322,7 +322,7 @@ Recording oneStart(double before, double after) {
 }
 
 TEST(ShortDrive, OneEngineStartGivesTheCircuitThatExplainsIt) {
-  for (const double around : {12.0, 25.0}) {
+  for (const double around : {15.0, 25.0}) {
     const Diagnosis diagnosis = diagnose(oneStart(around, around));
     EXPECT_EQ(Verdict::kNoMismatch, diagnosis.verdict) << diagnosis.summary;
     EXPECT_LT(diagnosis.fit.base_train.rmse, 0.03) << around << " s before it";
@@ -354,10 +354,11 @@ TEST(ShortDrive, ThirtySecondsOfTheBaseModelLackNothing) {
   EXPECT_GE(diagnosed, 8);
 }
 
-TEST(Diagnose, FewerThanThirtySamplesAreTooFewAndSayHowManyAreNeeded) {
-  const Diagnosis diagnosis = diagnose(toRecording(everyNth(baseDrive(3, 29.0), 100)));
+TEST(Diagnose, FewerThanFortySamplesAreTooFewAndSayHowManyAreNeeded) {
+  const Diagnosis diagnosis = diagnose(toRecording(everyNth(baseDrive(3, 39.0), 100)));
   EXPECT_EQ(Verdict::kInsufficientData, diagnosis.verdict);
-  EXPECT_NE(std::string::npos, diagnosis.summary.find("at least 30 samples and 30 s")) << diagnosis.summary;
+  EXPECT_NE(std::string::npos, diagnosis.summary.find("at least 40 samples and 30 s"))
+      << diagnosis.summary;
   EXPECT_FALSE(diagnosis.next_experiment.empty());
   EXPECT_FALSE(diagnosis.source.totals.empty());
 }

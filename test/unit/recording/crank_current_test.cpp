@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <limits>
 #include <stdexcept>
+
+#include "battery_sof/csv.hpp"
 
 namespace battery_sof {
 namespace {
@@ -28,7 +31,7 @@ TEST(CrankCurrent, OfASmallEngineIsAShareOfItsLargestRepeatedPulses) {
   const Series series = driveWith({-120.0, -118.0, -125.0, -121.0});
   const CrankCurrent crank = findCrankCurrent(series);
   EXPECT_EQ(crank.source, CrankCurrent::Source::kRecording);
-  EXPECT_DOUBLE_EQ(crank.current, -0.6 * 120.0);
+  EXPECT_DOUBLE_EQ(crank.current, -72.0);
   EXPECT_EQ(cranksIn(series, crank), 4u);
   EXPECT_EQ(cranksIn(series, {}), 0u);
 }
@@ -38,6 +41,16 @@ TEST(CrankCurrent, OfALargeEngineIsThePapers) {
   const CrankCurrent crank = findCrankCurrent(series);
   EXPECT_DOUBLE_EQ(crank.current, kCrankCurrent);
   EXPECT_EQ(cranksIn(series, crank), 3u);
+  EXPECT_EQ(crank.source, CrankCurrent::Source::kUsual);
+  EXPECT_DOUBLE_EQ(crank.pulse.value(), -250.0);
+  EXPECT_DOUBLE_EQ(findCrankCurrent(driveWith({-220.0, -140.0})).current, kCrankCurrent)
+      << "a slow sampling shows a large engine's starts at any depth";
+}
+
+TEST(CrankCurrent, OfASmallEngineStaysSoWhereSomeOfItsStartsReachThePapers) {
+  EXPECT_DOUBLE_EQ(
+      findCrankCurrent(driveWith({-160.0, -155.0, -151.0, -130.0, -128.0, -120.0, -125.0})).current,
+      -91.0);
 }
 
 TEST(CrankCurrent, IsReadOffASinglePulseToo) {
@@ -67,6 +80,24 @@ TEST(CrankCurrent, IsTheUsualWherePulsesFallBetweenSamples) {
   for (int k = 0; k < 100; ++k)
     series.append({60.0 * k, k % 10 == 5 ? -120.0 : -2.0, k % 10 == 5 ? 10.0 : 12.5});
   EXPECT_EQ(findCrankCurrent(series).source, CrankCurrent::Source::kUsual);
+}
+
+/// The whole and its eighths.
+TEST(CrankCurrent, OfStartStopCarsFindsTheCranksOfThePapers) {
+  const std::filesystem::path folder = BATTERY_SOF_SOURCE_DIR "/../shared/data";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no recordings in ../shared/data";
+  for (const char* file :
+       {"startstop_car/drive_1.csv", "startstop_car/drive_2.csv", "small_car/trip.csv"}) {
+    const Series whole = readCsv(folder / file).series;
+    for (std::size_t part = 0; part <= 8; ++part) {
+      const std::size_t size = whole.size();
+      const Series series =
+          slice(whole, part == 8 ? IndexRange{0, size}
+                                 : IndexRange{part * size / 8, (part + 1) * size / 8});
+      EXPECT_EQ(cranksIn(series, findCrankCurrent(series)), cranksIn(series, {}))
+          << file << ", part " << part;
+    }
+  }
 }
 
 TEST(CrankCurrent, ThatIsGivenIsTaken) {
