@@ -79,8 +79,9 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const CrankCurrent crank = crankCurrentOf(series, arguments.recording.crank_current);
   const std::size_t cranks =
       detectCranks(series, {0, series.size()}, EventLimits{crank.current}).size();
-  text += format("%zu engine %s in it, of %g A or below\n", cranks,
-                 cranks == 1 ? "start" : "starts", crank.current);
+  if (arguments.recording.crank_current)
+    text += format("%zu engine %s in it, of %g A or below\n", cranks,
+                   cranks == 1 ? "start" : "starts", crank.current);
   emit(line, text,
        {{"schema", "battery_sof/conversion/1"},
         {"crank_current_a", crank.current},
