@@ -49,7 +49,7 @@ Optimum searchOnly(const DriveWindow& window) {
   const IdentifyOptions options;
   const WindowSamples samples{window.series,
                               window.range(),
-                              {options.crank_weight, options.crank_weight_current},
+                              {options.crank_weight, options.crank_current},
                               window.max_gap,
                               options.masked};
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);

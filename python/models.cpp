@@ -38,10 +38,11 @@ PredictionMode modeOf(const std::optional<std::string>& name) {
 
 Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
                    const std::optional<std::vector<std::string>>& effects, bool whiten,
-                   const std::string& start, double series_blocks, int threads, bool anyway) {
+                   const std::string& start, double series_blocks, int threads, bool anyway,
+                   std::optional<double> crank_current) {
   const py::gil_scoped_release released;
   return identify(held.recording, {from, to, chooses_window, effects, whiten, isPaperStart(start),
-                                   series_blocks, threads, held.hash, anyway});
+                                   series_blocks, threads, held.hash, anyway, crank_current});
 }
 
 py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
@@ -64,14 +65,17 @@ py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
 
 std::pair<py::dict, std::string> predictHeld(const Model& model, const HeldRecording& held,
                                              Seconds from, Seconds to,
-                                             const std::optional<std::string>& mode) {
+                                             const std::optional<std::string>& mode,
+                                             std::optional<double> crank_current) {
   RangePrediction prediction;
   Series part;
   {
     const py::gil_scoped_release released;
     if (!model.usable()) throw std::invalid_argument("no model: " + model.message());
     const IndexRange range = samplesBetween(held.fitted, from, to);
-    prediction = predictRange(model.fitted(), held.fitted, range, modeOf(mode));
+    FittedModel fitted = model.fitted();
+    if (crank_current) fitted.fit.crank_current = -std::abs(*crank_current);
+    prediction = predictRange(std::move(fitted), held.fitted, range, modeOf(mode));
     part = slice(held.fitted, range);
   }
   return {arraysOf(part, prediction.course), jsonText(resultJson(prediction.report))};
@@ -115,10 +119,10 @@ std::string askCharge(const Model& model, double u_boost, double t_sof2, double 
 DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to,
                              double holdout_share, const std::vector<std::string>& hypotheses,
                              const std::vector<std::string>& given, double series_blocks,
-                             int threads, bool anyway) {
+                             int threads, bool anyway, std::optional<double> crank_current) {
   const py::gil_scoped_release released;
   return diagnose(held.recording, {from, to, holdout_share, hypotheses, given, series_blocks,
-                                   threads, nullptr, held.hash, anyway});
+                                   threads, nullptr, held.hash, anyway, crank_current});
 }
 
 /// @return JSON and text of a comparison. @param from, to of the recording; references are whole.

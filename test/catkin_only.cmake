@@ -60,6 +60,7 @@ battery_sof_script_test(strangers_count_right 120 out_of_model/out_of_model_test
 
 # What the scripts share, and the shell scripts.
 battery_sof_script_test(scripts_do_what_they_say 300 tools/tools_test.py)
+battery_sof_script_test(can_logs_are_read_by_their_dbc_file 60 tools/can_log_test.py)
 battery_sof_script_test(tables_say_what_was_measured 60 tools/measures_test.py)
 battery_sof_script_test(pages_hold_the_figures_of_the_results 60 tools/results_test.py)
 battery_sof_script_test(json_is_what_its_schemas_say 300 tools/schemas_test.py)

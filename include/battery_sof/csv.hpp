@@ -50,7 +50,9 @@ using BytesSeen = std::function<void(std::string_view)>;
  *
  * If the package's own column name is asked for and the file does not have it, the one column with
  * a common name is read ("t", "Current (A)", "u" ...). The end of such a time column's name is its
- * unit (ms, us, ns). `notes` says what was assumed.
+ * unit (ms, us, ns). Times that count from 1970 are recognised by their size, in s, ms, us or ns of
+ * the years 2001 to 2099, unless a unit is given; they become seconds since 1970, as dates do.
+ * `notes` says what was assumed.
  *
  * @param seen receives the bytes as they are read, and all of them if nothing is thrown, because a
  * pipe cannot be read again.
@@ -64,6 +66,19 @@ using BytesSeen = std::function<void(std::string_view)>;
  */
 Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns = {},
                   BytesSeen seen = {}, std::vector<std::string>* notes = nullptr);
+
+/// Receives a row's time [s] and current [A], and its number in the file.
+using ProfileRowSeen = std::function<void(double time, double current, std::size_t line)>;
+
+/**
+ * @brief Reads a current over time, as readCsv() reads a recording, but for the voltage: whatever
+ * names, separators, units and dates a recording may have, a profile may have, too.
+ *
+ * Times that count from 1970 become seconds after the first row. Other columns are passed over.
+ * @param row receives every row in order; a cell without a number is NaN. @throws as readCsv().
+ */
+void readProfileCsv(const std::filesystem::path& path, const CsvColumns& columns,
+                    const ProfileRowSeen& row, std::vector<std::string>* notes = nullptr);
 
 /**
  * @brief Writes time_s,current_a,voltage_v and, if measured, temperature_c, with as many digits as

@@ -29,6 +29,8 @@ struct IdentifyRequest {
   /// hash of the recording's file, "sha256:...", stored in the model file; empty: unknown
   std::string recording_hash = {};
   bool anyway = false;  ///< also fit a recording with a problem (`sof check`)
+  /// [A], of either sign, that counts as an engine start; none: read off the recording
+  std::optional<double> crank_current = std::nullopt;
 };
 
 /**
@@ -97,6 +99,7 @@ struct DiagnosisRequest {
   std::function<void(const std::string& stage)> progress = nullptr;  ///< called at each new stage
   std::string recording_hash = {};                                   ///< as in IdentifyRequest
   bool anyway = false;                                               ///< as in IdentifyRequest
+  std::optional<double> crank_current = std::nullopt;                ///< as in IdentifyRequest
 };
 
 struct Diagnosis;

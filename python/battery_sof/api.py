@@ -129,7 +129,8 @@ class Model:
 
 def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              choose_window: bool = False, effects: Optional[Sequence[str]] = None, whiten: bool = False,
-             start: str = "robust", series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Model:
+             start: str = "robust", series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
+             crank_current_a: Optional[float] = None) -> Model:
     """Fits the model to a window of a recording, as `sof identify` does.
 
     from_s, to_s [s]: the window if both are given, otherwise the range in which the best window is chosen (with choose_window also
@@ -137,25 +138,27 @@ def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
     None lets the recording choose, [] is the base model. whiten: minimise whitened residuals. start: "robust" or "paper".
     series_blocks: number of 12 V blocks in series (0.5 for 6 V, 2 for 24 V, 4 for 48 V). The fit is that of the mean block, while
     queries, answers and predictions are in the volts of the whole battery. threads: 0 for all; it changes no result.
+    crank_current_a: discharges by this many amperes or more, for at most 5 s, are engine starts; None reads it off the recording.
 
     If the window determines no model, the returned model is not usable and its message has the reason. The same holds for a
     recording with a problem, for example a flipped sign or another time unit, unless anyway is true. Raises ValueError for a range
     without samples, an unknown effect, or an option that is out of range.
     """
     return Model(_core.identify(recording._core, from_s, to_s, choose_window, None if effects is None else list(effects),
-                                whiten, start, series_blocks, threads, anyway))
+                                whiten, start, series_blocks, threads, anyway, crank_current_a))
 
 
 def predict(model: Model, recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
-            mode: Optional[str] = None) -> Prediction:
+            mode: Optional[str] = None, crank_current_a: Optional[float] = None) -> Prediction:
     """Runs a model through a recording from from_s to to_s [s] and scores it, as `sof predict` does.
 
     mode: "mixed" takes the voltage as the input where a source controls it, "current" takes the current throughout, and None does
-    as the model was fitted. A recording above 200 Hz is predicted at 100 Hz.
+    as the model was fitted. A recording above 200 Hz is predicted at 100 Hz. crank_current_a: as in identify(); None takes the
+    model's.
 
     Raises ValueError if the model is not usable, if the range has no sample, or if "mixed" is given and no source is detected.
     """
-    arrays, text = _core.predict(model._core, recording._core, from_s, to_s, mode)
+    arrays, text = _core.predict(model._core, recording._core, from_s, to_s, mode, crank_current_a)
     details = json.loads(text)
     return made(Prediction, details, cranks=[made(CrankScore, each) for each in details["cranks"]], details=details,
                 **arrays)
@@ -199,7 +202,8 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
 @overload
 def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
-             series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Diagnosis: ...
+             series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
+             crank_current_a: Optional[float] = None) -> Diagnosis: ...
 
 
 @overload
@@ -210,13 +214,14 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
 def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recording], None] = None,
              from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
-             series_blocks: float = 1.0, threads: int = 1, anyway: bool = False) -> Union[Diagnosis, ChangeDiagnosis]:
+             series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
+             crank_current_a: Optional[float] = None) -> Union[Diagnosis, ChangeDiagnosis]:
     """Finds where the base model and a recording deviate and which physics is missing, as `sof diagnose` does. This takes minutes.
 
     from_s, to_s [s]: the range that is diagnosed; its last holdout_share is kept for the comparison alone. hypotheses: ids of the
     effects to consider; empty for all. given: ids of effects that are known to be present; nothing is searched for. series_blocks:
     number of 12 V blocks in series, as in identify(); volts and ohms in the result are those of one block. threads: 0 for all; it
-    changes no result. anyway: also diagnose a recording with a problem, as in identify().
+    changes no result. anyway: also diagnose a recording with a problem, as in identify(). crank_current_a: as in identify().
 
     reference: one or more recordings of the same battery from when it was sound. What has changed since is found instead, as
     `sof diagnose --reference` does, and a ChangeDiagnosis comes back; from_s, to_s and anyway alone go with it.
@@ -224,8 +229,9 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
     Raises ValueError for a range without samples, an unknown id, or an option that is out of range.
     """
     if reference is not None:
-        if (holdout_share, list(hypotheses), list(given), series_blocks) != (0.25, [], [], 1.0):
-            raise ValueError("reference is given, expected without holdout_share, hypotheses, given and series_blocks")
+        if (holdout_share, list(hypotheses), list(given), series_blocks, crank_current_a) != (0.25, [], [], 1.0, None):
+            raise ValueError("reference is given, expected without holdout_share, hypotheses, given, series_blocks and "
+                             "crank_current_a")
         references = [reference] if isinstance(reference, Recording) else list(reference)
         if not references:
             raise ValueError("reference is empty, expected at least one recording")
@@ -233,7 +239,7 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
         told = json.loads(answer)
         return made(ChangeDiagnosis, told, changes=[made(Change, one) for one in told["changes"]], text=text, details=told)
     core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), series_blocks,
-                          threads, anyway)
+                          threads, anyway, crank_current_a)
     details = json.loads(core.json())
     effects = [made(Effect, each, parameters=[made(Parameter, one) for one in each["parameters"]])
                for each in details["effects"]]

@@ -1,7 +1,9 @@
 #include "battery_sof/model.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 
 #include "diagnosis/diagnose.hpp"
@@ -62,6 +64,16 @@ std::string Model::json() const { return jsonText(resultJson(*fitted_)); }
 
 std::string Model::text() const { return resultText(*fitted_); }
 
+namespace {
+
+/// A crank's current is out of the battery, whichever sign it was given with.
+std::optional<double> dischargeOf(const std::optional<double>& current) {
+  if (!current) return std::nullopt;
+  return -std::abs(*current);
+}
+
+}  // namespace
+
 Model identify(const Recording& recording, const IdentifyRequest& request) {
   const Series series = fittedSeries(recording, request.series_blocks);
   FitRequest fit{request.from, request.to, request.chooses_window, request.anyway, {}};
@@ -70,6 +82,7 @@ Model identify(const Recording& recording, const IdentifyRequest& request) {
   fit.options.whiten = request.whiten;
   fit.options.start = request.paper_start ? FitStart::kPaper : FitStart::kRobust;
   fit.options.threads = request.threads;
+  fit.crank_current = dischargeOf(request.crank_current);
   const FitPlan plan = planFit(series, fit);
   const auto begin = std::chrono::steady_clock::now();
   FittedModel model = fitPlanned(series, plan);
@@ -127,6 +140,7 @@ DiagnosisReport diagnose(const Recording& recording, const DiagnosisRequest& req
   options.given = request.given;
   options.threads = request.threads;
   options.anyway = request.anyway;
+  options.crank_current = dischargeOf(request.crank_current);
   options.progress = request.progress;
   Diagnosis diagnosis = diagnose(stretch, options);
   nameOrigin(diagnosis.base, recording, request);

@@ -214,7 +214,8 @@ Interval BaselineLine::around(double x) const {
 }
 
 BaselinePredictor fitBaseline(const Series& series, IndexRange window,
-                              const std::vector<char>& voltage_controlled) {
+                              const std::vector<char>& voltage_controlled,
+                              const EventLimits& limits) {
   const auto beginnings = chargeBeginnings(series, window, voltage_controlled);
   BaselinePredictor baseline;
   baseline.current_from_voltage = lineWhere(series, window, voltage_controlled, true);
@@ -225,15 +226,18 @@ BaselinePredictor fitBaseline(const Series& series, IndexRange window,
   baseline.charge_10s =
       chargesOver(series, window, voltage_controlled, beginnings, kShort, of_line);
   baseline.charge_60s = chargesOver(series, window, voltage_controlled, beginnings, kLong, of_line);
-  baseline.cranks = baselineCranks(detectCranks(series, window), baseline.voltage_from_current);
+  baseline.cranks =
+      baselineCranks(detectCranks(series, window, limits), baseline.voltage_from_current);
   return baseline;
 }
 
-BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window) {
+BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window,
+                                             const EventLimits& limits) {
   BaselinePredictor baseline;
   baseline.voltage_from_current =
       lineThrough(valuesIn(series.current, window), valuesIn(series.voltage, window));
-  baseline.cranks = baselineCranks(detectCranks(series, window), baseline.voltage_from_current);
+  baseline.cranks =
+      baselineCranks(detectCranks(series, window, limits), baseline.voltage_from_current);
   return baseline;
 }
 

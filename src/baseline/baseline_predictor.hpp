@@ -7,6 +7,7 @@
 #include "battery_sof/queries.hpp"
 #include "battery_sof/series.hpp"
 #include "recording/channel_statistics.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
 
@@ -88,10 +89,12 @@ struct BaselinePredictor {
  * outside it.
  */
 BaselinePredictor fitBaseline(const Series& series, IndexRange window,
-                              const std::vector<char>& voltage_controlled);
+                              const std::vector<char>& voltage_controlled,
+                              const EventLimits& limits = {});
 
 /// @return fitBaseline() of a window in which no voltage is controlled: v(i) and cranks.
-BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window);
+BaselinePredictor fitBaselineDrivenByCurrent(const Series& series, IndexRange window,
+                                             const EventLimits& limits = {});
 
 /// A prediction in the mixed direction, one value a sample of a range, with bounds for nine in ten.
 struct MixedPrediction {

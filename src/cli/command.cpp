@@ -3,6 +3,7 @@
 #include <openssl/evp.h>
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -58,7 +59,8 @@ class Digest {
   std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context_{EVP_MD_CTX_new(), &EVP_MD_CTX_free};
 };
 
-Recording readRecording(const RecordingArguments& arguments, std::string* hash) {
+Recording readRecording(const RecordingArguments& arguments, std::string* hash,
+                        std::vector<std::string>* told) {
   const bool is_bag = isBag(arguments.path);
   CsvColumns columns = arguments.columns;
   const auto& unit = arguments.time_unit;
@@ -75,6 +77,7 @@ Recording readRecording(const RecordingArguments& arguments, std::string* hash) 
                                   [&digest](std::string_view bytes) { digest.add(bytes); }, &notes);
   for (const std::string& note : notes)
     std::fprintf(stderr, "sof: %s: %s\n", arguments.path.c_str(), note.c_str());
+  if (told) *told = notes;
   if (!hash) return recording;
   if (is_bag) digest.addFile(arguments.path);
   *hash = digest.text();
@@ -88,7 +91,7 @@ void addModelOption(CLI::App& command, std::string& model) {
 }
 
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path) {
-  if (with_path) addFile(command, kReadFile, "REC", arguments.path, kRecording)->required();
+  if (with_path) addFile(command, kReadFile, "REC", arguments.path, kRecordingFile)->required();
   auto& columns = arguments.columns;
   addOption(command, "--time-column", columns.time, "CSV column of time [s, or UTC date]");
   addOption(command, "--current-column", columns.current, "CSV column of current [A]");
@@ -110,6 +113,20 @@ void addRenamedOption(CLI::App& command, const std::string& old, const std::stri
   command.add_option_function<std::vector<std::string>>(old, refuse)
       ->expected(0, CLI::detail::expected_max_vector_size)
       ->group("");
+}
+
+void addCrankCurrentOption(CLI::App& command, RecordingArguments& arguments) {
+  const auto take = [&arguments](const double& given) {
+    if (given == 0.0 || !std::isfinite(given))
+      throw CLI::ValidationError(
+          "--crank-current", "is " + format("%g", given) + ", expected amperes above 0, e.g. 120");
+    arguments.crank_current = -std::abs(given);
+  };
+  command.add_option_function<double>(
+      "--crank-current", take,
+      "a discharge by this many amperes or more, for at most 5 s, is an engine start: half of what "
+      "the starter draws while it turns the engine. Default: read off the recording's largest "
+      "repeated pulses, at most 150 A; sof check has it");
 }
 
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments) {
@@ -153,11 +170,12 @@ std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments) {
   return {};
 }
 
-Recording loadRecording(const RecordingArguments& arguments, std::string* hash) {
+Recording loadRecording(const RecordingArguments& arguments, std::string* hash,
+                        std::vector<std::string>* notes) {
   if (!areSeriesBlocks(arguments.series_blocks))
     throw UsageError(format("--series-blocks is %g, expected ", arguments.series_blocks) +
                      kAllowedSeriesBlocks);
-  Recording recording = readRecording(arguments, hash);
+  Recording recording = readRecording(arguments, hash, notes);
   recording.series = perBlock(std::move(recording.series), arguments.series_blocks);
   return recording;
 }

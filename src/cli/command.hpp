@@ -101,8 +101,9 @@ struct RecordingArguments {
   std::string path;
   CsvColumns columns;
   std::string topic = kDefaultTopic;
-  double series_blocks = 1.0;  ///< 12 V blocks in series
-  std::string time_unit;       ///< of the CSV's time column: s, ms or us; empty: by its name
+  double series_blocks = 1.0;                          ///< 12 V blocks in series
+  std::optional<double> crank_current = std::nullopt;  ///< [A], below 0; none: read off it
+  std::string time_unit;  ///< of the CSV's time column: s, ms or us; empty: by its name
 };
 
 /// The options --from and --to, as typed.
@@ -115,12 +116,14 @@ struct PriorsArguments {
   std::string file, vehicle_type;
 };
 
-inline constexpr char kRecording[] = "recording: .bag, .csv, or CSV from a pipe";
+inline constexpr char kRecordingFile[] = "recording: .bag, .csv, or CSV from a pipe";
 void addModelOption(CLI::App& command, std::string& model);
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path = true);
 /// An option of 0.2 under its old name: refused with the new one.
 void addRenamedOption(CLI::App& command, const std::string& old, const std::string& now);
 
+/// The option --crank-current, of either sign: the current of a crank is always out of the battery.
+void addCrankCurrentOption(CLI::App& command, RecordingArguments& arguments);
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments);
 void addWindowOptions(CLI::App& command, WindowArguments& arguments);
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments);
@@ -132,7 +135,9 @@ void addJsonOption(CLI::App& command, std::string& json);
 /// Reads a bag or CSV file, with the voltage of one of its blocks. A pipe is read once, as CSV.
 /// @param hash takes "sha256:" and the digest of the bytes that were read. @throws RecordingError,
 /// UsageError.
-Recording loadRecording(const RecordingArguments& arguments, std::string* hash = nullptr);
+/// @param notes takes what was assumed of the file, which is on standard error as well.
+Recording loadRecording(const RecordingArguments& arguments, std::string* hash = nullptr,
+                        std::vector<std::string>* notes = nullptr);
 
 /// @return nothing without a file. @throws ModelFileError, UsageError.
 std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments);

@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "recording/channel_shift.hpp"
 #include "recording/checks.hpp"
+#include "recording/crank_current.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/results.hpp"
 #include "util/text.hpp"
@@ -18,15 +19,20 @@ struct CheckArguments {
 
 int runCheck(const CommandLine& line, const CheckArguments& arguments) {
   Progress progress(line.err);
-  const Recording recording = loadRecording(arguments.recording);
+  std::vector<std::string> notes;
+  const Recording recording = loadRecording(arguments.recording, nullptr, &notes);
   progress.stage("checking");
-  const CheckReport report = checkRecording(recording);
+  const CheckReport report = checkRecording(recording, arguments.recording.crank_current);
   const double series_blocks = arguments.recording.series_blocks;
   nlohmann::json json = checkReportJson(recording, report);
   json["series_blocks"] = series_blocks;
+  json["assumed"] = notes;
   const std::string row = series_blocks == 1.0 ? "" : seriesBlocksSentence(series_blocks) + "\n";
   progress.end();
-  emit(line, row + checkReportText(recording, report), json, arguments.json);
+  std::string text = row + checkReportText(recording, report);
+  if (!notes.empty()) text += "\n  assumed of the file\n";
+  for (const std::string& note : notes) text += "    " + note + "\n";
+  emit(line, text, json, arguments.json);
   return kExitDone;
 }
 
@@ -70,8 +76,16 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   if (arguments.shift_current != 0.0)
     text += format("the current moved by %g s; %zu samples left out, whose current it moved away\n",
                    arguments.shift_current, without);
+  const CrankCurrent crank = crankCurrentOf(series, arguments.recording.crank_current);
+  const std::size_t cranks =
+      detectCranks(series, {0, series.size()}, EventLimits{crank.current}).size();
+  if (arguments.recording.crank_current)
+    text += format("%zu engine %s in it, of %g A or below\n", cranks,
+                   cranks == 1 ? "start" : "starts", crank.current);
   emit(line, text,
        {{"schema", "battery_sof/conversion/1"},
+        {"crank_current_a", crank.current},
+        {"cranks", cranks},
         {"out", printable(arguments.out)},
         {"samples", samples},
         {"rejected", rejected},
@@ -106,15 +120,17 @@ void addCheckCommand(CLI::App& app, CommandLine& line) {
       runCheck);
   addRecordingOptions(options, values.recording);
   addSeriesBlocksOption(options, values.recording);
+  addCrankCurrentOption(options, values.recording);
   addJsonOption(options, values.json);
 }
 
 void addConvertCommand(CLI::App& app, CommandLine& line) {
   const auto [options, values] =
       addSubcommand(app, line, "convert", "convert a recording between CSV and bag", runConvert);
-  addFile(options, kReadFile, "IN", values.recording.path, kRecording)->required();
+  addFile(options, kReadFile, "IN", values.recording.path, kRecordingFile)->required();
   addFile(options, kWrittenFile, "OUT", values.out, "file to write: .bag or .csv")->required();
   addRecordingOptions(options, values.recording, false);
+  addCrankCurrentOption(options, values.recording);
   addOption(options, "--shift-current", values.shift_current,
             "shift the current against the voltage by this time [s]: above 0 if the voltage comes "
             "late, below 0 if the current does. sof check and sof diagnose report by how much");

@@ -166,6 +166,7 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   requireOneRecording(arguments);
   DiagnoseOptions options = arguments.options;
   options.priors = loadPriors(arguments.priors);
+  options.crank_current = arguments.recording.crank_current;
   Progress progress(line.err);
   const std::vector<Stretch> stretches = stretchesOf(arguments);
   const bool is_one = stretches.size() == 1;
@@ -197,12 +198,13 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       "find where the circuit deviates from a recording, and which physics is missing",
       runDiagnose);
   DiagnoseOptions& search = values.options;
-  addFile(
-      options, kReadFile, "REC", values.paths,
-      std::string(kRecording) + "; several of one battery are diagnosed one by one and together")
+  addFile(options, kReadFile, "REC", values.paths,
+          std::string(kRecordingFile) +
+              "; several of one battery are diagnosed one by one and together")
       ->required();
   addRecordingOptions(options, values.recording, false);
   addSeriesBlocksOption(options, values.recording);
+  addCrankCurrentOption(options, values.recording);
   addWindowOptions(options, values.window);
   CLI::Option* reference =
       addFile(options, kReadFile, "--reference", values.references,

@@ -24,8 +24,9 @@ struct IdentifyArguments {
   IdentifyOptions options;
 };
 
-void warn(const CommandLine& line, Progress& progress, const Recording& recording) {
-  const CheckReport report = checkRecording(recording);
+void warn(const CommandLine& line, Progress& progress, const Recording& recording,
+          std::optional<double> crank_current) {
+  const CheckReport report = checkRecording(recording, crank_current);
   progress.hide();
   for (const Finding& finding : report.findings)
     if (finding.severity != Severity::kNote)
@@ -64,11 +65,12 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   request.options = optionsOf(arguments);
   request.chooses_window = arguments.automatic;
   request.anyway = arguments.anyway;
+  request.crank_current = arguments.recording.crank_current;
   Progress progress(line.err);
   std::string hash;
   const Recording recording = loadRecording(arguments.recording, &hash);
   progress.stage("checking");
-  warn(line, progress, recording);
+  warn(line, progress, recording, arguments.recording.crank_current);
   const Series series = atDesignRate(recording.series);
   progress.stage("identifying");
   request.from = parseTime(arguments.window.from, series, "--from");
@@ -87,7 +89,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   progress.end();
   const bool is_usable = isUsable(model.fit);
   if (is_usable) writeModelFile(arguments.out, model);
-  const ControlModes mode = detectControlMode(series);
+  const ControlModes mode = detectControlMode(series, EventLimits{model.fit.crank_current});
   nlohmann::json json = resultJson(model);
   json["operating_mode"] = {{"seen", mode.seen}, {"share", mode.share}, {"summary", mode.summary}};
   emit(line, resultText(model, mode), json, arguments.json);
@@ -110,6 +112,7 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   IdentifyOptions& fit = values.options;
   addRecordingOptions(options, values.recording);
   addSeriesBlocksOption(options, values.recording);
+  addCrankCurrentOption(options, values.recording);
   addWindowOptions(options, values.window);
   options.add_flag("--auto", values.automatic,
                    "choose the window inside --from and --to even when both are given");
@@ -125,9 +128,8 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   addOption(options, "--start", values.start, "initial state: estimated, or as in the paper")
       ->check(CLI::IsMember({"robust", "paper"}));
   addOption(options, "--crank-weight", fit.crank_weight,
-            "weight W of high-rate discharge [1], at least 1");
-  addOption(options, "--crank-weight-current", fit.crank_weight_current,
-            "current below which that weight applies [A]");
+            "weight W of discharges beyond --crank-current [1], at least 1");
+  addRenamedOption(options, "--crank-weight-current", "--crank-current");
   addOption(options, "--max-iterations", fit.max_iterations, "largest number of iterations");
   addAnywayOption(options, values.anyway);
   addPriorsOptions(options, values.priors);

@@ -33,7 +33,8 @@ std::string predictionCsv(const Series& series, IndexRange range,
 }
 
 RangePrediction predict(const PredictArguments& arguments, const Series& series, IndexRange range) {
-  const FittedModel model = readModelFile(arguments.model);
+  FittedModel model = readModelFile(arguments.model);
+  if (const auto given = arguments.recording.crank_current) model.fit.crank_current = *given;
   const PredictionMode mode = arguments.mode.empty()      ? PredictionMode::kAsFitted
                               : arguments.mode == "mixed" ? PredictionMode::kMixed
                                                           : PredictionMode::kCurrent;
@@ -66,6 +67,7 @@ void addPredictCommand(CLI::App& app, CommandLine& line) {
       app, line, "predict", "run a model on a recording's current and score it", runPredict);
   addModelOption(options, values.model);
   addRecordingOptions(options, values.recording);
+  addCrankCurrentOption(options, values.recording);
   addWindowOptions(options, values.window);
   addFile(options, kWrittenFile, "--csv", values.csv,
           "write measured and predicted voltage and current sample by sample");

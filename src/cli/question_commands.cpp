@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "battery_sof/csv.hpp"
 #include "command.hpp"
 #include "prediction/questions.hpp"
-#include "recording/text_lines.hpp"
 #include "report/descriptions.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
@@ -16,47 +16,34 @@ namespace {
 // ---------------------------------------------------------------------------------------------
 // current profiles
 
-constexpr const char* kColumns[] = {"time_s", "current_a"};
-
-/// A current profile from a CSV file with the columns time_s and current_a; other columns are
-/// passed over. @throws UsageError naming file, line, what stands there and what was expected.
+/// A current profile from a CSV file with columns of time and current, read as a recording's.
+/// @throws UsageError naming file, line, what stands there and what was expected.
 CurrentProfile readProfile(const std::string& path) {
-  TextLines lines(path);
-  std::vector<std::string_view> cells;
-  const auto refusal = [&](const std::string& fault) {
-    const std::string place = lines.number() > 0 ? format(", line %zu", lines.number()) : "";
-    return UsageError(path + place + ": " + fault);
-  };
-  const auto next = [&] {
-    const bool is_there = lines.next();
-    if (is_there) splitCells(lines.line(), ',', cells);
-    return is_there;
-  };
-  const auto columnOf = [&](const char* name) {
-    const auto found = std::find(cells.begin(), cells.end(), name);
-    if (found != cells.end()) return static_cast<std::size_t>(found - cells.begin());
-    throw refusal(format("has no column \"%s\", expected the header time_s,current_a", name));
-  };
-  const auto number = [&](std::size_t column, const char* name) {
-    if (column >= cells.size()) throw refusal(format("has no %s, expected a finite number", name));
-    const std::optional<double> value = numberOf(cells[column]);
-    if (value && std::isfinite(*value)) return *value;
-    throw refusal(
-        format("%s is \"%s\", expected a finite number", name, shortened(cells[column]).c_str()));
-  };
-  if (!next()) throw refusal("is empty, expected the header time_s,current_a");
-  const std::size_t time = columnOf(kColumns[0]), current = columnOf(kColumns[1]);
   CurrentProfile profile;
-  while (next()) {
-    const double t = number(time, kColumns[0]);
-    if (t < 0.0) throw refusal(format("time_s is %g, expected 0 or more", t));
-    if (!profile.empty() && t <= profile.time.back())
-      throw refusal(
-          format("time_s is %g, expected more than the %g before it", t, profile.time.back()));
-    profile.time.push_back(t);
-    profile.current.push_back(number(current, kColumns[1]));
+  std::vector<std::string> notes;
+  const auto take = [&](double time, double current, std::size_t line) {
+    const auto require = [&](bool holds, const char* name, double value,
+                             const std::string& expected) {
+      if (!holds)
+        throw UsageError(path + format(", line %zu: %s is %g, expected ", line, name, value) +
+                         expected);
+    };
+    require(std::isfinite(time), "time", time, "a finite number");
+    require(std::isfinite(current), "current", current, "a finite number");
+    require(time >= 0.0, "time", time, "0 or more");
+    if (!profile.empty())
+      require(time > profile.time.back(), "time", time,
+              format("more than the %g before it", profile.time.back()));
+    profile.time.push_back(time);
+    profile.current.push_back(current);
+  };
+  try {
+    readProfileCsv(path, {}, take, &notes);
+  } catch (const RecordingError& error) {
+    throw UsageError(error.what());
   }
-  if (profile.empty()) throw refusal("has a header line but no row below it");
+  for (const std::string& note : notes)
+    std::fprintf(stderr, "sof: %s: %s\n", path.c_str(), note.c_str());
   return profile;
 }
 

@@ -37,8 +37,9 @@ bool counts(const std::vector<char>& masked, std::size_t n) {
 }
 
 /// Events of the range, their samples counted from the series' first.
-std::vector<Event> eventsOf(const Series& series, IndexRange range) {
-  std::vector<Event> events = detectEvents(slice(series, range));
+std::vector<Event> eventsOf(const Series& series, IndexRange range,
+                            const EventLimits& limits = {}) {
+  std::vector<Event> events = detectEvents(slice(series, range), limits);
   for (Event& event : events) {
     event.range.first += range.first;
     event.range.last += range.first;
@@ -127,7 +128,8 @@ void addCharge(Simulation simulation, const Series& series, IndexRange charge,
 }  // namespace
 
 ErrorMetrics errorMetrics(const Series& series, IndexRange range,
-                          const std::vector<double>& modelled, const std::vector<char>& masked) {
+                          const std::vector<double>& modelled, const std::vector<char>& masked,
+                          const EventLimits& limits) {
   requireOneSize("errorMetrics", series, range, modelled, masked);
   std::vector<double> measured, predicted;
   ErrorMetrics metrics;
@@ -144,7 +146,7 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range,
   metrics.rmse = rootMeanSquareError(measured, predicted);
   double crank_error = 0.0, charge_error = 0.0;
   std::size_t charging = 0;
-  for (const Event& event : eventsOf(series, range)) {
+  for (const Event& event : eventsOf(series, range, limits)) {
     double lowest = HUGE_VAL, lowest_modelled = HUGE_VAL;  // [V]
     for (std::size_t n = event.range.first; n < event.range.last; ++n) {
       if (!counts(masked, n)) continue;
@@ -166,11 +168,12 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range,
 std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange range,
                                              const std::vector<double>& base,
                                              const std::vector<double>& extended,
-                                             const std::vector<char>& masked) {
+                                             const std::vector<char>& masked,
+                                             const EventLimits& limits) {
   requireOneSize("compareRegimes", series, range, base, masked);
   requireOneSize("compareRegimes", series, range, extended, masked);
   if (range.empty()) return {};
-  const std::vector<Regime> regimes = regimesOf(series, range);
+  const std::vector<Regime> regimes = regimesOf(series, range, limits);
   const double first = series.time[range.first], span = series.time[range.last - 1] - first;
   const double length = std::clamp(span / kBlocks, kShortestBlock, kLongestBlock);
   std::array<std::map<std::size_t, BlockSums>, kRegimes> sums;  // by block; gaps have none

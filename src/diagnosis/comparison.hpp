@@ -5,6 +5,7 @@
 
 #include "battery_sof/series.hpp"
 #include "diagnosis/diagnosis.hpp"
+#include "recording/events.hpp"
 #include "state/fitted_model.hpp"
 
 namespace battery_sof {
@@ -24,8 +25,8 @@ namespace battery_sof {
  * @throws std::invalid_argument when sizes differ or nothing is left in the range.
  */
 ErrorMetrics errorMetrics(const Series& series, IndexRange range,
-                          const std::vector<double>& modelled,
-                          const std::vector<char>& masked = {});
+                          const std::vector<double>& modelled, const std::vector<char>& masked = {},
+                          const EventLimits& limits = {});
 
 /**
  * @brief Every regime's RMS error before and after, in the order of Regime, those that occur.
@@ -40,7 +41,8 @@ ErrorMetrics errorMetrics(const Series& series, IndexRange range,
 std::vector<RegimeComparison> compareRegimes(const Series& series, IndexRange range,
                                              const std::vector<double>& base,
                                              const std::vector<double>& extended,
-                                             const std::vector<char>& masked = {});
+                                             const std::vector<char>& masked = {},
+                                             const EventLimits& limits = {});
 
 /**
  * @brief What a model's current at the measured voltage is off by, over the charges of a range.

@@ -8,6 +8,7 @@
 #include "diagnosis/model_selection.hpp"
 #include "diagnosis/parameter_bias.hpp"
 #include "diagnosis/verdict.hpp"
+#include "recording/crank_current.hpp"
 #include "recording/deep_discharge.hpp"
 
 namespace battery_sof {
@@ -38,32 +39,35 @@ void addDeepDischarge(Diagnosis& found, const Series& series) {
   if (!deep.empty()) found.instrument.insert(found.instrument.begin(), deep);
 }
 
-Diagnosis insufficient(const Series& series, const std::string& lack) {
+Diagnosis insufficient(const Series& series, const std::string& lack, const EventLimits& limits) {
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
   found.summary = "The recording cannot answer: " + lack + ".";
   addDeepDischarge(found, series);
-  found.source = detectControlMode(series);
+  found.source = detectControlMode(series, limits);
   found.next_experiment = nextExperiment(found);
   return found;
 }
 
 }  // namespace
 
-Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
-  requireValid(options);
+Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& given) {
+  requireValid(given);
+  DiagnoseOptions options = given;
+  options.crank_current = crankCurrentOf(recording.series, given.crank_current).current;
+  const EventLimits limits{*options.crank_current};
   const Parts parts = partsOf(recording.series, options.holdout_share);
   const std::string lack =
       lackOf(slice(recording.series, parts.train), options.holdout_share, options.anyway);
-  if (!lack.empty()) return insufficient(recording.series, lack);
+  if (!lack.empty()) return insufficient(recording.series, lack, limits);
   const Residuals residuals = residualsOf(recording, parts, options);
-  if (!residuals.lack.empty()) return insufficient(recording.series, residuals.lack);
+  if (!residuals.lack.empty()) return insufficient(recording.series, residuals.lack, limits);
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
   found.instrument = residuals.screened.sentences;
   addDeepDischarge(found, recording.series);
   tell(options, "locating where model and measurement deviate");
-  const std::vector<Regime> regimes = regimesOf(residuals.quiet);
+  const std::vector<Regime> regimes = regimesOf(residuals.quiet, limits);
   found.regimes = regimeFindings(residuals.base, residuals.quiet, regimes);
   found.parameter_bias = parameterBiases(residuals.base, residuals.quiet, regimes);
   const ModelSelection selected = selectModel(recording, residuals, options, found);
@@ -77,7 +81,8 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& options) {
 }
 
 MechanismEvidence mechanismEvidence(const Recording& recording) {
-  const DiagnoseOptions options;
+  DiagnoseOptions options;
+  options.crank_current = findCrankCurrent(recording.series).current;
   const Parts parts = partsOf(recording.series, options.holdout_share);
   if (!lackOf(slice(recording.series, parts.train), options.holdout_share).empty()) return {};
   const Residuals residuals = residualsOf(recording, parts, options);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "battery_sof/series.hpp"
@@ -23,6 +24,9 @@ struct DiagnoseOptions {
   /// for every set of effects of which it has a population.
   std::vector<KnownPopulation> priors = {};
   bool anyway = false;  ///< a recording with a problem (findProblems()) is diagnosed all the same
+  /// [A], below 0, what counts as an engine start; none: as the recording shows it
+  /// (findCrankCurrent()). diagnose() sets it.
+  std::optional<double> crank_current = std::nullopt;
   bool lists_detection_limits = true;  ///< false: Diagnosis::detection_limits stays empty
   /// Ids whose strength in Diagnosis::detection_limits is one at which the recording with the
   /// effect put in was diagnosed and the effect named; up to six diagnoses each.

@@ -229,6 +229,7 @@ FittedModel completed(const WhitenedFit& fit, const Residuals& residuals,
   IdentifyOptions options;
   options.effects = fit.model.effects();
   options.priors = residuals.search.priors;
+  options.crank_current = residuals.crank_current;
   options.discrepancy = fit.model.discrepancy();
   options.masked = screened.limits.masked;
   options.voltage_lsb_std = screened.limits.voltage_lsb_std;

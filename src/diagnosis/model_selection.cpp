@@ -71,10 +71,13 @@ IdentifyOptions identifyOptions(const Series& train, const std::optional<Charger
                                 const DiagnoseOptions& options) {
   const InstrumentLimits limits = instrumentLimits(train);
   IdentifyOptions fit;
+  fit.crank_current = options.crank_current.value_or(kCrankCurrent);
   fit.masked = limits.withoutClipped();
   fit.voltage_lsb_std = limits.voltage_lsb_std;
   fit.source = screened;
-  if (std::optional<ChargerControl> as_recorded = screened ? chargerControl(train) : std::nullopt)
+  if (std::optional<ChargerControl> as_recorded =
+          screened ? chargerControl(train, std::nullopt, EventLimits{fit.crank_current})
+                   : std::nullopt)
     fit.source = std::move(as_recorded);
   fit.priors = options.priors;
   fit.more_starts = 0;
@@ -108,7 +111,8 @@ void explainByScore(const Series& train, const IdentifyOptions& fit,
 Explained explainErrors(const Recording& recording, const Residuals& residuals,
                         const DiagnoseOptions& options, std::vector<std::string>& notes) {
   Explained explained;
-  explained.driving = chargerControl(residuals.screened.series);
+  explained.driving =
+      chargerControl(residuals.screened.series, std::nullopt, EventLimits{residuals.crank_current});
   explained.is_lead_acid = isLeadAcid(residuals.screened.series);
   std::unique_ptr<ExplanationFits> fits = fitsTo(residuals, std::nullopt, options);
   if (explained.driving) {

@@ -31,8 +31,8 @@ double restLimit(const InputSequence& inputs) {
   return std::min(EventLimits::kRestCurrent, kRestShare * largest);
 }
 
-Load loadOf(double current, Load before, double rest) {
-  if (current < EventLimits{}.crank_current) return Load::kCrank;
+Load loadOf(double current, Load before, double rest, const EventLimits& limits) {
+  if (current < limits.crank_current) return Load::kCrank;
   if (current > rest) return Load::kCharge;
   if (current < -rest) return Load::kDischarge;
   const double half = 0.5 * rest;
@@ -50,13 +50,13 @@ struct Run {
   double volts = 0.0, count = 0.0;
 };
 
-std::vector<Run> runsOf(const InputSequence& inputs) {
+std::vector<Run> runsOf(const InputSequence& inputs, const EventLimits& limits) {
   std::vector<Run> runs;
   const double rest = restLimit(inputs);
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     const InputSample& sample = inputs.samples[n];
     const Load load =
-        loadOf(sample.step.current, runs.empty() ? Load::kRest : runs.back().load, rest);
+        loadOf(sample.step.current, runs.empty() ? Load::kRest : runs.back().load, rest, limits);
     if (!runs.empty() && !sample.step.gap) {
       runs.back().duration += sample.step.duration;
       runs.back().charge += sample.step.duration * sample.step.held;
@@ -120,10 +120,10 @@ std::string regimeName(Regime regime) {
   return kNames.at(static_cast<std::size_t>(regime));
 }
 
-std::vector<Regime> regimesOf(const InputSequence& inputs) {
+std::vector<Regime> regimesOf(const InputSequence& inputs, const EventLimits& limits) {
   std::vector<Regime> regimes(inputs.samples.size());
   Load before = Load::kRest;
-  for (const Run& run : runsOf(inputs)) {
+  for (const Run& run : runsOf(inputs, limits)) {
     const Regime regime = regimeOf(run, before);
     for (std::size_t n = run.range.first; n < run.range.last; ++n) {
       const bool is_slow = inputs.samples[n].step.duration > kEdgeReach;
@@ -136,9 +136,9 @@ std::vector<Regime> regimesOf(const InputSequence& inputs) {
   return regimes;
 }
 
-std::vector<Regime> regimesOf(const Series& series, IndexRange range) {
+std::vector<Regime> regimesOf(const Series& series, IndexRange range, const EventLimits& limits) {
   const InputSequence inputs = compressedInputs(series, range);
-  const std::vector<Regime> regimes = regimesOf(inputs);
+  const std::vector<Regime> regimes = regimesOf(inputs, limits);
   std::vector<Regime> all;
   all.reserve(range.size());
   for (std::size_t n = 0; n < regimes.size(); ++n)

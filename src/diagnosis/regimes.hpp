@@ -6,6 +6,7 @@
 
 #include "battery_sof/series.hpp"
 #include "model/input_sequence.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
 
@@ -35,7 +36,7 @@ std::string regimeName(Regime regime);
  * | regime | a sample |
  * |---|---|
  * | edge | a change of the current by more than 30 A within 0.15 s to both sides; else behind it |
- * | crank | below -150 A; before edge where samples are farther apart than 0.15 s |
+ * | crank | below EventLimits::crank_current; before edge where samples are farther apart than 0.15 s |
  * | long charge | of a charge that lasts longer than 10 s at more than 2 A on average |
  * | high-voltage charge | of a charge at more than 13.8 V on average |
  * | short charge | of any other charge |
@@ -48,11 +49,12 @@ std::string regimeName(Regime regime);
  * the largest current where that is less, and ends below half of that, so that noise does not cut
  * it up; a crank or a gap ends it. Voltages of 12 V blocks.
  */
-std::vector<Regime> regimesOf(const InputSequence& inputs);
+std::vector<Regime> regimesOf(const InputSequence& inputs, const EventLimits& limits = {});
 
 /// The same of a series, one a sample of the range; by its compressed inputs, whose means have less
 /// noise.
-std::vector<Regime> regimesOf(const Series& series, IndexRange range);
+std::vector<Regime> regimesOf(const Series& series, IndexRange range,
+                              const EventLimits& limits = {});
 
 /// @throws std::invalid_argument unless there are as many regimes, and samples that were fitted, as
 /// inputs; the message names the function.

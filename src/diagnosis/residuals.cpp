@@ -19,7 +19,8 @@ constexpr double kEdge = 5.0;  // [A]
 constexpr double kBeforeEdge = 0.1, kAfterEdge = 0.15;
 // rounding to more than this many deviations of the noise
 constexpr double kCoarse = 3.0;
-constexpr double kMinNoise = 1e-5;     // [V]
+constexpr double kDeepShare = 0.25;  // of the largest discharge: a starter turns at 0.4 of its rush
+constexpr double kMinNoise = 1e-5;   // [V]
 constexpr double kRoughNoise = 0.001;  // [V]
 constexpr int kMoreStarts = 6;
 
@@ -34,6 +35,23 @@ void takeDrives(Residuals& residuals) {
   if (!screened.slow)
     inputs = withoutEdges(inputs, std::numeric_limits<double>::infinity(), 0.0, kAfterEdge);
   residuals.quiet = screened.slow ? inputs : withoutEdges(inputs, kEdge, kBeforeEdge, kAfterEdge);
+}
+
+/// [A], the largest measured discharge, as a magnitude.
+double deepestOf(const InputSequence& inputs) {
+  double deepest = 0.0;
+  for (const InputSample& sample : inputs.samples)
+    if (sample.count > 0.0) deepest = std::max(deepest, -sample.step.current);
+  return deepest;
+}
+
+/// Whether too little is left without the surroundings of edges: too few samples, or none of the
+/// pulses that determine the resistance. Pulses a second long leave hardly a sample at 10 Hz, and
+/// those of a robot follow one another at any rate.
+bool needsEdges(const Residuals& residuals) {
+  return !residuals.screened.slow &&
+         (!hasTwoHalves(residuals.quiet) ||
+          deepestOf(residuals.quiet) < kDeepShare * deepestOf(residuals.inputs));
 }
 
 void fitBase(Residuals& residuals) {
@@ -62,6 +80,7 @@ InputSequence partOf(const InputSequence& inputs, std::size_t begin, std::size_t
 /// starts.
 void exchangeHalves(Residuals& residuals) {
   const InputSequence& quiet = residuals.quiet;
+  if (!hasTwoHalves(quiet)) return;
   WhitenedFit& base = residuals.base;
   const std::size_t middle = quiet.samples.size() / 2;
   const InputSequence first = partOf(quiet, 0, middle),
@@ -99,10 +118,15 @@ Residuals residualsOf(const Recording& recording, const Parts& parts,
                       const DiagnoseOptions& options) {
   Residuals residuals;
   residuals.parts = parts;
+  residuals.crank_current = options.crank_current.value_or(kCrankCurrent);
   tell(options, "checking the instruments");
   residuals.screened = screenInstruments(recording, slice(recording.series, parts.train));
   tell(options, "fitting the base model");
   takeDrives(residuals);
+  if (needsEdges(residuals)) {
+    residuals.screened = screenInstruments(recording, slice(recording.series, parts.train), true);
+    takeDrives(residuals);
+  }
   residuals.lack = lackOfMeasurements(residuals.quiet);
   if (!residuals.lack.empty()) return residuals;
   residuals.search.pulse = options.pulse;

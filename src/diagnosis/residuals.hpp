@@ -27,9 +27,10 @@ struct Residuals {
   InputSequence inputs;  ///< of the training part; long ones compressed
   /// of it, without the surroundings of edges; the same where sampling is slow
   InputSequence quiet;
-  WhitenedSearch search;  ///< how compositions are fitted to them
-  WhitenedFit base;       ///< the base circuit, to quiet
-  std::string lack;       ///< lackOfMeasurements(); nothing is fitted then
+  WhitenedSearch search;                 ///< how compositions are fitted to them
+  WhitenedFit base;                      ///< the base circuit, to quiet
+  std::string lack;                      ///< lackOfMeasurements(); nothing is fitted then
+  double crank_current = kCrankCurrent;  ///< [A], DiagnoseOptions::crank_current
 };
 
 /// @param parts the training part holds what lackOf() requires.

@@ -10,12 +10,14 @@
 namespace battery_sof {
 namespace {
 
-// of the training part: five for every unknown of base model and noise
-constexpr std::size_t kMinSamples = 60;
-constexpr double kMinDuration = 45.0;  // [s] of the training part (docs/diagnosis.md)
-constexpr double kMinCharge = 20.0;    // [As] of discharge; twice of it in all
-constexpr double kSlow = 0.15;         // [s]; sampled more slowly, edges cannot be set aside
-constexpr double kLostShare = 0.005;   // of the samples; a second in three minutes
+// of the training part, as a noise model requires: nearly three for every unknown of base model and
+// noise (docs/diagnosis.md)
+constexpr std::size_t kMinSamples = 30;
+// [s] of the training part: half of what the slow state takes at rest (docs/physics.md, Base circuit)
+constexpr double kMinDuration = 22.0;
+constexpr double kMinCharge = 20.0;   // [As] of discharge; twice of it in all
+constexpr double kSlow = 0.15;        // [s]; sampled more slowly, edges cannot be set aside
+constexpr double kLostShare = 0.005;  // of the samples; a second in three minutes
 constexpr std::size_t kFewestFreezes = 3;
 constexpr double kCoarseVoltage =
     // [V], 10 mV but for printed digits; most effects leave less than 20 mV
@@ -53,6 +55,15 @@ std::string faultOf(const Finding& finding, const Series& series) {
                      kLostShare * static_cast<double>(series.size())
              ? "dropouts"
              : "";
+}
+
+/// Measurements of the first and of the second half.
+std::pair<std::size_t, std::size_t> measuredInHalves(const InputSequence& inputs) {
+  const auto begin = inputs.samples.begin(),
+             middle = begin + static_cast<std::ptrdiff_t>(inputs.samples.size() / 2);
+  const auto measured = [](const InputSample& sample) { return sample.count > 0.0; };
+  return {static_cast<std::size_t>(std::count_if(begin, middle, measured)),
+          static_cast<std::size_t>(std::count_if(middle, inputs.samples.end(), measured))};
 }
 
 /// @return values shifted to `by` samples later; what enters at an end is its neighbour.
@@ -104,22 +115,21 @@ std::string lackOf(const Series& train, double holdout_share, bool anyway) {
 }
 
 std::string lackOfMeasurements(const InputSequence& inputs) {
-  const InputSample* const middle = inputs.samples.data() + inputs.samples.size() / 2;
-  const auto measured = [](const InputSample& sample) { return sample.count > 0.0; };
-  const auto in_first = static_cast<std::size_t>(
-      std::count_if(std::as_const(inputs.samples).data(), middle, measured));
-  const auto all = static_cast<std::size_t>(
-      std::count_if(inputs.samples.begin(), inputs.samples.end(), measured));
-  // A search that stopped early is found by comparing the halves: each is fitted by itself.
-  if (std::min(in_first, all - in_first) >= kMinSamples / 2) return "";
+  const auto [in_first, in_second] = measuredInHalves(inputs);
+  if (in_first + in_second >= kMinSamples) return "";
   return format(
       "of the training part %zu samples of the first half and %zu of the second are measurements "
       "(the others are cut off, stuck, repeated or next to a step of the current), at least %zu "
-      "are needed in each",
-      in_first, all - in_first, kMinSamples / 2);
+      "are needed in all",
+      in_first, in_second, kMinSamples);
 }
 
-Screening screenInstruments(const Recording& recording, const Series& train) {
+bool hasTwoHalves(const InputSequence& inputs) {
+  const auto [in_first, in_second] = measuredInHalves(inputs);
+  return std::min(in_first, in_second) >= kMinSamples;
+}
+
+Screening screenInstruments(const Recording& recording, const Series& train, bool keeps_edges) {
   Recording part = recording;
   part.series = train;
   Screening found;
@@ -129,7 +139,7 @@ Screening screenInstruments(const Recording& recording, const Series& train) {
   const CurrentFlicker flicker = currentFlicker(found.series);
   found.flicker_share = flicker.share;
   found.series = withoutSensorNoise(found.series, flicker);
-  found.slow = medianInterval(found.series) > kSlow;
+  found.slow = keeps_edges || medianInterval(found.series) > kSlow;
   for (const Finding& finding : checkRecording(part).findings) {
     const std::string fault = faultOf(finding, part.series);
     if (finding.severity == Severity::kNote && fault.empty()) continue;

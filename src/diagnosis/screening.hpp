@@ -20,7 +20,7 @@ struct Screening {
   std::vector<std::string> sentences;  ///< all findings worth telling, and on the first fit
   double flicker_share = 1.0;          ///< of the current sensor's flicker that is the battery's
   std::ptrdiff_t late_samples = 0;     ///< that the current was moved by to meet the voltage
-  bool slow = false;                   ///< sampled too slowly to set edges aside
+  bool slow = false;  ///< sampled too slowly, or too little left, to set edges aside
 };
 
 /// @param holdout_share of the recording, which is not in its training part.
@@ -33,8 +33,13 @@ std::string lackOf(const Series& train, double holdout_share, bool anyway = fals
 /// @return why they cannot be fitted: too few are measurements; empty when they can.
 std::string lackOfMeasurements(const InputSequence& inputs);
 
+/// @return whether either half has enough measurements to be fitted by itself.
+bool hasTwoHalves(const InputSequence& inputs);
+
 /// @param train the recording's training part.
-Screening screenInstruments(const Recording& recording, const Series& train);
+/// @param keeps_edges edges are not to be set aside, however fast the sampling: Screening::slow.
+Screening screenInstruments(const Recording& recording, const Series& train,
+                            bool keeps_edges = false);
 
 /// @return the whole recording's current as the training part taught to treat it; the training
 /// part's own as screened.

@@ -41,13 +41,15 @@ Opened open(const Series& series, const Residuals& residuals, std::vector<std::s
   return opened;
 }
 
+EventLimits limitsOf(const FittedModel& model) { return EventLimits{model.fit.crank_current}; }
+
 FitWindow windowOf(const Series& series, IndexRange range) {
   return {series.time[range.first], series.time[range.last - 1], range.size()};
 }
 
 ErrorMetrics metricsOf(const Opened& opened, IndexRange range, const std::vector<double>& voltage,
                        const FittedModel& model) {
-  ErrorMetrics metrics = errorMetrics(opened.whole, range, voltage, opened.masked);
+  ErrorMetrics metrics = errorMetrics(opened.whole, range, voltage, opened.masked, limitsOf(model));
   metrics.charge_current_error = chargeCurrentError(model, opened.whole, range, opened.masked);
   return metrics;
 }
@@ -102,7 +104,7 @@ ControlledErrors controlledErrors(const FittedModel& model, const Series& series
   const auto first = masked.begin() + at;
   if (!std::all_of(first, first + static_cast<std::ptrdiff_t>(range.size()),
                    [](char out) { return out != 0; }))
-    errors.metrics = errorMetrics(series, range, errors.voltage, masked);
+    errors.metrics = errorMetrics(series, range, errors.voltage, masked, limitsOf(model));
   takeShares(scoreBothWays(model, series, range, predicted).mixed, errors.metrics);
   errors.metrics.equations_share_percent = equationsShare(model, series, range);
   errors.metrics.charge_current_error =
@@ -125,7 +127,8 @@ void compareBaseline(Comparison& fit, const Series& series, const Residuals& res
                      const Opened& opened, const Diagnosis& found) {
   const IndexRange train = residuals.parts.train, holdout = residuals.parts.holdout;
   const std::vector<char> controlled = controlledBy(found.base, series);
-  const BaselinePredictor baseline = fitBaseline(series, train, controlled);
+  const EventLimits limits = limitsOf(found.base);
+  const BaselinePredictor baseline = fitBaseline(series, train, controlled, limits);
   std::vector<char> masked = opened.masked;
   for (std::size_t n = 0; n < masked.size(); ++n) masked[n] = masked[n] || controlled[n];
   const bool is_compared = !std::all_of(masked.begin() + static_cast<std::ptrdiff_t>(holdout.first),
@@ -133,13 +136,15 @@ void compareBaseline(Comparison& fit, const Series& series, const Residuals& res
   if (baseline.voltage_from_current) {
     fit.baseline_line.emplace();
     if (is_compared)
-      fit.baseline_line = errorMetrics(
-          series, holdout,
-          predictBaseline(baseline, series, {0, series.size()}, controlled).voltage, masked);
+      fit.baseline_line =
+          errorMetrics(series, holdout,
+                       predictBaseline(baseline, series, {0, series.size()}, controlled).voltage,
+                       masked, limits);
     if (found.base.fit.source)
       takeShares(scoreBaseline(baseline, series, holdout,
                                {controlled.begin() + static_cast<std::ptrdiff_t>(holdout.first),
-                                controlled.end()})
+                                controlled.end()},
+                               limits)
                      .mixed,
                  *fit.baseline_line);
   }
@@ -148,7 +153,7 @@ void compareBaseline(Comparison& fit, const Series& series, const Residuals& res
   const std::vector<double> ridge = ridgeVoltage(opened.whole, train, holdout);
   std::copy(ridge.begin(), ridge.end(),
             voltage.begin() + static_cast<std::ptrdiff_t>(holdout.first));
-  fit.baseline_ridge = errorMetrics(series, holdout, voltage, masked);
+  fit.baseline_ridge = errorMetrics(series, holdout, voltage, masked, limits);
 }
 
 /// Whether the hold-out is predicted worse than by the circuit, or worse than by its mean.
@@ -184,7 +189,7 @@ void compareErrors(Diagnosis& found, const Parts& parts, const Opened& opened) {
   fit.extended_train = metricsOf(opened, parts.train, found.extended_voltage, found.extended);
   fit.extended_holdout = metricsOf(opened, parts.holdout, found.extended_voltage, found.extended);
   fit.regimes = compareRegimes(opened.whole, parts.holdout, found.base_voltage,
-                               found.extended_voltage, opened.masked);
+                               found.extended_voltage, opened.masked, limitsOf(found.base));
 }
 
 /// Where a charger controls the voltage: both models as `sof predict --mode mixed` runs them.
@@ -205,7 +210,8 @@ void compareControlled(Diagnosis& found, const Series& series, const Parts& part
   std::vector<char> masked = opened.masked;
   for (std::size_t n = 0; n < masked.size(); ++n)
     masked[n] = masked[n] || base.voltage_controlled[n];
-  fit.regimes = compareRegimes(series, parts.holdout, base.voltage, extended.voltage, masked);
+  fit.regimes = compareRegimes(series, parts.holdout, base.voltage, extended.voltage, masked,
+                               limitsOf(found.base));
 }
 
 }  // namespace
@@ -230,7 +236,7 @@ void validate(const Recording& recording, const Residuals& residuals,
   else
     compareErrors(found, parts, opened);
   pulse(options);
-  found.source = detectControlMode(series);
+  found.source = detectControlMode(series, limitsOf(found.base));
   compareBaseline(fit, series, residuals, opened, found);
   const std::optional<double> gain_percent = gainPercent(fit.base_holdout, fit.extended_holdout);
   for (Candidate& candidate : found.candidates)

@@ -10,6 +10,8 @@ namespace battery_sof {
 namespace {
 
 constexpr double kPenaltySteepness = 10.0;
+constexpr int kPaperIterations = 20;  // paper, section V
+constexpr int kValleyRounds = 25;     // of as many iterations
 // Windows longer than this are first approached on averages of kCoarseFactor samples.
 constexpr std::size_t kCoarseFrom = 4000;
 constexpr std::size_t kCoarseFactor = 20;
@@ -147,6 +149,14 @@ CompositionFit searchWindow(const WindowSamples& samples, const BaseNormalEquati
   search.trusted_gain = kTrustedGain;
   CompositionFit fit = fitComposition(BaseProblem(equations, point), {point}, search);
   fit.iterations += approached;
+  // What a short window does not determine leaves a valley, which takes many steps; they cost little.
+  const bool is_short = samples.size() < kCoarseFrom && options.max_iterations >= kPaperIterations;
+  for (int round = 1; is_short && round < kValleyRounds && fit.status == FitStatus::kIterationLimit;
+       ++round) {
+    const int before = fit.iterations;
+    fit = fitComposition(BaseProblem(equations, fit.point), {fit.point}, search);
+    fit.iterations += before;
+  }
   return fit;
 }
 

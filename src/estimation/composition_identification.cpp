@@ -66,7 +66,7 @@ void searchOn(Fitted& fitted, const CompositionProblem& problem, const Compositi
 FitCost costOf(const IdentifyOptions& options) {
   FitCost cost;
   cost.crank_weight = options.crank_weight;
-  cost.crank_weight_current = options.crank_weight_current;
+  cost.crank_weight_current = options.crank_current;
   cost.known = knownOf(options.priors, options.effects);
   return cost;
 }
@@ -273,9 +273,9 @@ Followed followWindow(const FittedModel& model, const InputSequence& inputs) {
 }
 
 void addCranks(EventHistory& event_history, const Series& series, IndexRange range,
-               const std::vector<double>& modelled) {
+               const std::vector<double>& modelled, const EventLimits& limits) {
   const Series part = slice(series, range);
-  for (const Event& event : detectCranks(part, {0, part.size()})) {
+  for (const Event& event : detectCranks(part, {0, part.size()}, limits)) {
     PastEvent crank = measuredCrank(part, event.range);
     crank.modelled = *std::min_element(modelled.begin() + event.range.first,
                                        modelled.begin() + event.range.last);
@@ -305,8 +305,8 @@ void addCharges(EventHistory& event_history, const Series& series, IndexRange ra
 /// @param modelled [V], by the equations and what was estimated from the window's other blocks.
 void addStops(EventHistory& event_history, const InputSequence& inputs,
               const std::vector<char>& voltage_controlled, const std::vector<double>& modelled,
-              double min_current) {
-  EventDetector detector;
+              double min_current, const EventLimits& limits) {
+  EventDetector detector(limits);
   std::optional<double> began;
   double before = inputs.first_time;
   for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
@@ -376,8 +376,9 @@ void holdInside(ResidualRegression& residual_regression, const Series& series, I
  */
 void followWindow(FittedModel& model, const Series& series, IndexRange range,
                   const InputSequence& inputs, const ControlModes& source) {
+  const EventLimits limits{model.fit.crank_current};
   model.fit.source = source.rule;
-  model.fit.baseline = fitBaseline(series, range, source.voltage_controlled);
+  model.fit.baseline = fitBaseline(series, range, source.voltage_controlled, limits);
   const Followed followed = followWindow(model, inputs);
   std::vector<double> left_out;
   model.fit.residual_regression = fitResidualRegression(followed.samples, left_out);
@@ -387,10 +388,10 @@ void followWindow(FittedModel& model, const Series& series, IndexRange range,
   std::vector<double> current = followed.current, voltage = followed.voltage;
   for (std::size_t n = 0; n < current.size(); ++n)
     (followed.samples.voltage_controlled[n] ? current : voltage)[n] += left_out[n];
-  addCranks(model.intervals.event_history, series, range, followed.voltage);
+  addCranks(model.intervals.event_history, series, range, followed.voltage, limits);
   addCharges(model.intervals.event_history, series, range, source, current);
   addStops(model.intervals.event_history, inputs, followed.samples.voltage_controlled, voltage,
-           source.rule.min_current);
+           source.rule.min_current, limits);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -403,6 +404,7 @@ FittedModel identifyBothWays(const BatteryModel& model, const Series& series, In
   FittedModel found =
       completed(model, window, options, searchBothWays(model, window.full, options, base));
   found.fit.voltage_lag = options.source->repair.lag;
+  found.fit.crank_current = options.crank_current;
   followWindow(found, sound, range, window.full, *options.source);
   return found;
 }

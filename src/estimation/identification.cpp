@@ -8,6 +8,7 @@
 #include "estimation/fit_quality.hpp"
 #include "estimation/window.hpp"
 #include "recording/checks.hpp"
+#include "recording/crank_current.hpp"
 #include "recording/fit_mask.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"
@@ -19,6 +20,7 @@ namespace {
 
 // A window whose current moves less than this cannot distinguish a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
+constexpr double kMovingVoltage = 0.02;  // [V], which a battery moves by under a held current
 constexpr const char* kChargingPhysics = "fresh_sulphate";
 constexpr int kBoundRounds = 4;         // of a fit and the bounds that it violates
 constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
@@ -33,8 +35,7 @@ struct Window {
 
 void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
   requireThat(options.crank_weight >= 1.0, "crank_weight", options.crank_weight, "at least 1");
-  requireThat(options.crank_weight_current < 0.0, "crank_weight_current [A]",
-              options.crank_weight_current, "below 0");
+  requireThat(options.crank_current < 0.0, "crank_current [A]", options.crank_current, "below 0");
   requireThat(options.max_iterations > 0, "max_iterations", options.max_iterations, "at least 1");
   for (std::size_t j = 0; j < options.initial.size(); ++j) {
     const auto& info = tableOne()[j];
@@ -125,13 +126,17 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
   const auto& [series, range, max_gap, excited] = window;
   const double span = excited.max_current - excited.min_current;
   const bool is_short = range.size() < kMinFitSamples;
-  if (!is_short && !(span < kMinCurrentSpan)) return std::nullopt;
+  // Under a held current an effect may still be determined, such as the open-circuit voltage's.
+  const bool is_bench =
+      !options.effects.empty() && excited.max_voltage - excited.min_voltage >= kMovingVoltage;
+  if (!is_short && (is_bench || !(span < kMinCurrentSpan))) return std::nullopt;
   const std::string message =
       is_short ? format("the window has %zu samples, at least %zu are needed", range.size(),
                         kMinFitSamples)
                : format(
                      "the current moves by %g A in the window, at least %g A are needed to "
-                     "distinguish a resistance from an offset",
+                     "distinguish a resistance from an offset; under a held current effects alone "
+                     "can be fitted (--effects, sof effects)",
                      span, kMinCurrentSpan);
   return unfitted(series, range, BatteryModel(options.effects, options.discrepancy),
                   is_short ? FitStatus::kWindowTooShort : FitStatus::kNotExcited, message, excited);
@@ -148,7 +153,7 @@ double windowQualityOf(const Fit& fit, const WindowSamples& samples) {
 FittedModel fittedTo(const Window& window, const IdentifyOptions& options) {
   const auto& [series, range, max_gap, excited] = window;
   const WindowSamples samples{
-      series, range, {options.crank_weight, options.crank_weight_current}, max_gap, options.masked};
+      series, range, {options.crank_weight, options.crank_current}, max_gap, options.masked};
   const BaseNormalEquations equations(samples, BaseParameters{}.i0);
   CompositionFit fit;  // effects at a source are searched from their magnitudes
   if (options.start == FitStart::kPaper)
@@ -160,7 +165,9 @@ FittedModel fittedTo(const Window& window, const IdentifyOptions& options) {
   FittedModel model = is_base ? describeFit(window, fit, equations, crankLimitsOf(options))
                               : identifyComposition(series, range, options, fit.point);
   if (!is_base) model.fit.iterations += fit.iterations;
-  if (!model.fit.source) model.fit.baseline = fitBaselineDrivenByCurrent(series, range);
+  if (!model.fit.source)
+    model.fit.baseline =
+        fitBaselineDrivenByCurrent(series, range, EventLimits{options.crank_current});
   model.fit.window_quality = windowQualityOf(model.fit, samples);
   return model;
 }
@@ -223,15 +230,16 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
   const std::optional<FittedModel> refusal = refused(window, options);
   FittedModel model = refusal ? *refusal : fitted(window, options);
   model.fit.excited.sensor_min_current = options.sensor_min_current;
+  model.fit.crank_current = options.crank_current;
   model.fit.start = options.start == FitStart::kPaper ? "paper" : "robust";
   return model;
 }
 
-std::optional<ChargerControl> chargerControl(const Series& series,
-                                             std::optional<std::size_t> last) {
+std::optional<ChargerControl> chargerControl(const Series& series, std::optional<std::size_t> last,
+                                             const EventLimits& limits) {
   const Series seen = slice(series, {0, last.value_or(series.size())});
   if (medianInterval(seen) < kSlowSampling) return std::nullopt;
-  ChargerControl source{detectControlMode(seen), {}};
+  ChargerControl source{detectControlMode(seen, limits), {}};
   if (!source.seen || source.share <= 0.0) return std::nullopt;
   source.repair = findVoltageRepair(seen);
   source.voltage_controlled.resize(series.size(), 0);
@@ -284,8 +292,10 @@ FitPlan planFit(const Series& series, const FitRequest& request) {
     plan.window = chooseWindow(series, searched);
   if (!plan.window.range) return plan;
   takeLimits(plan.options, series, instrumentLimits(series));
+  plan.options.crank_current = crankCurrentOf(series, request.crank_current).current;
   if (plan.options.start != FitStart::kPaper)
-    plan.options.source = chargerControl(series, plan.window.range->last);
+    plan.options.source =
+        chargerControl(series, plan.window.range->last, EventLimits{plan.options.crank_current});
   return plan;
 }
 

@@ -31,9 +31,9 @@ enum class FitStart {
 /// Settings of an identification; the defaults are the paper's, but for the start.
 struct IdentifyOptions {
   FitStart start = FitStart::kRobust;
-  double crank_weight = 10.0;                   ///< W of eq. 3 at high-rate discharge [1], >= 1
-  double crank_weight_current = kCrankCurrent;  ///< [A], W applies below
-  int max_iterations = 20;                      ///< paper, section V
+  double crank_weight = 10.0;            ///< W of eq. 3 at high-rate discharge [1], >= 1
+  double crank_current = kCrankCurrent;  ///< [A], W applies below, and a crank falls to it or below
+  int max_iterations = 20;               ///< paper, section V
   /// Start values r_discharge [Ohm], r_charge [Ohm], c2 [F], beta [1/V]; Table I's magnitudes when
   /// not set.
   std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};
@@ -76,7 +76,7 @@ struct IdentifyOptions {
 
 /// @return what counts as a crank, and where it is cut off.
 inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {
-  return {options.crank_weight_current, options.sensor_min_current};
+  return {options.crank_current, options.sensor_min_current};
 }
 
 /**
@@ -144,7 +144,8 @@ FittedModel completedModel(const Series& series, IndexRange range, const Identif
  * @param last samples from here on are not looked at and are marked as driven by the current.
  */
 std::optional<ChargerControl> chargerControl(const Series& series,
-                                             std::optional<std::size_t> last = std::nullopt);
+                                             std::optional<std::size_t> last = std::nullopt,
+                                             const EventLimits& limits = {});
 
 /// What a fit takes of a recording's instruments: samples that are no measurement, and currents
 /// that are cut off as bounds.
@@ -166,6 +167,9 @@ struct FitRequest {
   bool anyway = false;  ///< a recording with a problem (findProblems()) is fitted all the same
   /// masked, voltage_lsb_std and source are found from the recording.
   IdentifyOptions options;
+  /// [A], below 0, what counts as an engine start; none: as the recording shows it
+  /// (findCrankCurrent())
+  std::optional<double> crank_current = std::nullopt;
 };
 
 /// What is fitted, and how.

@@ -102,7 +102,7 @@ double MissedCrank::add(double duration, double current, bool voltage_controlled
   if (!voltage_controlled) {
     const double charge = std::max(-current, 0.0) * std::min(duration, kLongest);
     drawn_ += charge;
-    if (current < kEngineTurns) seen_ += charge;
+    if (current < EventLimits{}.engineTurns()) seen_ += charge;
     return 0.0;
   }
   const bool started = drawn_ >= kCharge && duration > kSlowestSeen;

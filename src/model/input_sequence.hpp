@@ -106,7 +106,7 @@ InputStep inputStep(double time_before, double current_before, double time, doub
  *
  * A crank lasts half a second or less; of samples a second apart some cranks show none. A discharge
  * that drew as much as a crank and ended with a source's voltage ended with a crank, too: an engine
- * that was started. The crank's charge less what samples below kEngineTurns showed of it is what was
+ * that was started. The crank's charge less what samples below EventLimits::engineTurns() showed of it is what was
  * missed.
  */
 class MissedCrank {

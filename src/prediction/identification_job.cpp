@@ -120,7 +120,7 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
 IdentificationResult attempt(const IdentificationJob& job) {
   IdentificationResult result;
   result.max_gap = gapThreshold(job.series);
-  result.source = ChargerShare(job.series, detectControlMode(job.series));
+  result.source = ChargerShare(job.series, detectControlMode(job.series, job.events));
   const WindowChoice choice = chooseWindow(job.series, {0, job.series.size()}, job.window_length);
   result.message = choice.message;
   if (!choice.range) return result;
@@ -135,7 +135,7 @@ IdentificationResult attempt(const IdentificationJob& job) {
       result.max_gap,
       ModelMonitor(job.events, job.steps),
       instrumentLimits(job.series),
-      chargerControl(job.series)};
+      chargerControl(job.series, std::nullopt, job.events)};
   static_cast<IdentificationTrial&>(result) =
       tryFit(job.series, window, job.identify, job.incumbent);
   if (job.extended_options)

@@ -60,6 +60,7 @@ void OnlineSession::beginFromPopulation(const Sample& sample) {
   basis_ = AnswerBasis::kPopulation;
   FittedModel model = populationPrior(options_.capacity, knownOf(options_.identify.priors, {}),
                                       sample.time, sample.current, sample.voltage);
+  model.fit.crank_current = options_.events.crank_current;
   // The sample itself is taken in as well.
   model.state.time = sample.time - kBeforeFirst;
   contenders_.base.learnFrom(model, stream_.maxGap());

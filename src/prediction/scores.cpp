@@ -173,7 +173,7 @@ std::optional<double> rmsError(const std::vector<EventComparison>& cranks) {
 }  // namespace
 
 PredictionScores scorePrediction(const Series& series, IndexRange range,
-                                 const PredictedVoltage& predicted) {
+                                 const PredictedVoltage& predicted, const EventLimits& limits) {
   const Series part = slice(series, range);
   if (part.empty() || predicted.voltage.size() != part.size())
     throw std::invalid_argument("scorePrediction: " + std::to_string(predicted.voltage.size()) +
@@ -189,7 +189,7 @@ PredictionScores scorePrediction(const Series& series, IndexRange range,
     if (u >= predicted.lower[n] && u <= predicted.upper[n]) ++inside;
   }
   scores.coverage_90 = static_cast<double>(inside) / static_cast<double>(part.size());
-  for (const Event& event : detectEvents(part))
+  for (const Event& event : detectEvents(part, limits))
     if (event.kind == EventKind::kCrank)
       scores.cranks.push_back(scoreCrank(part, predicted, event.range));
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
@@ -330,11 +330,11 @@ std::vector<char> overSeries(const Series& series, IndexRange range,
 template <typename Expect>
 BothWaysScores bothWays(const Series& series, IndexRange range, const std::vector<char>& mask,
                         const MixedPrediction& predicted, const PredictedVoltage& voltage,
-                        Expect&& expect) {
+                        const EventLimits& limits, Expect&& expect) {
   BothWaysScores scores;
   scores.mixed = scoreMixed(series, range, mask, predicted);
   if (!voltage.voltage.empty())
-    static_cast<CrankScores&>(scores) = scorePrediction(series, range, voltage);
+    static_cast<CrankScores&>(scores) = scorePrediction(series, range, voltage, limits);
   for (auto* events : {&scores.mixed.charges, &scores.cranks})
     for (EventComparison& event : *events) event.expected = expect(event).value_or(event.expected);
   scores.crank_mean_abs_error = meanAbsError(scores.cranks);
@@ -360,6 +360,7 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
   return bothWays(
       series, range, overSeries(series, range, predicted.voltage_controlled), predicted,
       {predicted.equations_voltage, predicted.voltage_lower, predicted.voltage_upper},
+      EventLimits{model.fit.crank_current},
       [&](const EventComparison& event) -> std::optional<Interval> {
         if (event.kind == PastEvent::Kind::kCrank)
           return correctCrankPrediction(model, event.current, event.expected, CrankCurrent::kShown);
@@ -370,10 +371,11 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
 }
 
 BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& series,
-                             IndexRange range, const std::vector<char>& voltage_controlled) {
+                             IndexRange range, const std::vector<char>& voltage_controlled,
+                             const EventLimits& limits) {
   const std::vector<char> mask = overSeries(series, range, voltage_controlled);
   const MixedPrediction line = predictBaseline(baseline, series, range, mask);
-  return bothWays(series, range, mask, line, line.voltages(),
+  return bothWays(series, range, mask, line, line.voltages(), limits,
                   [&](const EventComparison& event) { return expectedBy(baseline, event); });
 }
 
@@ -415,7 +417,7 @@ RangePrediction ofSeries(RangePrediction of_one, double series_blocks) {
 bool drivesBothWays(Fit& fit, const Series& series, PredictionMode mode) {
   if (mode == PredictionMode::kCurrent) return false;
   if (mode == PredictionMode::kAsFitted || fit.source) return fit.source.has_value();
-  const ControlModes source = detectControlMode(series);
+  const ControlModes source = detectControlMode(series, EventLimits{fit.crank_current});
   if (!source.seen) throw NoSource("no source is seen in the recording: " + source.summary);
   fit.source = source.rule;
   return true;
@@ -429,22 +431,25 @@ RangePrediction predictRange(FittedModel model, const Series& series, IndexRange
       series_blocks != 1.0)
     return ofSeries(predictRange(std::move(model), perBlock(series, series_blocks), range, mode),
                     series_blocks);
+  const EventLimits limits{model.fit.crank_current};
   const bool both_ways = drivesBothWays(model.fit, series, mode);
   FollowedPrediction from_current = predictSeries(drivenByCurrent(model), series, range);
   RangePrediction result;
   PredictionReport& report = result.report;
   report.model_age = range.empty() ? 0.0 : ageOf(model.fit, series.time[range.last - 1]);
-  report.from_current = scorePrediction(series, range, from_current.voltages());
+  report.from_current = scorePrediction(series, range, from_current.voltages(), limits);
   result.course = both_ways ? predictSeries(model, series, range) : std::move(from_current);
   if (both_ways) {
     report.both_ways = scoreBothWays(model, series, range, result.course);
     static_cast<CrankScores&>(report.from_current) = *report.both_ways;
   }
   const BaselinePredictor& baseline = model.fit.baseline;
-  report.baseline = scoreBaseline(baseline, series, range, result.course.voltage_controlled);
+  report.baseline =
+      scoreBaseline(baseline, series, range, result.course.voltage_controlled, limits);
   const PredictedVoltage line =
       predictBaseline(baseline, series, range, std::vector<char>(series.size(), 0)).voltages();
-  if (!line.voltage.empty()) report.baseline_from_current = scorePrediction(series, range, line);
+  if (!line.voltage.empty())
+    report.baseline_from_current = scorePrediction(series, range, line, limits);
   return result;
 }
 

@@ -60,7 +60,7 @@ struct PredictionScores : CrankScores {
 
 /// @param range, predicted as given to and returned by predictSeries().
 PredictionScores scorePrediction(const Series& series, IndexRange range,
-                                 const PredictedVoltage& predicted);
+                                 const PredictedVoltage& predicted, const EventLimits& limits = {});
 
 /// How a prediction in the mixed direction compares with what was measured.
 struct MixedScores {
@@ -107,7 +107,8 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
 /// The same of the baseline predictors of a model's window. @param voltage_controlled one a sample
 /// of the range.
 BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& series,
-                             IndexRange range, const std::vector<char>& voltage_controlled);
+                             IndexRange range, const std::vector<char>& voltage_controlled,
+                             const EventLimits& limits = {});
 
 /// The inputs of a model along a recording.
 enum class PredictionMode {

@@ -17,6 +17,8 @@ constexpr double kMoveShare = 0.02;
 constexpr double kMoveDuration = 0.05;   // [s], over which a move is taken; shorter than a crank
 constexpr std::size_t kFlatSamples = 3;  // docs/physics.md#clipping
 constexpr double kFlatDuration = 5.0;    // [s], a crank lasts no longer
+// [V], by which a voltage flickers under a current that a bench holds for longer than that
+constexpr double kHeldFlicker = 0.02;
 constexpr std::size_t kStuckSamples = 10;
 // one dip and recovery can be the battery's own; three cannot
 constexpr std::size_t kStuckReversals = 3;
@@ -75,7 +77,9 @@ std::size_t reversalsDuring(const Evidence& evidence, const Channel& other, Inde
     run = run.size() <= 2 * lag ? IndexRange{run.first, run.first}
                                 : IndexRange{run.first + lag, run.last - lag};
   }
-  const Move move = realMove(evidence, other);
+  Move move = realMove(evidence, other);
+  if (&other == &evidence.voltage && durationOf(evidence, run) > kFlatDuration)
+    move.threshold = std::max(move.threshold, kHeldFlicker);
   return countReversals(other.values, run, move.stride, move.threshold);
 }
 

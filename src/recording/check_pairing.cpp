@@ -24,6 +24,9 @@ constexpr double kMinSkewSamples = 0.3;  // what noise and unfiltered edges move
 constexpr double kWholeSampleGain = 1.5;
 constexpr double kRestShare = 0.01;     // of the largest current
 constexpr double kRestDuration = 60.0;  // [s]
+// [V] of a block: under one current, what a battery moves by and a sensor that is stuck does not
+constexpr double kMovingVoltage = 0.02;
+constexpr double kMovingSigmas = 12.0;  // of its noise, which a million samples do not span
 constexpr std::size_t kRestSamples = 20;
 constexpr double kRestVoltage = 13.0;  // [V], above it a charger holds the battery
 constexpr double kRestDrift = 0.05;    // [V], from the first to the last quarter
@@ -202,6 +205,19 @@ std::vector<Finding> findDeepDischarge(const Evidence& evidence) {
 std::vector<Finding> findExcitation(const Evidence& evidence) {
   const Channel& current = evidence.current;
   const double low = current.lowest, high = current.highest;
+  if (!evidence.excited && evidence.voltage.highest - evidence.voltage.lowest >=
+                               std::max(kMovingVoltage, kMovingSigmas * evidence.voltage.noise))
+    return {
+        excitation(Severity::kWarning,
+                   "the current is held at one value, " + number(low) +
+                       " A, while the voltage moves "
+                       "from " +
+                       number(evidence.voltage.values.front()) + " V to " +
+                       number(evidence.voltage.values.back()) + " V",
+                   "a bench, not a stuck sensor: how the voltage moves with the charge is in it; a "
+                   "resistance cannot be distinguished from the open-circuit voltage, and sign and "
+                   "skew cannot be checked",
+                   high - low)};
   if (!evidence.excited)
     return {
         excitation(Severity::kProblem,
@@ -227,7 +243,7 @@ std::vector<Finding> findExcitation(const Evidence& evidence) {
         "discharging resistance and cranking capability cannot be identified; check that the "
         "sensor shows both directions",
         low));
-  else if (low > kCrankCurrent)
+  else if (low > evidence.crank_current)
     findings.push_back(excitation(
         Severity::kNote, "the largest discharging current is " + number(low) + " A",
         "there is no engine start to identify from: a predicted start is an extrapolation", low));

@@ -7,6 +7,7 @@
 
 #include "recording/checks.hpp"
 #include "recording/edges.hpp"
+#include "recording/events.hpp"
 
 /// The parts of checkRecording: each looks at one kind of fault and returns what it found, nothing
 /// when all is well.
@@ -35,8 +36,9 @@ struct Evidence {
   Channel current, voltage;
   double largest_current;  ///< [A], magnitude
   std::optional<EdgeResponse> edges;
-  bool excited;          ///< the current changes by more than its noise
-  bool fast;             ///< sampled at 20 Hz or more
+  bool excited;                          ///< the current changes by more than its noise
+  bool fast;                             ///< sampled at 20 Hz or more
+  double crank_current = kCrankCurrent;  ///< [A]
   std::size_t hold = 1;  ///< samples from one update of the current channel to the next
 };
 

@@ -99,11 +99,13 @@ std::string toString(Severity severity) {
   return kNames.at(static_cast<std::size_t>(severity));
 }
 
-CheckReport checkRecording(const Recording& recording) {
+CheckReport checkRecording(const Recording& recording, std::optional<double> crank_current) {
   if (recording.series.empty())
     throw std::invalid_argument("checkRecording: " + recording.name + " has no sample");
-  const check_parts::Evidence evidence(recording.series, &recording);
+  check_parts::Evidence evidence(recording.series, &recording);
   CheckReport report;
+  report.crank = crankCurrentOf(recording.series, crank_current);
+  evidence.crank_current = report.crank.current;
   report.samples = recording.series.size();
   report.from = recording.series.time.front();
   report.to = recording.series.time.back();

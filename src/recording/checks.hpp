@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
+#include "recording/crank_current.hpp"
 
 namespace battery_sof {
 
@@ -40,6 +41,7 @@ struct CheckReport {
   std::optional<double> current_lsb;    ///< [A], step of the current channel when quantised
   std::vector<Finding> findings;        ///< problems first, then warnings, then notes
   std::vector<std::string> not_judged;  ///< what this recording cannot show, each with its reason
+  CrankCurrent crank;                   ///< what counts as an engine start
 };
 
 /// @return "note", "warning" or "problem".
@@ -73,11 +75,13 @@ std::string toString(Severity severity);
  *   measured current. What the regression leaves hides weak tones: at 100 Hz some 2 mV are found,
  *   at 1 Hz 80 mV.
  *
+ * @param crank_current [A], below 0; else findCrankCurrent().
  * @throws std::invalid_argument when the recording has no sample.
  * @note A common gain of the current, gain and offset of the voltage, and a constant contact
  * resistance leave no trace in current and voltage: nothing here can find them.
  */
-CheckReport checkRecording(const Recording& recording);
+CheckReport checkRecording(const Recording& recording,
+                           std::optional<double> crank_current = std::nullopt);
 
 /**
  * @brief The problems alone of a series: what it must not be fitted with unless somebody means it.

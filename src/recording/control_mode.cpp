@@ -132,8 +132,9 @@ bool holdsVoltageInDischarge(const Series& series, const ControlModeRule& rule, 
 
 /// Where a source controls the voltage the battery may help it out; how far grows with what the
 /// battery carries.
-double helpedOutAbove(const Series& series, const ControlModeRule& rule) {
-  const double half_crank = 0.5 * EventLimits{}.crank_current;
+double helpedOutAbove(const Series& series, const ControlModeRule& rule,
+                      const EventLimits& limits) {
+  const double half_crank = limits.crankLevel();
   if (holdsVoltageInDischarge(series, rule, half_crank)) return half_crank;
   std::vector<double> sizes;
   for (const double current : series.current) sizes.push_back(std::abs(current));
@@ -326,7 +327,7 @@ bool ControlModeDetector::add(double time, double current, double voltage) {
   return controlModeOf(reason_) == ControlMode::kVoltage;
 }
 
-ControlModes detectControlMode(const Series& series) {
+ControlModes detectControlMode(const Series& series, const EventLimits& limits) {
   ControlModes source;
   ControlModeRule& rule = source.rule;
   rule = firstRuleOf(series);
@@ -336,7 +337,7 @@ ControlModes detectControlMode(const Series& series) {
     if (constant || followsCurrent(series, rule))
       rule.charge_begins = ControlMode::kCurrent;
     else
-      rule.min_current = helpedOutAbove(series, rule);
+      rule.min_current = helpedOutAbove(series, rule, limits);
     judged = judgeAll(series, rule);
   }
   for (const ControlModeReason reason : judged.reasons)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
+#include "recording/events.hpp"
 
 namespace battery_sof {
 
@@ -171,7 +172,7 @@ struct ControlModes : ControlModeOverview {
  * 95 % quantile of |current|: on three recordings of start-stop cars the engine runs in 99 to 99.9
  * % of the samples above it, and in some of those below. Where discharges answer to small changes
  * of current by less than half of what they answer to large ones, the voltage is held there too and
- * the least current moves down to half a crank's (EventLimits::crank_current).
+ * the least current moves down to a crank's level (EventLimits::crankLevel()).
  *
  * Charges begin with a controlled current when half of them show constant current, or when changes
  * of voltage follow those of current in charges (r^2 of 0.9 and more), as in a profile that is
@@ -182,7 +183,7 @@ struct ControlModes : ControlModeOverview {
  * @return nothing seen for an empty series.
  * @note One source a recording: driving followed by a night at a charger has one rule for both.
  */
-ControlModes detectControlMode(const Series& series);
+ControlModes detectControlMode(const Series& series, const EventLimits& limits = {});
 
 /// @return "voltage" or "current".
 std::string toString(ControlMode controlled);

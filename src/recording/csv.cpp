@@ -3,6 +3,7 @@
 #include "recording/text_lines.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -21,6 +22,7 @@
 namespace battery_sof {
 namespace {
 
+constexpr double kEpochFirst = 978307200.0, kEpochLast = 4102444800.0;  // [s], 2001 to 2099
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
 
 // ---------------------------------------------------------------------------------------------
@@ -31,8 +33,10 @@ struct Layout {
   std::filesystem::path path;
   std::vector<std::string> names;
   char separator = ',';
-  std::size_t time = 0, current = 0, voltage = 0, temperature = kNoColumn;
-  double time_unit = 1.0;  ///< [s]
+  std::size_t time = 0, current = 0;
+  std::size_t voltage = kNoColumn, temperature = kNoColumn;  ///< a profile has none
+  double time_unit = 1.0;                                    ///< [s]
+  bool unit_is_given = false;
 };
 
 std::string separatorHint(const Layout& layout) {
@@ -131,11 +135,13 @@ bool nextOfContent(TextLines& lines) {
   return false;
 }
 
+/// @param is_profile without a voltage.
 Layout readLayout(const std::filesystem::path& path, TextLines& lines, const CsvColumns& columns,
-                  std::vector<std::string>& notes) {
+                  bool is_profile, std::vector<std::string>& notes) {
   if (!nextOfContent(lines))
     throw RecordingError(path.string() + ": is empty, expected a header line with the columns " +
-                         columns.time + ", " + columns.current + ", " + columns.voltage);
+                         columns.time + ", " + columns.current +
+                         (is_profile ? "" : ", " + columns.voltage));
   Layout layout{path, namesIn(lines.line(), ',')};
   for (const char separator : {';', '\t'}) {
     if (contains(layout.names, columns.time)) break;
@@ -146,7 +152,9 @@ Layout readLayout(const std::filesystem::path& path, TextLines& lines, const Csv
   const CsvColumns own;
   layout.time = columnOf(layout, columns.time, own.time, kTimes, notes);
   layout.current = columnOf(layout, columns.current, own.current, kCurrents, notes);
-  layout.voltage = columnOf(layout, columns.voltage, own.voltage, kVoltages, notes);
+  if (!is_profile)
+    layout.voltage = columnOf(layout, columns.voltage, own.voltage, kVoltages, notes);
+  layout.unit_is_given = columns.time_unit.has_value();
   layout.time_unit = columns.time_unit.value_or(1.0);
   if (!columns.time_unit && columns.time == own.time) {
     layout.time_unit = unitInName(layout.names[layout.time]);
@@ -154,6 +162,7 @@ Layout readLayout(const std::filesystem::path& path, TextLines& lines, const Csv
       notes.push_back(
           format("time is taken to count %g s, by its column's name", layout.time_unit));
   }
+  if (is_profile) return layout;
   const std::string temperature = columns.temperature.value_or("temperature_c");
   if (columns.temperature || contains(layout.names, temperature))
     layout.temperature = columnIndex(layout, temperature);
@@ -166,6 +175,7 @@ Layout readLayout(const std::filesystem::path& path, TextLines& lines, const Csv
 bool isUnitsRow(const Layout& layout, const std::vector<std::string_view>& cells) {
   if (cells.size() < layout.names.size()) return false;
   for (const std::size_t column : {layout.time, layout.current, layout.voltage}) {
+    if (column == kNoColumn) continue;
     const std::string unit = bareName(std::string(cells[column]));
     if (unit.empty() || unit.size() > 4 ||
         !std::all_of(unit.begin(), unit.end(),
@@ -254,7 +264,8 @@ struct Row {
 RawSample toSample(const Row& row, const CsvColumns& columns) {
   const double sign = columns.discharge_positive ? -1.0 : 1.0;
   return {row.time(row.layout.time_unit), sign * row.number(row.layout.current),
-          row.number(row.layout.voltage), row.temperature()};
+          row.layout.voltage == kNoColumn ? kNan : row.number(row.layout.voltage),
+          row.temperature()};
 }
 
 void requireWholeRow(const Row& row) {
@@ -266,23 +277,69 @@ void requireWholeRow(const Row& row) {
                        std::to_string(expected));
 }
 
-void readRows(TextLines& lines, const Layout& layout, const CsvColumns& columns,
-              Recording& recording) {
+/// What a time counts that must count from 1970 [s]: its size fits the years 2001 to 2099 in one
+/// unit alone. None for a clock of another kind.
+std::optional<double> epochUnit(double time) {
+  for (const double unit : {1.0, 1e-3, 1e-6, 1e-9})
+    if (time * unit >= kEpochFirst && time * unit < kEpochLast) return unit;
+  return std::nullopt;
+}
+
+/// "2023-11-14 22:13:20 UTC".
+std::string dateText(double seconds) {
+  const auto whole = static_cast<std::time_t>(std::floor(seconds));
+  std::tm date{};
+  gmtime_r(&whole, &date);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S UTC", &date);
+  return text.data();
+}
+
+/// Takes the unit of a clock that counts from 1970 from its first time, where nobody gave one.
+/// @return whether it is such a clock.
+bool takeEpochUnit(Layout& layout, std::string_view cell, std::vector<std::string>& notes) {
+  const auto first = cell.empty() ? std::nullopt : numberOf(withPoint(cell, layout.separator));
+  if (!first || layout.unit_is_given) return false;
+  const std::optional<double> unit = epochUnit(*first);
+  // What the column's name says holds while it makes a time that a logger's clock may show.
+  const bool is_named = layout.time_unit != 1.0 && *first * layout.time_unit < kEpochFirst;
+  if (!unit || is_named) return false;
+  layout.time_unit = *unit;
+  const char* name = *unit == 1.0    ? "seconds"
+                     : *unit == 1e-3 ? "milliseconds"
+                     : *unit == 1e-6 ? "microseconds"
+                                     : "nanoseconds";
+  notes.push_back(
+      format("time is taken to count %s since 1970, by its size: the first row is of ", name) +
+      dateText(*unit * *first));
+  return true;
+}
+
+/// @param take (const RawSample&, line) of every row; a row that was cut off has no number.
+/// @return whether the clock counts from 1970.
+template <typename Take>
+bool readRows(TextLines& lines, Layout layout, const CsvColumns& columns,
+              std::vector<std::string>& notes, Take&& take) {
   constexpr RawSample kCutOff{kNan, kNan, kNan, std::nullopt};
-  Intake intake;
   std::vector<std::string_view> cells;
+  bool is_epoch = false, has_clock = false;
   bool is_first = true;
   while (nextOfContent(lines)) {
     splitCells(lines.line(), layout.separator, cells);
     if (std::exchange(is_first, false) && isUnitsRow(layout, cells)) continue;
     const Row row{layout, cells, lines.number()};
     if (!lines.finished() && cells.size() < layout.names.size()) {
-      append(recording, intake, kCutOff);
-      return;
+      take(kCutOff, lines.number());
+      break;
     }
     requireWholeRow(row);
-    append(recording, intake, toSample(row, columns));
+    if (!has_clock && !cells[layout.time].empty()) {
+      is_epoch = takeEpochUnit(layout, cells[layout.time], notes);
+      has_clock = true;
+    }
+    take(toSample(row, columns), lines.number());
   }
+  return is_epoch;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -327,14 +384,34 @@ Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns, 
                   std::vector<std::string>* notes) {
   TextLines lines(path, std::move(seen));
   std::vector<std::string> assumed;
-  const Layout layout = readLayout(path, lines, columns, notes ? *notes : assumed);
+  if (!notes) notes = &assumed;
+  const Layout layout = readLayout(path, lines, columns, false, *notes);
   Recording recording;
   recording.name = printable(path.filename().string());
-  readRows(lines, layout, columns, recording);
+  Intake intake;
+  readRows(lines, layout, columns, *notes,
+           [&](const RawSample& sample, std::size_t) { append(recording, intake, sample); });
   if (recording.offered == 0)
     throw RecordingError(path.string() + ": has a header line but no sample below it");
   requireUsable(path.string(), recording);
   return recording;
+}
+
+void readProfileCsv(const std::filesystem::path& path, const CsvColumns& columns,
+                    const ProfileRowSeen& row, std::vector<std::string>* notes) {
+  TextLines lines(path);
+  std::vector<std::string> assumed;
+  if (!notes) notes = &assumed;
+  const Layout layout = readLayout(path, lines, columns, true, *notes);
+  bool has_rows = false;
+  std::optional<double> origin;
+  readRows(lines, layout, columns, *notes, [&](const RawSample& sample, std::size_t line) {
+    // A date, or a count from 1970, is no time after the beginning of a phase.
+    if (!origin) origin = epochUnit(sample.time) == 1.0 ? sample.time : 0.0;
+    row(sample.time - *origin, sample.current, line);
+    has_rows = true;
+  });
+  if (!has_rows) throw RecordingError(path.string() + ": has a header line but no row below it");
 }
 
 void writeCsv(const std::filesystem::path& path, const Series& series) {

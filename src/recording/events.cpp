@@ -88,13 +88,13 @@ std::string toString(EventKind kind) {
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
-bool isStopLoad(double current, double min_current) {
-  return current < std::min(min_current, kStopCurrent) && current > 0.5 * kCrankCurrent;
+bool isStopLoad(double current, double min_current, const EventLimits& limits) {
+  return current < std::min(min_current, kStopCurrent) && current > limits.crankLevel();
 }
 
 void EventDetector::add(double time, double current, bool is_gap,
                         std::optional<double> min_current) {
-  const bool is_level = current <= 0.5 * limits_.crank_current;
+  const bool is_level = current <= limits_.crankLevel();
   crank_ended_ = (is_gap || !is_level) && mayBeCrank() && crank_lowest_ <= limits_.crank_current;
   if (is_gap || !is_level) crank_since_.reset();
   if (is_level) {
@@ -107,7 +107,7 @@ void EventDetector::add(double time, double current, bool is_gap,
   charge_begins_ =
       !is_gap && (min_current ? discharged_ && current > 0.0 : charging_ && !was_charging);
   discharged_ = current < kDischargeCurrent || (discharged_ && !(is_gap || current > 0.0));
-  in_stop_ = !is_gap && min_current && isStopLoad(current, *min_current);
+  in_stop_ = !is_gap && min_current && isStopLoad(current, *min_current, limits_);
   stop_begins_ = in_stop_ && may_stop_;
   may_stop_ = !is_gap && !in_stop_;
 }

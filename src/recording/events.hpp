@@ -15,16 +15,20 @@ enum class EventKind { kCrank, kDischarge, kCharge, kRest };
 /// @return "crank", "discharge", "charge" or "rest".
 std::string toString(EventKind kind);
 
-/// [A]; a crank falls to this or below (paper, section V: pulses and weighting)
+/// [A]; a crank falls to this or below, where nobody says otherwise (paper, section V: pulses and
+/// weighting). What a recording shows of its own engine is findCrankCurrent()'s.
 inline constexpr double kCrankCurrent = -150.0;
-/// [A]; an engine may be turning below it: what a slow sampling shows of a crank
-inline constexpr double kEngineTurns = -60.0;
 
-/// Limits that distinguish events.
+/// Limits that distinguish events. Every current of a crank is a share of one value.
 struct EventLimits {
   double crank_current = kCrankCurrent;             ///< [A]; a crank falls to this or below
   static constexpr double kCrankMaxDuration = 5.0;  ///< [s]; longer stretches are discharges
   static constexpr double kRestCurrent = 0.5;       ///< [A]; |current| below it is rest
+  double crankLevel() const { return 0.5 * crank_current; }  ///< [A]; a crank goes on below it
+  /// [A]; an engine may be turning below it: what a slow sampling shows of a crank
+  double engineTurns() const { return 0.4 * crank_current; }
+  /// [A]; more than a vehicle's consumers draw
+  double aboveConsumers() const { return crank_current / 3.0; }
 };
 
 /// [A]; below it a discharge is under way that a charge may follow
@@ -32,7 +36,7 @@ inline constexpr double kDischargeCurrent = -10.0;
 
 /// Whether a current is that of a stop: a load draws it that no charger helps out with, and it is
 /// no crank's. @param min_current [A], below it a load controls the current (ControlModeRule).
-bool isStopLoad(double current, double min_current);
+bool isStopLoad(double current, double min_current, const EventLimits& limits = {});
 
 /**
  * @brief Where cranks, charges and stops begin and end, sample by sample: of a recording as live.

@@ -56,7 +56,7 @@ bool isDropOut(const Series& series, std::size_t k) {
   const double neighbours = 0.5 * (series.current[k - 1] + series.current[k + 1]);
   return std::abs(from) > kApart && std::abs(to) > kApart && (from > 0.0) == (to > 0.0) &&
          between < kNeighbours * std::min(std::abs(from), std::abs(to)) &&
-         series.current[k] > kEngineTurns &&
+         series.current[k] > EventLimits{}.engineTurns() &&
          std::abs(series.current[k] - neighbours) < kQuietCurrent;
 }
 

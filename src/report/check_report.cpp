@@ -20,8 +20,9 @@ namespace {
 constexpr EventKind kKinds[] = {EventKind::kCrank, EventKind::kDischarge, EventKind::kCharge,
                                 EventKind::kRest};
 
-EventSummary summaryOf(const Recording& recording) {
-  return summarise(recording.series, detectEvents(recording.series));
+EventSummary summaryOf(const Recording& recording, const CheckReport& report) {
+  return summarise(recording.series,
+                   detectEvents(recording.series, EventLimits{report.crank.current}));
 }
 
 /// Lowest and highest. @param zero where a scale begins that they are shown on.
@@ -81,13 +82,35 @@ std::string overviewText(const Recording& recording, const CheckReport& report) 
          entry("temperature", rangeText(extremesOf(series.temperature, kZeroCelsius), "degC"));
 }
 
-std::string eventsText(const EventSummary& summary) {
+/// What counts as an engine start, how many do, and who says so.
+std::string crankText(const CrankCurrent& crank, std::size_t count) {
+  const std::string what =
+      format("%zu %s taken as engine start%s: %s %s A or below for at most %g s", count,
+             count == 1 ? "pulse is" : "pulses are", count == 1 ? "" : "s",
+             count == 1 ? "it reaches" : "they reach", number(crank.current).c_str(),
+             EventLimits::kCrankMaxDuration);
+  const char* why = "";
+  switch (crank.source) {
+    case CrankCurrent::Source::kGiven: why = " (--crank-current)"; break;
+    case CrankCurrent::Source::kUsual:
+      if (crank.pulse)
+        return what + " (the usual value, which most of the short pulses here reach)";
+      why = " (the usual value: no short pulse here stands clear of the other loads)";
+      break;
+    case CrankCurrent::Source::kRecording:
+      return what + " (read off the largest repeated pulses, of " + number(*crank.pulse) + " A)";
+  }
+  return what + why;
+}
+
+std::string eventsText(const EventSummary& summary, const CrankCurrent& crank) {
   std::string text = "\n  events          count   in all\n";
   for (const EventKind kind : kKinds) {
     const EventTotals& totals = summary.of(kind);
     text += format("    %-10s %8zu   %s\n", toString(kind).c_str(), totals.count,
                    duration(totals.duration).c_str());
   }
+  text += wrapped("    ", crankText(crank, summary.of(EventKind::kCrank).count));
   text += "    " + number(summary.charge_in / kSecondsPerHour) + " Ah in, " +
           number(-summary.charge_out / kSecondsPerHour) + " Ah out\n";
   if (!summary.max_charge_voltage) return text;
@@ -154,8 +177,9 @@ DESCRIBED(Finding, MEMBERS("", id, what, meaning, value, unit, samples), MEMBERS
 
 std::string checkReportText(const Recording& recording, const CheckReport& report) {
   std::string text = recording.name + "\n" + overviewText(recording, report) +
-                     eventsText(summaryOf(recording)) +
-                     sourceText(detectControlMode(atDesignRate(recording.series))) +
+                     eventsText(summaryOf(recording, report), report.crank) +
+                     sourceText(detectControlMode(atDesignRate(recording.series),
+                                                  EventLimits{report.crank.current})) +
                      (report.findings.empty() ? "\n  findings: none\n" : "\n  findings\n");
   for (const Finding& finding : report.findings) text += findingText(finding);
   if (!report.not_judged.empty()) text += "\n  not judged\n";
@@ -180,8 +204,10 @@ nlohmann::json checkReportJson(const Recording& recording, const CheckReport& of
   visit("voltage_range", extremesOf(series.voltage), "v");
   visit("current_range", extremesOf(series.current), "a");
   visit("temperature_range", celsius, "c");
-  visit("events", summaryOf(recording));
-  visit("source", detectControlMode(atDesignRate(series)));
+  visit("events", summaryOf(recording, of));
+  visit("crank_current", of.crank.current, "a");
+  visit("crank_current_from", toString(of.crank.source));
+  visit("source", detectControlMode(atDesignRate(series), EventLimits{of.crank.current}));
   return visit.json;
 }
 

@@ -136,6 +136,9 @@ void describeWindow(File& file, Model& fit) {
   file.number("longest_charge_s", excited.longest_charge, kDurations);
   file.number("charge_swing_ah", excited.charge_swing, kCharges);
   file.number("sensor_min_current_a", excited.sensor_min_current, kCurrents);
+  std::optional<double> crank_current = fit.crank_current;  // files of before have none
+  file.number("crank_current_a", crank_current, {kCurrents.least, -1e-3});
+  if constexpr (File::kReads) fit.crank_current = crank_current.value_or(kCrankCurrent);
   std::optional<double> celsius;
   if (excited.temperature) celsius = *excited.temperature - kZeroCelsius;
   file.number("temperature_c", celsius, {-kZeroCelsius, 1000.0});

@@ -67,7 +67,7 @@ struct Drawing {
   Drawing(const Recording& recording, const Diagnosis& d)
       : series(recording.series),
         diagnosis(d),
-        cranks(detectCranks(series, {0, series.size()})),
+        cranks(detectCranks(series, {0, series.size()}, EventLimits{d.base.fit.crank_current})),
         time{series.time.front(), series.time.back()},
         t0(clockOrigin(series)),
         current{"current", 2, [this](std::size_t n) { return series.current[n]; }},

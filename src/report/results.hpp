@@ -70,6 +70,8 @@ std::string checkReportText(const Recording& recording, const CheckReport& repor
  * - voltage_range_v, current_range_a, temperature_range_c: [low, high];
  * - events: crank, discharge, charge and rest, each with count and duration_s; charge_in_ah,
  *   charge_out_ah (negative), longest_charge_s, charges_over_10_s, charge_voltage_range_v;
+ * - crank_current_a: what counts as an engine start; crank_current_from: "given", "recording",
+ *   "usual";
  * - source: seen, share (of samples whose voltage is controlled), min_current_a (JSON null when
  * none is seen), charges_begin_with,
  *   stretches (count), reasons (a list of reason, mode, stretches, samples), summary;

@@ -36,6 +36,7 @@ const std::map<std::string, std::string> kOld = {
     {"blocks", "series_blocks since 0.3"},
     {"adopt_diagnosis", "use_diagnosis since 0.3"},
     {"min_suitability", "min_window_quality since 0.3"},
+    {"crank_weight_current_a", "~crank_current_a since 0.3, one value for all of a crank"},
     {"model_max_age_s", "gone since 0.3: intervals say how old a model is"}};
 
 /// The keys of one map of parameters, each with what takes its value.
@@ -139,7 +140,6 @@ Schema fitSchema(IdentifyOptions& fit) {
     return {};
   });
   schema.number("crank_weight", 1.0, 1000.0, fit.crank_weight);
-  schema.number("crank_weight_current_a", -2000.0, -1.0, fit.crank_weight_current);
   schema.number("max_iterations", 1.0, 1000.0,
                 [&fit](double value) { fit.max_iterations = static_cast<int>(value); });
   return schema;
@@ -170,7 +170,9 @@ Schema schemaOf(NodeOptions& options) {
   });
   schema.text("battery_name", options.battery_name);
   schema.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, session.series_blocks);
-  schema.number("crank_current_a", -2000.0, -1.0, session.events.crank_current);
+  schema.number("crank_current_a", -2000.0, -1.0, [&session](double value) {
+    session.events.crank_current = session.identify.crank_current = value;
+  });
   schema.map("standing_query", standingQuerySchema(options.standing));
   schema.map("fit", fitSchema(session.identify));
   schema.number("diagnostic_period", 0.0, 86400.0, options.diagnostic_period);

@@ -14,6 +14,7 @@
 #include "model/battery_model.hpp"
 #include "model/simulation.hpp"
 #include "recording/control_mode.hpp"
+#include "recording/events.hpp"
 #include "regression/levenberg_marquardt.hpp"
 #include "regression/residual_regression.hpp"
 #include "state/noise_model.hpp"
@@ -182,6 +183,7 @@ struct Fit {
   Eigen::VectorXd first_state;
   FitWindow window;
   ExcitedRange excited;
+  double crank_current = kCrankCurrent;  ///< [A], a crank falls to this or below
   FitStatus status = FitStatus::kConverged;
   std::string message;  ///< one sentence
   std::string start;    ///< "robust" or "paper"

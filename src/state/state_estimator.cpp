@@ -25,7 +25,8 @@ ResidualFilter::ResidualFilter(const FittedModel& model, bool follows_stops)
       drift_(model.state.residual_state.drift),
       colored_(model.state.residual_state.colored),
       next_stop_(model.intervals.event_history.nextStop(model.fit.scores.rmse)),
-      present_(model) {
+      present_(model),
+      limits_{model.fit.crank_current} {
   const ResidualState& saved = model.state.residual_state;
   filter_.setVariances(saved.p_dd, saved.p_da, saved.p_aa);
   if (model.fit.source && follows_stops) min_current_ = model.fit.source->min_current;
@@ -39,7 +40,8 @@ void ResidualFilter::follow(const InputSample& sample, double error, double phys
   const double duration = sample.step.duration;
   present_.follow(sample, physics_error);
   if (!min_current_) return sample.voltage_controlled ? wait(duration) : update(duration, error);
-  const bool in_stop = !sample.voltage_controlled && isStopLoad(sample.step.current, *min_current_);
+  const bool in_stop =
+      !sample.voltage_controlled && isStopLoad(sample.step.current, *min_current_, limits_);
   if (in_stop != in_stop_) setLevel(next_stop_);
   in_stop_ = in_stop;
   if (in_stop) updateInStop(duration, error);

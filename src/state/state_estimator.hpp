@@ -2,6 +2,7 @@
 
 #include "battery_sof/series.hpp"
 #include "model/input_sequence.hpp"
+#include "recording/events.hpp"
 #include "state/fitted_model.hpp"
 #include "state/present_error.hpp"
 
@@ -65,6 +66,7 @@ class ResidualFilter {
   ErrorForecast next_stop_;
   bool in_stop_ = false;
   PresentErrorFilter present_;
+  EventLimits limits_;
 };
 
 /**

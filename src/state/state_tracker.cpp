@@ -15,7 +15,6 @@ namespace {
 constexpr double kCrankMemory = 1.0;
 constexpr double kModelMemory = 30.0;
 constexpr double kLearnInterval = 0.1;  // [s]
-constexpr double kOwnCurrent = -50.0;   // [A], more than a car's consumers draw
 constexpr double kMostRested = 12.9;    // [V] of a block: above it a charger holds the voltage
 constexpr double kLeastVoltageError = 0.02, kLeastCurrentError = 0.5;  // [V], [A]
 constexpr double kUsualCurrentError = 3.0;                             // [A], where no window says
@@ -23,9 +22,12 @@ constexpr double kRestError = 0.1;  // [V], by which a rested battery's voltage 
 
 constexpr double kTraceKept = 1.0;  // [s], far more than any shift between channels
 
-bool isCrank(const InputSample& sample) {
-  return sample.step.current < EventLimits{}.crank_current;
+bool isCrank(const InputSample& sample, const Fit& fit) {
+  return sample.step.current < fit.crank_current;
 }
+
+/// The battery's own current: more than a vehicle's consumers draw [A].
+double ownCurrent(const Fit& fit) { return EventLimits{fit.crank_current}.aboveConsumers(); }
 
 }  // namespace
 
@@ -92,7 +94,7 @@ Innovation StateTracker::innovationOf(const InputSample& sample,
   innovation.factor.resize(begun.rows(), begun.cols());
   const Eigen::MatrixXd states = simulation.stateDerivatives();
   innovation.factor << begun.topRows(begun.rows() - states.rows()), states;
-  const bool is_crank = isCrank(sample);
+  const bool is_crank = isCrank(sample, fit);
   if (sample.voltage_controlled) {
     innovation.error = sample.step.current - followed.current;
     innovation.modelled = -simulation.currentErrorDerivatives();
@@ -106,7 +108,7 @@ Innovation StateTracker::innovationOf(const InputSample& sample,
   }
   // Where nothing was fitted, a charger may control what looks like a battery's answer: only a large
   // discharge is the battery's own.
-  if (fit.window.samples == 0 && sample.step.current > kOwnCurrent)
+  if (fit.window.samples == 0 && sample.step.current > ownCurrent(fit))
     innovation.rows = {sample.step.current > 0.0 ? kRowRCharge : kRowUDc};
   if (!last_) return innovation;
   // Errors of samples next to each other are one error: a fitted model's stay, those of the
@@ -127,13 +129,13 @@ std::optional<double> StateTracker::learnFromSettled(const InputSample& sample,
   seen.max_voltage = std::max(seen.max_voltage, sample.voltage);
   const double time = settled_.state().time, current = sample.step.current;
   if (time - learnt_until_ < kLearnInterval) return std::nullopt;
-  const bool is_held = current <= 0.0 && current > kOwnCurrent && sample.voltage > kMostRested;
+  const bool is_held = current <= 0.0 && current > ownCurrent(fit) && sample.voltage > kMostRested;
   if (fit.window.samples == 0 && is_held) return std::nullopt;
   const Innovation innovation = innovationOf(sample, followed);
   const double surprise = innovation.error / std::hypot(innovation.modelled.norm(),
                                                         std::max(innovation.std_error, kRestError));
   if (!std::isfinite(surprise)) return std::nullopt;
-  if (!last_ || isCrank(sample)) {
+  if (!last_ || isCrank(sample, fit)) {
     if (!sample.voltage_controlled && (!last_ || time - cranked_ > kCrankMemory))
       surprise_.add(surprise);
     if (last_) cranked_ = time;

@@ -332,6 +332,20 @@ TEST_F(Sof, AnswersACrankOfProfilesAsOneOfTheHeldCurrentsTheyStandFor) {
               nlohmann::json::parse(held.out)["u_min"].get<double>(), 1e-9);
 }
 
+TEST_F(Sof, ReadsProfilesOfAnyLoggerAsARecordingOfIt) {
+  ASSERT_EQ(identify().code, 0);
+  const auto lowest = [&](const std::string& load) {
+    const Outcome outcome = sof({"crank", model_, "--load-profile", write("load.csv", load),
+                                 "--i-cranking", "-200", "--json", "-"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out)["u_min"].get<double>();
+  };
+  const double plain = lowest("time_s,current_a\n0,-20\n30,-10.5\n");
+  EXPECT_DOUBLE_EQ(lowest("t_ms;Current (A)\nms;A\n# a logger\n0;-20\n30000;-10,5\n"), plain);
+  EXPECT_NEAR(lowest("timestamp\ti\n1700000000000\t-20\n1700000030000\t-10.5\n"), plain, 1e-9);
+  EXPECT_NEAR(lowest("time,i\n2023-11-14 22:13:20,-20\n2023-11-14 22:13:50,-10.5\n"), plain, 1e-9);
+}
+
 TEST_F(Sof, RefusesProfilesWithAFaultAndNamesFileLineAndExpectation) {
   ASSERT_EQ(identify().code, 0);
   const auto refused = [&](const std::string& content, const std::vector<std::string>& pieces) {
@@ -342,17 +356,16 @@ TEST_F(Sof, RefusesProfilesWithAFaultAndNamesFileLineAndExpectation) {
     for (const auto& piece : pieces)
       EXPECT_NE(outcome.err.find(piece), std::string::npos) << outcome.err;
   };
-  refused("", {"is empty", "time_s,current_a"});
+  refused("", {"is empty", "time_s, current_a"});
   refused("time_s,current_a\n", {"no row"});
-  refused("t,amps\n0,-20\n", {"line 1", "no column \"time_s\"", "time_s,current_a"});
+  refused("t,load\n0,-20\n", {"no column \"current_a\"", "t, load"});
   refused("time_s,current_a\n0,-20\n1,lots\n",
-          {"line 3", "current_a is \"lots\"", "expected a finite number"});
-  refused("time_s,current_a\n0,nan\n",
-          {"line 2", "current_a is \"nan\"", "expected a finite number"});
-  refused("time_s,current_a\n0,\n", {"line 2", "current_a", "expected a finite number"});
-  refused("time_s,current_a\n0\n", {"line 2", "current_a", "expected a finite number"});
-  refused("time_s,current_a\n0,-5\n0,-5\n", {"line 3", "time_s is 0", "expected more than"});
-  refused("time_s,current_a\n-1,-5\n", {"line 2", "time_s is -1", "expected 0 or more"});
+          {"line 3", "\"current_a\": \"lots\"", "not a number"});
+  refused("time_s,current_a\n0,nan\n", {"line 2", "current is nan", "expected a finite number"});
+  refused("time_s,current_a\n0,\n", {"line 2", "current", "expected a finite number"});
+  refused("time_s,current_a\n0\n", {"line 2", "1 cells, the header has 2"});
+  refused("time_s,current_a\n0,-5\n0,-5\n", {"line 3", "time is 0", "expected more than"});
+  refused("time_s,current_a\n-1,-5\n", {"line 2", "time is -1", "expected 0 or more"});
   EXPECT_EQ(sof({"crank", model_, "--i-cranking", "-200", "--load-profile", path("none.csv")}).code,
             2);
 }

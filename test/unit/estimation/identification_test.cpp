@@ -191,8 +191,8 @@ TEST(Identify, RefusesOptionsOutsideTheirRangesByName) {
   options.crank_weight = 0.5;
   EXPECT_NE(messageOf(options).find("crank_weight"), std::string::npos);
   options = {};
-  options.crank_weight_current = 10.0;
-  EXPECT_NE(messageOf(options).find("crank_weight_current"), std::string::npos);
+  options.crank_current = 10.0;
+  EXPECT_NE(messageOf(options).find("crank_current"), std::string::npos);
   options = {};
   options.max_iterations = 0;
   EXPECT_NE(messageOf(options).find("max_iterations"), std::string::npos);

@@ -663,15 +663,45 @@ TEST(VoltageLevelCheck, GuessesABatteryOfSixVolts) {
   EXPECT_TRUE(says(found[0].meaning, "a battery of 6 V (--series-blocks 0.5)"));
 }
 
-TEST(ExcitationCheck, FindsAConstantCurrentWithAndWithoutNoise) {
+TEST(ExcitationCheck, FindsAConstantCurrentUnderWhichTheVoltageStandsStillWithAndWithoutNoise) {
   for (const double noise : {0.0, 0.1}) {
     Series series = driveSeries(std::vector<double>(600000, -5.0));
+    std::fill(series.voltage.begin(), series.voltage.end(), 12.4);
     addNoise(series, noise, 0.01 * noise, 17);
     const CheckReport report = checkRecording(toRecording(series));
     ASSERT_EQ(report.findings.size(), 1U) << idsOf(series);
     EXPECT_EQ(report.findings[0].id, "excitation");
     EXPECT_EQ(report.findings[0].severity, Severity::kProblem);
     EXPECT_EQ(report.not_judged.size(), 4U);
+  }
+}
+
+/// A bench: 10 A drawn without a flicker for an hour, every 5 s, after a rest; steps of 1 mV.
+Series heldDischarge(std::size_t rest) {
+  Series series;
+  for (std::size_t k = 0; k < rest + 720; ++k) {
+    const double time = 5.0 * static_cast<double>(k);
+    const double drawn = k < rest ? 0.0 : 10.0 * (time - 5.0 * static_cast<double>(rest));
+    const double flicker = 0.004 * static_cast<double>((k * k / 3) % 2);
+    const double current = k < rest ? 0.0 : -10.0;
+    series.append({time, current, 12.8 + 0.02 * current - 1e-5 * drawn + flicker});
+  }
+  test::quantise(series.voltage, 0.001);
+  return series;
+}
+
+TEST(ExcitationCheck, ACurrentThatABenchHoldsIsNoProblemWhileTheVoltageMoves) {
+  const auto findings = findingsOf(heldDischarge(0), "excitation");
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings.front().severity, Severity::kWarning);
+  EXPECT_TRUE(says(findings.front().what, "held at one value, -10 A")) << findings.front().what;
+  EXPECT_TRUE(findProblems(heldDischarge(0)).empty());
+}
+
+TEST(ExcitationCheck, ACurrentThatABenchHoldsIsNeitherClippedNorStuck) {
+  for (const std::size_t rest : {0U, 100U, 360U}) {
+    EXPECT_TRUE(findingsOf(heldDischarge(rest), "clipping").empty()) << rest;
+    EXPECT_TRUE(findingsOf(heldDischarge(rest), "stuck").empty()) << rest;
   }
 }
 

@@ -184,6 +184,34 @@ TEST_F(Csv, TheUnitOfTimeIsReadFromItsColumnsName) {
       << "nor is that of a column that is asked for";
 }
 
+TEST_F(Csv, TimesThatCountFrom1970AreRecognisedByTheirSizeAndSaid) {
+  for (const auto& [first, second, unit] :
+       {std::tuple<const char*, const char*, const char*>{"1700000000", "1700000000.5", " seconds"},
+        {"1700000000000", "1700000000500", "milliseconds"},
+        {"1700000000000000", "1700000000500000", "microseconds"},
+        {"1700000000000000000", "1700000000500000000", "nanoseconds"}}) {
+    std::ofstream(path_, std::ios::binary) << kHeader << first << ",1,12\n" << second << ",1,12\n";
+    std::vector<std::string> notes;
+    const Recording recording = readCsv(path_, {}, {}, &notes);
+    EXPECT_NEAR(recording.series.time.at(0), 1.7e9, 1e-6) << unit;
+    EXPECT_NEAR(recording.series.time.at(1), 1.7e9 + 0.5, 1e-6) << unit;
+    ASSERT_EQ(notes.size(), 1U) << unit;
+    EXPECT_TRUE(says(notes[0], unit)) << notes[0];
+    EXPECT_TRUE(says(notes[0], "2023-11-14 22:13:20 UTC")) << notes[0];
+  }
+}
+
+TEST_F(Csv, AClockThatDoesNotCountFrom1970StaysAsItIs) {
+  EXPECT_EQ(read("time_ms,i,u\n1700000000,1,12\n1700000500,1,12\n").series.time,
+            (std::vector<double>{1700000.0, 1700000.5}))
+      << "the name says milliseconds, and twenty days of them are a time";
+  EXPECT_EQ(read(std::string(kHeader) + "86400,1,12\n86401,1,12\n").series.time.front(), 86400.0);
+  CsvColumns given;
+  given.time_unit = 1e-3;
+  EXPECT_EQ(read("t,i,u\n1700000000,1,12\n1700000001,1,12\n", given).series.time.front(), 1.7e6)
+      << "a unit that is given is not replaced";
+}
+
 TEST_F(Csv, CommentsTabsAndARowOfUnitsArePassedOver) {
   const Recording recording = read(
       "# made by a logger\ntime\tcurrent\tvoltage\ns\tA\tV\n0\t1\t12\n# a pause\n1\t2\t12.5\n");

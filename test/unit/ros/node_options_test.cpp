@@ -69,8 +69,7 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.session.events.crank_current, built_in.session.events.crank_current);
   EXPECT_EQ(shipped.session.identify.start, built_in.session.identify.start);
   EXPECT_EQ(shipped.session.identify.crank_weight, built_in.session.identify.crank_weight);
-  EXPECT_EQ(shipped.session.identify.crank_weight_current,
-            built_in.session.identify.crank_weight_current);
+  EXPECT_EQ(shipped.session.identify.crank_current, built_in.session.identify.crank_current);
   EXPECT_EQ(shipped.session.identify.max_iterations, built_in.session.identify.max_iterations);
   EXPECT_EQ(shipped.diagnose_period, built_in.diagnose_period);
   EXPECT_EQ(shipped.use_diagnosis, built_in.use_diagnosis);
