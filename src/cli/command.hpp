@@ -118,7 +118,7 @@ struct PriorsArguments {
 inline constexpr char kRecording[] = "recording: .bag, .csv, or CSV from a pipe";
 void addModelOption(CLI::App& command, std::string& model);
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path = true);
-/// An option of 0.2 under its old name: refused with the new one.
+/// An option of 0.2 under its old name: refused with the new one, or "gone".
 void addRenamedOption(CLI::App& command, const std::string& old, const std::string& now);
 
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments);

@@ -64,14 +64,12 @@ std::vector<Stretch> stretchesOf(const DiagnoseArguments& arguments) {
   return all;
 }
 
-/// Pages and models are of one recording, and so is what takes a diagnosis a strength.
+/// Pages and models are of one recording.
 void requireOneRecording(const DiagnoseArguments& arguments) {
   if (arguments.paths.size() == 1) return;
-  for (const auto& [option, is_given] :
-       {std::pair("--report", !arguments.report.empty()),
-        std::pair("--out", !arguments.out.empty()),
-        std::pair("--base-out", !arguments.base_out.empty()),
-        std::pair("--verify-detection-limits", !arguments.options.confirm.empty())})
+  for (const auto& [option, is_given] : {std::pair("--report", !arguments.report.empty()),
+                                         std::pair("--out", !arguments.out.empty()),
+                                         std::pair("--base-out", !arguments.base_out.empty())})
     if (is_given)
       throw UsageError(
           format("%s takes one recording, %zu are given", option, arguments.paths.size()));
@@ -225,18 +223,12 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       addEffectIds(options, "--hypotheses", search.hypotheses,
                    "ids to weigh, comma-separated; by default all of sof effects, "
                    "fresh_sulphate where a source controls the voltage");
-  CLI::Option* given =
-      addEffectIds(options, "--given", search.given,
-                   "ids that are known to be there, comma-separated: they are modelled "
-                   "and nothing is searched for")
-          ->excludes(hypotheses)
-          ->excludes(reference);
-  hypotheses->excludes(reference);
-  addEffectIds(options, "--verify-detection-limits", search.confirm,
-               "ids, comma-separated, of detection limits: diagnose the recording with each put in "
-               "until it is named")
-      ->excludes(given)
+  addEffectIds(options, "--given", search.given,
+               "ids that are known to be there, comma-separated: they are modelled "
+               "and nothing is searched for")
+      ->excludes(hypotheses)
       ->excludes(reference);
+  hypotheses->excludes(reference);
   addOption(options, "--min-rmse", search.relevance.rmse,
             "smallest RMS effect that is reported [V]; half the noise where that is more");
   addOption(options, "--min-crank", search.relevance.crank,
@@ -244,7 +236,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   addOption(
       options, "--min-charge", search.relevance.charge_share,
       "share of the charging current below which nothing is reported where a source draws it");
-  addRenamedOption(options, "--confirm", "--verify-detection-limits");
+  addRenamedOption(options, "--confirm", "gone");
   for (const std::string limit : {"rmse", "crank", "charge"})
     addRenamedOption(options, "--relevance-" + limit, "--min-" + limit);
   addAnywayOption(options, search.anyway);

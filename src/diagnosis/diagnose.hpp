@@ -24,9 +24,6 @@ struct DiagnoseOptions {
   std::vector<KnownPopulation> priors = {};
   bool anyway = false;  ///< a recording with a problem (findProblems()) is diagnosed all the same
   bool lists_detection_limits = true;  ///< false: Diagnosis::detection_limits stays empty
-  /// Ids whose strength in Diagnosis::detection_limits is one at which the recording with the
-  /// effect put in was diagnosed and the effect named; up to six diagnoses each.
-  std::vector<std::string> confirm = {};
   /// Gets what begins; called from the calling thread.
   std::function<void(const std::string& stage)> progress = nullptr;
   /// Called often while the search works, from the calling thread; what it or progress throws ends

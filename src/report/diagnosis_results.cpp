@@ -167,18 +167,16 @@ std::string detectionLimitsText(const Diagnosis& d) {
   const bool promises = d.unexplained.isNoise();
   std::vector<std::string> hidden;
   for (const DetectionLimit& x : d.detection_limits)
-    if (!x.visible && (promises || x.strength))
+    if (!x.visible && promises)
       hidden.push_back(x.id + (x.strength ? " (" + x.parameter + " below " +
                                                 threeDigits(*x.strength) + " " + x.unit + ")"
                                           : " (at any strength)"));
-  const std::string tries = "--verify-detection-limits ID tries one";
   std::string text;
   if (!hidden.empty())
-    text += "\n" + wrapped("limits       ",
-                           "could be here unseen: " + join(hidden, "; ") +
-                               (promises ? ". Strengths are estimates: " + tries : std::string()));
+    text += "\n" + wrapped("limits       ", "could be here unseen: " + join(hidden, "; ") +
+                                                ". Strengths are estimates");
   if (!d.detection_limits.empty() && !promises)
-    text += "\n" + wrapped("limits       ", whyNothingIsPromised(d.unexplained) + ": " + tries);
+    text += "\n" + wrapped("limits       ", whyNothingIsPromised(d.unexplained));
   for (const std::string& what : d.outside) text += wrapped("unobservable ", what);
   return text;
 }

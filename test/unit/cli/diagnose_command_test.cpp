@@ -174,11 +174,10 @@ TEST_F(SofDiagnose, WhatIsGivenLeavesNothingToWeigh) {
   EXPECT_NE(outcome.err.find("--hypotheses"), std::string::npos) << outcome.err;
 }
 
-TEST_F(SofDiagnose, WhatIsGivenIsNotConfirmed) {
-  const Outcome outcome = sof(
-      {"diagnose", path("any.csv"), "--given", "ocv_soc", "--verify-detection-limits", "gassing"});
+TEST_F(SofDiagnose, WhatIsConfirmedIsGone) {
+  const Outcome outcome = sof({"diagnose", path("any.csv"), "--confirm", "gassing"});
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("--verify-detection-limits"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--confirm: is gone since 0.3"), std::string::npos) << outcome.err;
 }
 
 TEST_F(SofDiagnose, SaysWhatHasChangedSinceAReference) {
