@@ -19,7 +19,7 @@ struct DiagnoseOptions {
   /// Ids that are known to be there: the extended model is the base model with these, and nothing
   /// is searched for.
   std::vector<std::string> given = {};
-  /// What a fleet knows of parameters, in place of the catalogue's priors: for the base circuit and
+  /// What is known of parameters, in place of the catalogue's priors: for the base circuit and
   /// for every set of effects of which it has a population.
   std::vector<KnownPopulation> priors = {};
   bool anyway = false;  ///< a recording with a problem (findProblems()) is diagnosed all the same

@@ -180,9 +180,9 @@ SessionStatus OnlineSession::status() const {
   if (monitor_.learns()) {
     status.reason += status.reason.empty() ? "" : "; ";
     status.reason += "answers rest on ";
-    const bool of_fleet = !knownOf(options_.identify.priors, {}).empty();
+    const bool has_priors = !knownOf(options_.identify.priors, {}).empty();
     status.reason += basis_ != AnswerBasis::kPopulation ? "the trip before"
-                     : of_fleet                         ? "the priors of a fleet"
+                     : has_priors                       ? "the given priors"
                                                         : "what is known of lead-acid batteries";
     status.reason += " and this trip's samples" + (missing_.empty() ? "" : "; " + missing_);
   }
