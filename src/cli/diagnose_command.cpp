@@ -4,7 +4,6 @@
 
 #include "command.hpp"
 #include "diagnosis/change.hpp"
-#include "diagnosis/combination.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/change_results.hpp"
@@ -62,17 +61,6 @@ std::vector<Stretch> stretchesOf(const DiagnoseArguments& arguments) {
         throw UsageError(path + " is the same recording as " + arguments.paths[k]);
   }
   return all;
-}
-
-/// Pages and models are of one recording.
-void requireOneRecording(const DiagnoseArguments& arguments) {
-  if (arguments.paths.size() == 1) return;
-  for (const auto& [option, is_given] : {std::pair("--report", !arguments.report.empty()),
-                                         std::pair("--out", !arguments.out.empty()),
-                                         std::pair("--base-out", !arguments.base_out.empty())})
-    if (is_given)
-      throw UsageError(
-          format("%s takes one recording, %zu are given", option, arguments.paths.size()));
 }
 
 /// A page that could not be written is found out before the minutes of work, not after.
@@ -161,29 +149,25 @@ int runChange(const CommandLine& line, const DiagnoseArguments& arguments) {
 int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   requireFolders(arguments);
   if (!arguments.references.empty()) return runChange(line, arguments);
-  requireOneRecording(arguments);
+  if (arguments.paths.size() != 1)
+    throw UsageError(format("one recording is diagnosed, %zu are given; several go with "
+                            "--reference alone",
+                            arguments.paths.size()));
   DiagnoseOptions options = arguments.options;
   options.priors = loadPriors(arguments.priors);
   Progress progress(line.err);
-  const std::vector<Stretch> stretches = stretchesOf(arguments);
-  const bool is_one = stretches.size() == 1;
-  std::vector<Diagnosis> found;
-  for (const auto& [recording, hash] : stretches) {
-    const std::string which = is_one ? "" : recording.name + ": ";
-    options.progress = [&](const std::string& stage) { progress.stage(which + stage); };
-    const Interruption interruption(progress);
-    found.push_back(diagnose(recording, options));
-    nameOrigin(found.back(), recording, hash, arguments.recording.series_blocks);
-  }
-  const CombinedDiagnosis combined = combine(found);
+  const Stretch stretch = stretchesOf(arguments).front();
+  const Recording& recording = stretch.recording;
+  options.progress = [&](const std::string& stage) { progress.stage(stage); };
+  const Interruption interruption(progress);
+  Diagnosis found = diagnose(recording, options);
+  nameOrigin(found, recording, stretch.hash, arguments.recording.series_blocks);
   progress.stage("writing");
-  if (is_one) writeFiles(arguments, stretches.front().recording, found.front());
+  writeFiles(arguments, recording, found);
   progress.end();
-  emit(line, is_one ? resultText(found.front()) : resultText(combined, found),
-       is_one ? resultJson(found.front()) : resultJson(combined, found), arguments.json);
-  for (const Diagnosis& one : found)
-    if (one.verdict != Verdict::kInsufficientData) return kExitDone;
-  complain(line.err, "no diagnosis: " + (is_one ? found.front().summary : combined.summary));
+  emit(line, resultText(found), resultJson(found), arguments.json);
+  if (found.verdict != Verdict::kInsufficientData) return kExitDone;
+  complain(line.err, "no diagnosis: " + found.summary);
   return kExitNegative;
 }
 
@@ -194,9 +178,8 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       app, line, "diagnose",
       "find where base model and recording deviate, and which physics is missing", runDiagnose);
   DiagnoseOptions& search = values.options;
-  addFile(
-      options, kReadFile, "REC", values.paths,
-      std::string(kRecording) + "; several of one battery are diagnosed one by one and together")
+  addFile(options, kReadFile, "REC", values.paths,
+          std::string(kRecording) + "; with --reference several of one battery")
       ->required();
   addRecordingOptions(options, values.recording, false);
   addSeriesBlocksOption(options, values.recording);

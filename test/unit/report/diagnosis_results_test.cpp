@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "diagnosis/combination.hpp"
 #include "support/made_diagnosis.hpp"
 
 namespace battery_sof {
@@ -138,34 +137,6 @@ TEST(DiagnosisText, NamesEffectsFoundInAMechanismWithoutAnEquation) {
   diagnosis.candidates = {{"contact_resistance", 200.0, 0.9, "", "instrument"},
                           {"ocv_soc", 100.0, 0.0, "others explain more of it", "open_circuit"}};
   EXPECT_NE(std::string::npos, resultText(diagnosis).find("; with contact_resistance\n"));
-}
-
-/// Two recordings of a battery, and what they say together.
-TEST(DiagnosesJson, HasWhatTheRecordingsSayTogetherAndEachOfThem) {
-  Diagnosis first, second;
-  first.base.provenance.recording = "monday.csv";
-  first.verdict = Verdict::kMechanism;
-  first.mechanism = Mechanism::kAcid;
-  first.mechanisms = {{Mechanism::kAcid, 0.6}, {Mechanism::kStructure, 0.35}};
-  second.base.provenance.recording = "tuesday.csv";
-  second.verdict = Verdict::kNoMismatch;
-  CombinedDiagnosis combined{Mechanism::kAcid, {{Mechanism::kAcid, 0.92}}, "Missing: acid."};
-  const Json json = resultJson(combined, {first, second});
-  expectKeys(json, {"schema", "program", "summary", "mechanism", "mechanisms", "recordings"});
-  EXPECT_EQ(json["schema"], "battery_sof/diagnoses/1");
-  EXPECT_EQ(json["mechanisms"], (Json{{{"id", "acid"}, {"probability", 0.92}}}));
-  EXPECT_EQ(json["recordings"].at(0), (Json{{"file", "monday.csv"},
-                                            {"verdict", "mechanism"},
-                                            {"mechanism", "acid"},
-                                            {"mechanisms",
-                                             {{{"id", "acid"}, {"probability", 0.6}},
-                                              {{"id", "structure"}, {"probability", 0.35}}}}}));
-  EXPECT_TRUE(json["recordings"].at(1)["mechanism"].is_null());
-  const std::string text = resultText(combined, {first, second});
-  EXPECT_NE(std::string::npos, text.find("together     Missing: acid.\nlikely       acid 0.92\n"));
-  EXPECT_NE(std::string::npos,
-            text.find("recording    monday.csv: mechanism; acid 0.60, structure 0.35\n"));
-  EXPECT_NE(std::string::npos, text.find("recording    tuesday.csv: no_mismatch\n"));
 }
 
 TEST(DiagnosisJson, OfAFamilyThatNoProbabilityIsSaidOfHasNull) {
