@@ -150,9 +150,10 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   requireFolders(arguments);
   if (!arguments.references.empty()) return runChange(line, arguments);
   if (arguments.paths.size() != 1)
-    throw UsageError(format("one recording is diagnosed, %zu are given; several go with "
-                            "--reference alone",
-                            arguments.paths.size()));
+    throw UsageError(
+        format("one recording is diagnosed, %zu are given; several go with "
+               "--reference alone",
+               arguments.paths.size()));
   DiagnoseOptions options = arguments.options;
   options.priors = loadPriors(arguments.priors);
   Progress progress(line.err);
