@@ -173,7 +173,7 @@ TEST(DiagnosisText, TellsWhatAMailNeeds) {
   for (const char* piece : {"effect: The battery takes charge", "charge_acceptance",
                             "hidden before in r_charge", "at a bound", "long charge", "95 %",
                             "hold-out", "121.0", "6.4", "became worse in post charge rest",
-                            "could be here unseen: gassing", "14.4 V", "Strengths are estimates"})
+                            "could be here unseen: gassing", "14.4 V", "are estimates"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }
 
