@@ -10,6 +10,7 @@
 #include "diagnosis/diagnose.hpp"
 #include "prediction/event_corrections.hpp"
 #include "prediction/online_session.hpp"
+#include "util/text.hpp"
 
 namespace {
 
@@ -29,15 +30,8 @@ void print(const std::string& recording, const SessionEvents& events,
                 session.calibrations().charge_calibration.factor);
 }
 
-/// What is tried in addition to the base model: effects from the beginning on, or what a diagnosis
-/// of the buffer finds at a moment.
-struct Trial {
-  std::vector<std::string> effects;
-  double diagnose_at = 0.0;  // [s] of driving; 0: never
-};
-
-/// Diagnoses what is buffered and offers the extended composition whatever its verdict; the node
-/// offers named physics and what was estimated.
+/// Diagnoses what is buffered and has the extended composition fitted whatever its verdict; the node
+/// fits named physics and what was estimated.
 void adoptDiagnosis(OnlineSession& session) {
   Recording buffered;
   buffered.series = session.series();
@@ -47,7 +41,7 @@ void adoptDiagnosis(OnlineSession& session) {
   const Diagnosis found = diagnose(buffered, options);
   std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(), found.summary.c_str());
   if (!found.extended.fit.effects.empty())
-    session.extendWith(found.extended.fit.effects, 0.0, found.extended.fit.discrepancy);
+    session.fitWith(found.extended.fit.effects, 0.0, found.extended.fit.discrepancy);
 }
 
 /// The node's standing questions with their default parameters, asked once a second of driving as
@@ -100,11 +94,10 @@ class StandingAnswers {
 
 /// Plays a recording through a session; identifications and diagnosis end before the next sample.
 void play(const std::string& path, const CsvColumns& columns, const SessionOptions& options,
-          const Trial& trial, bool asks) {
+          double diagnose_at, bool asks) {
   const Recording recording = readCsv(path, columns);
   OnlineSession session(options);
-  if (!trial.effects.empty()) session.extendWith(trial.effects);
-  bool is_diagnosed = trial.diagnose_at <= 0.0;
+  bool is_diagnosed = diagnose_at <= 0.0;
   StandingAnswers answers;
   for (std::size_t n = 0; n < recording.series.size(); ++n) {
     const SessionEvents events =
@@ -114,15 +107,16 @@ void play(const std::string& path, const CsvColumns& columns, const SessionOptio
       answers.askOf(session);
     else
       print(recording.name, events, session);
-    if (!is_diagnosed && session.driving() >= trial.diagnose_at) {
+    if (!is_diagnosed && session.driving() >= diagnose_at) {
       is_diagnosed = true;
       adoptDiagnosis(session);
     }
     if (auto job = session.takeDueJob()) {
-      session.finish(runIdentification(*job));
-      if (!session.status().extension.empty())
-        std::fprintf(stderr, "%.0f s: %s\n", *session.newestTime(),
-                     session.status().extension.c_str());
+      const IdentificationOutcome outcome = session.finish(runIdentification(*job));
+      if (!is_diagnosed || diagnose_at <= 0.0) continue;
+      std::fprintf(stderr, "%.0f s: %s%s; effects: %s\n", *session.newestTime(),
+                   outcome.accepted ? "" : "refused: ", outcome.message.c_str(),
+                   join(session.status().effects).c_str());
     }
   }
   if (asks) answers.print(recording.name);
@@ -243,18 +237,15 @@ int main(int argc, char** argv) {
       "Plays recordings (CSV) through a session and prints every crank and charge with what was "
       "expected.");
   std::vector<std::string> recordings;
-  Trial trial;
+  double diagnose_at = 0.0;
   SessionOptions options;
   CsvColumns columns;
   app.add_option("REC", recordings, "CSV recordings")->required();
   app.add_option("--effects", options.identify.effects, "ids of further physics")->delimiter(',');
   app.add_option(
-         "--extend", trial.effects,
-         "ids evaluated in parallel to the base model; standard error says which model answers")
-      ->delimiter(',');
-  app.add_option(
-      "--diagnose-at", trial.diagnose_at,
-      "[s] of driving, when the buffer is diagnosed and what is found goes on trial; 0: never");
+      "--diagnose-at", diagnose_at,
+      "[s] of driving, when the buffer is diagnosed and what is found is fitted to the next "
+      "windows; 0: never");
   app.add_option("--identify-period", options.identify_period, "[s]");
   bool asks = false;
   app.add_flag("--questions", asks,
@@ -287,7 +278,7 @@ int main(int argc, char** argv) {
     for (const auto& path : recordings)
       present > 0.0 ? askPresent(path, columns, options, present)
       : leaves_out  ? leaveOutSteps(path, columns, options)
-                    : play(path, columns, options, trial, asks);
+                    : play(path, columns, options, diagnose_at, asks);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "session_experiment: %s\n", error.what());
     return 2;

@@ -135,7 +135,7 @@ int main(int argc, char** argv) {
       "recording,from_s,q_whole,crank_mae,cranks,rmse_whole,excitation,sd_crank,sd_stop,sd_charge,"
       "sd_now,log_det,worst_rel,"
       "q_window,rmse_window,std_i,min_i,max_i,pulses,white,ar,ar_time,walk,charge_s,discharge_s,q_"
-      "inside,suitability");
+      "inside,window_quality");
   try {
     for (const auto& path : recordings) runRecording(path, columns, windows);
   } catch (const std::exception& error) {

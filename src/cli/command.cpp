@@ -152,7 +152,7 @@ void addAnywayOption(CLI::App& command, bool& anyway) {
 
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments) {
   addFile(command, kReadFile, "--priors", arguments.file,
-          "PRIORS.yaml of a fleet, in place of the catalogue's priors");
+          "PRIORS.yaml: what is known of such batteries, in place of the catalogue's priors");
   addOption(command, "--vehicle-type", arguments.vehicle_type,
             "vehicle type whose priors are used; all types if not given");
 }

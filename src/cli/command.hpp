@@ -119,7 +119,7 @@ struct PriorsArguments {
 inline constexpr char kRecordingFile[] = "recording: .bag, .csv, or CSV from a pipe";
 void addModelOption(CLI::App& command, std::string& model);
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path = true);
-/// An option of 0.2 under its old name: refused with the new one.
+/// An option of 0.2 under its old name: refused with the new one, or "gone".
 void addRenamedOption(CLI::App& command, const std::string& old, const std::string& now);
 
 /// The option --crank-current, of either sign: the current of a crank is always out of the battery.

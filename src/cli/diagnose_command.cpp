@@ -4,7 +4,6 @@
 
 #include "command.hpp"
 #include "diagnosis/change.hpp"
-#include "diagnosis/combination.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/change_results.hpp"
@@ -62,19 +61,6 @@ std::vector<Stretch> stretchesOf(const DiagnoseArguments& arguments) {
         throw UsageError(path + " is the same recording as " + arguments.paths[k]);
   }
   return all;
-}
-
-/// Pages and models are of one recording, and so is what takes a diagnosis a strength.
-void requireOneRecording(const DiagnoseArguments& arguments) {
-  if (arguments.paths.size() == 1) return;
-  for (const auto& [option, is_given] :
-       {std::pair("--report", !arguments.report.empty()),
-        std::pair("--out", !arguments.out.empty()),
-        std::pair("--base-out", !arguments.base_out.empty()),
-        std::pair("--verify-detection-limits", !arguments.options.confirm.empty())})
-    if (is_given)
-      throw UsageError(
-          format("%s takes one recording, %zu are given", option, arguments.paths.size()));
 }
 
 /// A page that could not be written is found out before the minutes of work, not after.
@@ -163,30 +149,27 @@ int runChange(const CommandLine& line, const DiagnoseArguments& arguments) {
 int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   requireFolders(arguments);
   if (!arguments.references.empty()) return runChange(line, arguments);
-  requireOneRecording(arguments);
+  if (arguments.paths.size() != 1)
+    throw UsageError(
+        format("one recording is diagnosed, %zu are given; several go with "
+               "--reference alone",
+               arguments.paths.size()));
   DiagnoseOptions options = arguments.options;
   options.priors = loadPriors(arguments.priors);
   options.crank_current = arguments.recording.crank_current;
   Progress progress(line.err);
-  const std::vector<Stretch> stretches = stretchesOf(arguments);
-  const bool is_one = stretches.size() == 1;
-  std::vector<Diagnosis> found;
-  for (const auto& [recording, hash] : stretches) {
-    const std::string which = is_one ? "" : recording.name + ": ";
-    options.progress = [&](const std::string& stage) { progress.stage(which + stage); };
-    const Interruption interruption(progress);
-    found.push_back(diagnose(recording, options));
-    nameOrigin(found.back(), recording, hash, arguments.recording.series_blocks);
-  }
-  const CombinedDiagnosis combined = combine(found);
+  const Stretch stretch = stretchesOf(arguments).front();
+  const Recording& recording = stretch.recording;
+  options.progress = [&](const std::string& stage) { progress.stage(stage); };
+  const Interruption interruption(progress);
+  Diagnosis found = diagnose(recording, options);
+  nameOrigin(found, recording, stretch.hash, arguments.recording.series_blocks);
   progress.stage("writing");
-  if (is_one) writeFiles(arguments, stretches.front().recording, found.front());
+  writeFiles(arguments, recording, found);
   progress.end();
-  emit(line, is_one ? resultText(found.front()) : resultText(combined, found),
-       is_one ? resultJson(found.front()) : resultJson(combined, found), arguments.json);
-  for (const Diagnosis& one : found)
-    if (one.verdict != Verdict::kInsufficientData) return kExitDone;
-  complain(line.err, "no diagnosis: " + (is_one ? found.front().summary : combined.summary));
+  emit(line, resultText(found), resultJson(found), arguments.json);
+  if (found.verdict != Verdict::kInsufficientData) return kExitDone;
+  complain(line.err, "no diagnosis: " + found.summary);
   return kExitNegative;
 }
 
@@ -199,8 +182,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       runDiagnose);
   DiagnoseOptions& search = values.options;
   addFile(options, kReadFile, "REC", values.paths,
-          std::string(kRecordingFile) +
-              "; several of one battery are diagnosed one by one and together")
+          std::string(kRecordingFile) + "; with --reference several of one battery")
       ->required();
   addRecordingOptions(options, values.recording, false);
   addSeriesBlocksOption(options, values.recording);
@@ -229,18 +211,12 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       addEffectIds(options, "--hypotheses", search.hypotheses,
                    "ids to weigh, comma-separated; by default all of sof effects, "
                    "fresh_sulphate where a source controls the voltage");
-  CLI::Option* given =
-      addEffectIds(options, "--given", search.given,
-                   "ids that are known to be there, comma-separated: they are modelled "
-                   "and nothing is searched for")
-          ->excludes(hypotheses)
-          ->excludes(reference);
-  hypotheses->excludes(reference);
-  addEffectIds(options, "--verify-detection-limits", search.confirm,
-               "ids, comma-separated, of detection limits: diagnose the recording with each put in "
-               "until it is named")
-      ->excludes(given)
+  addEffectIds(options, "--given", search.given,
+               "ids that are known to be there, comma-separated: they are modelled "
+               "and nothing is searched for")
+      ->excludes(hypotheses)
       ->excludes(reference);
+  hypotheses->excludes(reference);
   addOption(options, "--min-rmse", search.relevance.rmse,
             "smallest RMS effect that is reported [V]; half the noise if that is larger");
   addOption(options, "--min-crank", search.relevance.crank,
@@ -248,7 +224,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   addOption(options, "--min-charge", search.relevance.charge_share,
             "smallest share of the charging current that is reported where a charger controls the "
             "voltage");
-  addRenamedOption(options, "--confirm", "--verify-detection-limits");
+  addRenamedOption(options, "--confirm", "gone");
   for (const std::string limit : {"rmse", "crank", "charge"})
     addRenamedOption(options, "--relevance-" + limit, "--min-" + limit);
   addAnywayOption(options, search.anyway);

@@ -28,8 +28,7 @@ void requireValid(const DiagnoseOptions& options) {
     if (!(value >= 0.0) || !std::isfinite(value))
       throw std::invalid_argument(std::string(name) + " is " + std::to_string(value) +
                                   ", expected finite and at least 0");
-  for (const std::vector<std::string>* list :
-       {&options.hypotheses, &options.given, &options.confirm})
+  for (const std::vector<std::string>* list : {&options.hypotheses, &options.given})
     for (const std::string& id : *list) effectInfo(id);
 }
 

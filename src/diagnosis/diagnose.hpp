@@ -20,7 +20,7 @@ struct DiagnoseOptions {
   /// Ids that are known to be there: the extended model is the base model with these, and nothing
   /// is searched for.
   std::vector<std::string> given = {};
-  /// What a fleet knows of parameters, in place of the catalogue's priors: for the base circuit and
+  /// What is known of parameters, in place of the catalogue's priors: for the base circuit and
   /// for every set of effects of which it has a population.
   std::vector<KnownPopulation> priors = {};
   bool anyway = false;  ///< a recording with a problem (findProblems()) is diagnosed all the same
@@ -28,9 +28,6 @@ struct DiagnoseOptions {
   /// (findCrankCurrent()). diagnose() sets it.
   std::optional<double> crank_current = std::nullopt;
   bool lists_detection_limits = true;  ///< false: Diagnosis::detection_limits stays empty
-  /// Ids whose strength in Diagnosis::detection_limits is one at which the recording with the
-  /// effect put in was diagnosed and the effect named; up to six diagnoses each.
-  std::vector<std::string> confirm = {};
   /// Gets what begins; called from the calling thread.
   std::function<void(const std::string& stage)> progress = nullptr;
   /// Called often while the search works, from the calling thread; what it or progress throws ends

@@ -17,68 +17,6 @@
 namespace battery_sof {
 namespace {
 
-/// A diagnosis made so far, into whose recording an effect can be injected.
-struct Confirmation {
-  const Recording& recording;
-  const Residuals& residuals;
-  const WhitenedFit& fit;  ///< the model to which the effect is added
-};
-
-constexpr int kConfirmations = 6;
-
-bool isNamedWith(const Confirmation& confirmation, const BatteryModel& larger,
-                 const CompositionPoint& point, const std::string& id,
-                 const DiagnoseOptions& asked) {
-  const Residuals& residuals = confirmation.residuals;
-  const IndexRange train = residuals.parts.train;
-  const InputSequence every =
-      inputSequence(residuals.screened.series, train, residuals.screened.limits.masked);
-  const Eigen::VectorXd added =
-      simulatedVoltage(larger, point, every) -
-      simulatedVoltage(confirmation.fit.model, confirmation.fit.point, every);
-  if (!added.allFinite()) return false;
-  Recording changed = confirmation.recording;
-  for (Eigen::Index n = 0; n < added.size(); ++n)
-    changed.series.voltage[train.first + static_cast<std::size_t>(n)] += added[n];
-  DiagnoseOptions options = asked;
-  options.lists_detection_limits = false;
-  options.confirm.clear();
-  options.progress = nullptr;
-  const Diagnosis found = diagnose(changed, options);
-  return std::any_of(found.effects.begin(), found.effects.end(), [&](const NamedEffect& effect) {
-    return effect.id == id || contains(effect.indistinguishable_from, id);
-  });
-}
-
-/**
- * @brief Raises a strength until a diagnosis of the recording with the effect put in names it.
- *
- * @param one its strength is where to begin.
- * @return the strength; none where no diagnosis names it.
- */
-std::optional<double> confirmedStrength(const Confirmation& confirmation, const DetectionLimit& one,
-                                        const DiagnoseOptions& options) {
-  tell(options, "diagnosing with " + one.id + " put in");
-  const WhitenedFit& fit = confirmation.fit;
-  const BatteryModel larger = enlarged(fit.model, one.id);
-  const ParameterInfo& info =
-      larger.parameters()[static_cast<std::size_t>(*larger.parameterRow(one.parameter))];
-  std::optional<double> strength = one.strength.value_or(one.typical);
-  for (int round = 0; round < kConfirmations && strength; ++round) {
-    CompositionPoint point = embedded(fit.model, fit.point, larger);
-    for (const ParameterInfo& other : larger.parameters())
-      if (!fit.model.parameterRow(other.name))
-        point.parameters[*larger.parameterRow(other.name)] = other.magnitude;
-    point.parameters[*larger.parameterRow(one.parameter)] = *strength;
-    if (isNamedWith(confirmation, larger, point, one.id, options)) return strength;
-    const double gone = info.vanishes_at.value_or(0.0);
-    const double next = gone + 2.0 * (*strength - gone);
-    strength =
-        next >= info.lower && next <= info.upper ? std::optional<double>(next) : std::nullopt;
-  }
-  return std::nullopt;
-}
-
 /// RMS of what a fit leaves of its samples apart from white noise and rounding [V]; samples weigh
 /// by their count, which edges of a slow sampling make less.
 double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltage_lsb_std) {
@@ -208,13 +146,9 @@ void takeMechanisms(const std::vector<SelectedTerm>& accepted, bool is_lead_acid
   }
 }
 
-std::vector<DetectionLimit> detectionLimitsOf(std::vector<DetectionLimit> limits, bool is_noise,
-                                              const Confirmation& confirmation,
-                                              const DiagnoseOptions& options) {
+std::vector<DetectionLimit> detectionLimitsOf(std::vector<DetectionLimit> limits, bool is_noise) {
   for (DetectionLimit& one : limits) {
     if (!is_noise) one.strength.reset();
-    if (contains(options.confirm, one.id))
-      one.strength = confirmedStrength(confirmation, one, options);
     one.visible = one.strength && std::abs(*one.strength) <= std::abs(one.typical);
   }
   return limits;
@@ -383,8 +317,7 @@ void judgeFindings(const Recording& recording, const Residuals& residuals,
   found.candidates = candidatesOf(explanation.weighed, terms);
   if (options.lists_detection_limits)
     found.detection_limits =
-        detectionLimitsOf(explanation.detection_limits, found.unexplained.isNoise(),
-                          {recording, residuals, selected.last.fit}, options);
+        detectionLimitsOf(explanation.detection_limits, found.unexplained.isNoise());
   pulse(options);
   nameEffects(recording, residuals, terms, selected, found);
 }

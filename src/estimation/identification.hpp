@@ -61,7 +61,7 @@ struct IdentifyOptions {
   std::vector<std::string> effects = {};
   /// estimated before (fitDiscrepancy()); its factors are fitted
   std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;
-  /// What a fleet knows; the population with the fit's own effects serves. The base circuit driven
+  /// What is known; the population with the fit's own effects serves. The base circuit driven
   /// by the current alone has none but with `whiten`.
   std::vector<KnownPopulation> priors = {};
   bool whiten = false;  ///< cost of residuals whitened by a fitted noise model in place of eq. 3

@@ -138,8 +138,6 @@ IdentificationResult attempt(const IdentificationJob& job) {
       chargerControl(job.series, std::nullopt, job.events)};
   static_cast<IdentificationTrial&>(result) =
       tryFit(job.series, window, job.identify, job.incumbent);
-  if (job.extended_options)
-    result.extended = tryFit(job.series, window, *job.extended_options, job.extended_incumbent);
   return result;
 }
 

@@ -61,9 +61,6 @@ struct IdentificationJob : IdentificationSettings {
   int epoch = 0;                         ///< which run of the clock the samples belong to
   Series series;                         ///< the buffered samples
   std::optional<FittedModel> incumbent;  ///< the model in use, to be compared with
-  /// of a second fit to the same window; none: not asked
-  std::optional<IdentifyOptions> extended_options;
-  std::optional<FittedModel> extended_incumbent;  ///< what that one is compared with
 };
 
 /// A fit, and how it compares with the model before it.
@@ -85,17 +82,16 @@ struct IdentificationTrial {
 /// What a job came to.
 struct IdentificationResult : IdentificationTrial {
   int epoch = 0;
-  double max_gap = 0.0;                         ///< [s], gapThreshold() of the series
-  ChargerShare source;                          ///< over the series
-  std::optional<IdentificationTrial> extended;  ///< of job.extended_options
+  double max_gap = 0.0;  ///< [s], gapThreshold() of the series
+  ChargerShare source;   ///< over the series
 };
 
 /// The most recent stretch without a gap, at most `length` [s] long; empty for an empty series.
 IndexRange recentWindow(const Series& series, double length);
 
 /**
- * @brief Chooses a window, fits it (with the extended composition too, if asked) and carries the
- * state to the series' last sample. Reads and changes nothing else.
+ * @brief Chooses a window, fits it and carries the state to the series' last sample. Reads and
+ * changes nothing else.
  *
  * A model whose voltage a source controls keeps past events (EventHistory): those of its window,
  * and of the samples behind it.

@@ -10,13 +10,7 @@ namespace battery_sof {
 namespace {
 
 constexpr std::size_t kChargesKept = 20;     // whose voltage is kept
-constexpr double kBlock = 10.0;              // [s], of ModelSelector
-constexpr double kClearlyBetter = 0.95;      // of the RMSE
-constexpr double kToleratedWorsening = 1.1;  // as OnlineSession tolerates of a new model
-constexpr int kMinEvents = 3;
 constexpr double kDenialLookInterval = 1.0;  // [s], whether a model is denied
-
-double blockOf(double time) { return std::floor(time / kBlock); }
 
 }  // namespace
 
@@ -147,69 +141,6 @@ BacktestScore ModelMonitor::backtest() const {
   score.q_dyn_percent = qDyn(measured, expected);
   score.duration = compared_.back().time - compared_.front().time;
   return score;
-}
-
-void ModelSelector::Errors::add(double base_error, double extended_error) {
-  ++count;
-  base += base_error;
-  extended += extended_error;
-}
-
-void ModelSelector::Errors::add(const Errors& other) {
-  count += other.count;
-  base += other.base;
-  extended += other.extended;
-}
-
-bool ModelSelector::Errors::isExtendedWorse(double negligible) const {
-  if (count < kMinEvents) return false;
-  return extended > kToleratedWorsening * base && extended - base > negligible * count;
-}
-
-void ModelSelector::add(const Sample& sample, const ModelMonitor& base,
-                        const SessionEvents& base_events, const ModelMonitor& extended,
-                        const SessionEvents& extended_events) {
-  const double interval = blocks_.empty() ? 0.0 : sample.time - blocks_.back().to;
-  if (blocks_.empty() || blockOf(sample.time) != blockOf(blocks_.back().from)) {
-    if (score().duration >= kMinDuration) extended_answers_ = isExtendedBetter();
-    blocks_.push_back({sample.time, sample.time, 0.0, {}, {}, {}});
-    while (blocks_.front().to < sample.time - ModelMonitor::kBacktestSpan) blocks_.pop_front();
-  }
-  Block& block = blocks_.back();
-  block.to = sample.time;
-  if (interval <= kBlock) block.duration += interval;
-  if (base.tracker().last() && extended.tracker().last())
-    block.squares.add(std::pow(base.tracker().error(), 2), std::pow(extended.tracker().error(), 2));
-  if (!base_events.cranks.empty() && !extended_events.cranks.empty())
-    block.cranks.add(base_events.cranks[0].absError(), extended_events.cranks[0].absError());
-  if (!base_events.charges.empty() && !extended_events.charges.empty())
-    block.charges.add(base_events.charges[0].absError(), extended_events.charges[0].absError());
-}
-
-ModelSelector::Block ModelSelector::total() const {
-  Block sum;
-  for (const Block& block : blocks_) {
-    sum.duration += block.duration;
-    sum.squares.add(block.squares);
-    sum.cranks.add(block.cranks);
-    sum.charges.add(block.charges);
-  }
-  return sum;
-}
-
-ModelSelectorScore ModelSelector::score() const {
-  const Block sum = total();
-  const double count = std::max(1, sum.squares.count);
-  return {sum.duration, std::sqrt(sum.squares.base / count),
-          std::sqrt(sum.squares.extended / count)};
-}
-
-bool ModelSelector::isExtendedBetter() const {
-  const Block sum = total();
-  const double margin = extended_answers_ ? 1.0 : kClearlyBetter;
-  return std::sqrt(sum.squares.extended) < margin * std::sqrt(sum.squares.base) &&
-         !sum.cranks.isExtendedWorse(kNegligibleVoltage) &&
-         !sum.charges.isExtendedWorse(kNegligibleCurrent);
 }
 
 }  // namespace battery_sof

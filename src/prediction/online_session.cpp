@@ -51,7 +51,7 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 OnlineSession::OnlineSession(const SessionOptions& options)
     : options_(checked(options)),
       stream_(options.buffer, {options.capacity, options.series_blocks}),
-      contenders_{ModelMonitor(options.events, options.steps), std::nullopt, {}} {}
+      monitor_(options.events, options.steps) {}
 
 // ----------------------------------------------------------------------------------------------------
 // samples
@@ -105,26 +105,24 @@ void OnlineSession::goBackTo(const OnlineSession& before) {
   then.stream_.goOnFrom(before.stream_);
   then.epoch_ = epoch_ + 1;
   if (!job_) then.job_.reset();
-  if (job_ && !then.job_) then.job_ = JobOut{then.contenders_, then.driving_};
+  if (job_ && !then.job_) then.job_ = JobOut{then.monitor_, then.driving_};
   then.events_ = std::move(events_);
-  then.extension_ = std::move(extension_);
-  then.next_extension_ = std::move(next_extension_);
+  then.composition_ = std::move(composition_);
+  then.next_composition_ = std::move(next_composition_);
   *this = std::move(then);
 }
 
 void OnlineSession::beginAnew() {
   goBackTo(OnlineSession(options_));
   events_ = {};
-  extension_.reset();
-  next_extension_.reset();
+  composition_.reset();
+  next_composition_.reset();
 }
 
 void OnlineSession::restartClock(double old_newest, const Sample& first) {
   newest_.reset();
   const double moved = first.time - old_newest;
-  contenders_.base.moveTo(first, moved, stream_.maxGap());
-  if (contenders_.extended) contenders_.extended->moveTo(first, moved, stream_.maxGap());
-  contenders_.selector.forgetPast();
+  monitor_.moveTo(first, moved, stream_.maxGap());
   source_.forgetPast();
   deep_discharges_.forgetClock();
   offerRefusedAgain();
@@ -139,49 +137,35 @@ void OnlineSession::advance(const Sample& sample) {
   source_.add(sample);
   source_.forgetBefore(stream_.series().time.front());
   judgeRestored(sample);
-  if (!contenders_.base.holdsModel()) beginFromPopulation(sample);
+  if (!monitor_.holdsModel()) beginFromPopulation(sample);
   follow(sample, stream_.maxGap());
   watchForSwap(sample);
   watchForDenial();
 }
 
 void OnlineSession::watchForDenial() {
-  const bool is_denied = inUse().holdsModel() && inUse().isDenied();
+  const bool is_denied = monitor_.holdsModel() && monitor_.isDenied();
   if (is_denied && !is_denied_) next_look_ = driving_;
   is_denied_ = is_denied;
 }
 
 void OnlineSession::follow(const Sample& sample, double max_gap) {
-  if (!contenders_.base.holdsModel()) return;
-  const SessionEvents ended = followBoth(sample, max_gap);
+  if (!monitor_.holdsModel()) return;
+  const SessionEvents ended = followed(sample, max_gap);
   for (const auto kind : {&SessionEvents::cranks, &SessionEvents::charges, &SessionEvents::stops})
     (events_.*kind).insert((events_.*kind).end(), (ended.*kind).begin(), (ended.*kind).end());
 }
 
-SessionEvents OnlineSession::followBoth(const Sample& sample, double max_gap) {
-  auto& [base, extended, selector] = contenders_;
-  const bool extended_answers = doesExtendedAnswer();
-  const bool is_new = sample.time > base.tracker().state().time &&
-                      (!extended || sample.time > extended->tracker().state().time);
-  const SessionEvents of_base = base.follow(sample, max_gap);
-  if (!std::isfinite(base.tracker().error())) {
-    loseModel("the model was lost: its state was not finite");
-    return {};
-  }
-  if (!extended) return of_base;
-  const SessionEvents of_extended = extended->follow(sample, max_gap);
-  if (!std::isfinite(extended->tracker().error())) {
-    extended.reset();
-    selector = {};
-    extension_->outcome = "lost: its state was not finite";
-    return of_base;
-  }
-  if (is_new) selector.add(sample, base, of_base, *extended, of_extended);
-  return extended_answers ? of_extended : of_base;
+SessionEvents OnlineSession::followed(const Sample& sample, double max_gap) {
+  const SessionEvents ended = monitor_.follow(sample, max_gap);
+  if (std::isfinite(monitor_.tracker().error())) return ended;
+  loseModel("the model was lost: its state was not finite");
+  return {};
 }
 
 void OnlineSession::loseModel(const std::string& why) {
-  contenders_ = {ModelMonitor(options_.events, options_.steps), std::nullopt, {}};
+  monitor_ = ModelMonitor(options_.events, options_.steps);
+  composition_.reset();
   last_outcome_ = why;
   next_look_ = driving_ + kLookInterval;
 }
@@ -189,7 +173,7 @@ void OnlineSession::loseModel(const std::string& why) {
 void OnlineSession::followAgain(double after, double max_gap) {
   const Series& series = stream_.series();
   for (std::size_t n = firstAfter(series, after); n < series.size(); ++n)
-    followBoth(series[n], max_gap);
+    followed(series[n], max_gap);
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -197,20 +181,20 @@ void OnlineSession::followAgain(double after, double max_gap) {
 
 std::optional<IdentificationJob> OnlineSession::takeDueJob() {
   if (job_) return std::nullopt;
-  beginDueExtension();
+  beginDueComposition();
   if (driving_ < next_look_ || !isDue()) return std::nullopt;
   return makeJob();
 }
 
 std::optional<IdentificationJob> OnlineSession::takeJob() {
   if (job_ || stream_.series().empty()) return std::nullopt;
-  beginDueExtension();
+  beginDueComposition();
   return makeJob();
 }
 
 bool OnlineSession::isDue() {
   if (restored_) return false;
-  if (contenders_.base.holdsModel() && !contenders_.base.learns()) return true;
+  if (monitor_.holdsModel() && !monitor_.learns()) return true;
   next_look_ = driving_ + kLookInterval;
   const std::string missing = missingForFirst();
   if (!missing.empty()) missing_ = missing;
@@ -238,49 +222,47 @@ std::string OnlineSession::missingForFirst() const {
 }
 
 IdentificationJob OnlineSession::makeJob() {
-  job_ = JobOut{contenders_, driving_};
-  IdentificationJob job{options_, epoch_, stream_.series(), {}, {}, {}};
-  const auto& [base, extended, selector] = contenders_;
-  if (base.holdsModel()) job.incumbent = base.accepted();
-  if (!extension_) return job;
-  job.extended_options = options_.identify;
-  job.extended_options->effects = extension_->effects;
-  job.extended_options->discrepancy = extension_->discrepancy;
-  if (extended) job.extended_incumbent = extended->accepted();
+  job_ = JobOut{monitor_, driving_};
+  IdentificationJob job{options_, epoch_, stream_.series(), {}};
+  if (monitor_.holdsModel()) job.incumbent = monitor_.accepted();
+  if (!composition_) return job;
+  job.identify.effects = composition_->effects;
+  job.identify.discrepancy = composition_->discrepancy;
   return job;
 }
 
 IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
-  JobOut job = std::exchange(job_, std::nullopt).value_or(JobOut{contenders_, driving_});
+  JobOut job = std::exchange(job_, std::nullopt).value_or(JobOut{monitor_, driving_});
   if (result.epoch == epoch_) takeSource(result.source);
   IdentificationOutcome outcome;
-  const std::string refusal = result.epoch == epoch_
-                                  ? refusalOf(result, !contenders_.base.learns())
-                                  : "the clock jumped back while the identification ran";
+  const bool is_of_run = result.epoch == epoch_;
+  const bool may_compare = !monitor_.learns() && (!composition_ || composition_->is_in_use);
+  const std::string refusal = is_of_run ? refusalOf(result, may_compare)
+                                        : "the clock jumped back while the identification ran";
   outcome.accepted = refusal.empty();
   outcome.message = outcome.accepted ? result.message : refusal;
-  const bool extends = acceptsExtended(result, outcome.accepted);
-  if (outcome.accepted || extends) {
-    const Contenders answered = std::exchange(contenders_, std::move(job.contenders));
-    install(result, outcome.accepted, extends);
-    contenders_.base.setCalibrations(answered.base.calibrations());
-    if (contenders_.extended && answered.extended)
-      contenders_.extended->setCalibrations(answered.extended->calibrations());
+  if (outcome.accepted) {
+    const ModelMonitor answered = std::exchange(monitor_, std::move(job.monitor));
+    install(result);
+    monitor_.setCalibrations(answered.calibrations());
+    basis_ = AnswerBasis::kThisTrip;
+    if (composition_) composition_->is_in_use = true;
   }
-  if (outcome.accepted) basis_ = AnswerBasis::kThisTrip;
-  if (outcome.accepted && !contenders_.base.holdsModel()) {
+  if (outcome.accepted && !monitor_.holdsModel()) {
     outcome.accepted = false;
     outcome.message = last_outcome_;
   }
-  outcome.model = outcome.accepted ? contenders_.base.now() : std::move(result.model);
+  outcome.model = outcome.accepted ? monitor_.now() : std::move(result.model);
   if (outcome.model) outcome.model->fit.series_blocks = options_.series_blocks;
-  if (doesExtendedAnswer()) outcome.extended = ofRow(inUse().now());
-  is_denied_ = inUse().holdsModel() && inUse().isDenied();
+  is_denied_ = monitor_.holdsModel() && monitor_.isDenied();
   last_outcome_ =
       (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
       outcome.message;
-  next_look_ = job.driving + (contenders_.base.learns() || is_denied_ ? options_.retry_period
-                                                                      : options_.identify_period);
+  const bool is_given_up = !outcome.accepted && composition_ && is_of_run;
+  if (is_given_up) composition_.reset();
+  next_look_ =
+      job.driving + (monitor_.learns() || is_denied_ || is_given_up ? options_.retry_period
+                                                                    : options_.identify_period);
   return outcome;
 }
 
@@ -313,80 +295,31 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
       options_.series_blocks * *trial.incumbent_rmse);
 }
 
-bool OnlineSession::acceptsExtended(const IdentificationResult& result, bool base_accepted) {
-  if (!result.extended || !extension_ || result.epoch != epoch_) return false;
-  const auto& [base, extended, selector] = contenders_;
-  const std::string refusal = refusalOf(*result.extended, extended.has_value());
-  extension_->outcome = refusal.empty() ? result.extended->message : "refused: " + refusal;
-  return refusal.empty() && (base_accepted || base.holdsModel());
+void OnlineSession::install(const IdentificationResult& result) {
+  FittedModel model = *result.model;
+  if (monitor_.holdsModel()) carryCranks(model.fit, monitor_.now().fit);
+  monitor_.goOnAs(*result.followed, model);
+  followAgain(result.model->state.time, result.max_gap);
 }
 
-void OnlineSession::install(const IdentificationResult& result, bool base, bool extended) {
-  if (base) install(contenders_.base, result);
-  if (extended) {
-    if (!contenders_.extended) {
-      contenders_.extended.emplace(options_.events, options_.steps);
-      contenders_.extended->setCalibrations(contenders_.base.calibrations());
-    }
-    install(*contenders_.extended, *result.extended);
-  }
-  followAgain((base ? result : *result.extended).model->state.time, result.max_gap);
-}
-
-void OnlineSession::install(ModelMonitor& monitor, const IdentificationTrial& trial) {
-  FittedModel model = *trial.model;
-  if (monitor.holdsModel()) carryCranks(model.fit, monitor.now().fit);
-  monitor.goOnAs(*trial.followed, model);
-}
-
-// ----------------------------------------------------------------------------------------------------
-// extended composition
-
-void OnlineSession::extendWith(const std::vector<std::string>& effects, double from_driving,
-                               std::shared_ptr<const DiscrepancyModel> discrepancy) {
-  if (effects.empty()) throw std::invalid_argument("extendWith: no effects are given");
+void OnlineSession::fitWith(const std::vector<std::string>& effects, double from_driving,
+                            std::shared_ptr<const DiscrepancyModel> discrepancy) {
+  if (effects.empty()) throw std::invalid_argument("fitWith: no effects are given");
   if (options_.identify.start == FitStart::kPaper)
-    throw std::invalid_argument("extendWith: effects need the robust start");
+    throw std::invalid_argument("fitWith: effects need the robust start");
   static_cast<void>(BatteryModel(effects, discrepancy));  // throws for what cannot be composed
-  const std::optional<Extension>& last = next_extension_ ? next_extension_ : extension_;
+  const std::optional<Composition>& last = next_composition_ ? next_composition_ : composition_;
   if (last && last->discrepancy == discrepancy &&
       std::is_permutation(last->effects.begin(), last->effects.end(), effects.begin(),
                           effects.end()))
     return;
-  next_extension_ = Extension{effects, std::move(discrepancy), from_driving, {}};
+  next_composition_ = Composition{effects, std::move(discrepancy), from_driving, false};
 }
 
-void OnlineSession::beginDueExtension() {
-  if (!next_extension_ || driving_ < next_extension_->from_driving || whyNoModel()) return;
-  extension_ = std::exchange(next_extension_, std::nullopt);
+void OnlineSession::beginDueComposition() {
+  if (!next_composition_ || driving_ < next_composition_->from_driving || whyNoModel()) return;
+  composition_ = std::exchange(next_composition_, std::nullopt);
   next_look_ = driving_;
-}
-
-std::string OnlineSession::extensionSentence() const {
-  const std::optional<Extension>& newest = next_extension_ ? next_extension_ : extension_;
-  if (!newest) return {};
-  const std::vector<std::string> running = contenders_.extended
-                                               ? contenders_.extended->accepted().fit.effects
-                                               : std::vector<std::string>();
-  std::string text = running.empty() ? "the base model answers" : selectorSentence();
-  if (running == newest->effects) return text;
-  const std::string names = join(newest->effects);
-  if (newest->outcome.empty()) return text + "; " + names + " is to be fitted in addition";
-  return text + "; the fit with " + names + " was " + newest->outcome;
-}
-
-std::string OnlineSession::selectorSentence() const {
-  const ModelSelectorScore score = contenders_.selector.score();
-  const std::string names = join(contenders_.extended->accepted().fit.effects);
-  const std::string who = doesExtendedAnswer() ? "the model with " + names : "the base model";
-  return who + format(" answers: over %.0f s it missed %.1f mV with %s, %.1f mV without",
-                      score.duration, 1e3 * options_.series_blocks * score.extended_rmse,
-                      names.c_str(), 1e3 * options_.series_blocks * score.base_rmse);
-}
-
-const ModelMonitor& OnlineSession::inUse() const {
-  const auto& [base, extended, selector] = contenders_;
-  return extended && selector.doesExtendedAnswer() ? *extended : base;
 }
 
 }  // namespace battery_sof

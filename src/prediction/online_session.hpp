@@ -53,9 +53,6 @@ struct SessionStatus {
   BacktestScore backtest;
   /// physics beyond the base model in the model that answers
   std::vector<std::string> effects;
-  /// one sentence on the composition offered by extendWith(); empty when there is none
-  std::string extension;
-  std::optional<ModelSelectorScore> selector;  ///< none while no extended model runs
   /// something charges the battery: by the last identification's samples
   bool charger_present = false;
   /// [0, 1], of the buffered samples whose voltage is controlled; none before the first
@@ -73,8 +70,6 @@ struct IdentificationOutcome {
   std::string message;  ///< one sentence
   /// accepted: state at the newest sample; refused: the candidate, if there was one
   std::optional<FittedModel> model;
-  /// of the extended composition, when it is the one that answers from now on
-  std::optional<FittedModel> extended;
 };
 
 /**
@@ -181,9 +176,7 @@ class ModelSnapshot {
  * A clock that jumps, is believed, and within a minute goes on where it had been was wrong
  * meanwhile: the session goes on as it stood before the jump, and the samples between are lost.
  *
- * extendWith() sets a second, extended composition in addition to the session's own: both are
- * fitted to the same windows and follow every sample; which one answers is the ModelSelector's to
- * say, and the base model answers whenever it says nothing.
+ * fitWith() gives the next windows another composition, until a fit with it is refused.
  */
 class OnlineSession {
  public:
@@ -217,11 +210,12 @@ class OnlineSession {
   void restore(const FittedModel& model);
 
   /**
-   * @brief Offers physics that the session's own composition may lack.
+   * @brief Fits another composition to the next windows in place of the session's own, which may
+   * lack physics.
    *
-   * The same composition again changes nothing. With another one an identification is due, once the
-   * base model may be fitted; its fit takes the place of the extended model before it under the
-   * same rule as any new fit, and the contest goes on.
+   * An identification is due once there is a model; its fit takes that model's place where it is
+   * usable, later ones under the same rule as any new fit. Where one is refused, the session's own
+   * composition is fitted again. The same composition again changes nothing while it is in use.
    * @param effects, discrepancy the whole composition, as in IdentifyOptions; a discrepancy that
    * was estimated again makes another composition.
    * @param from_driving [s] of driving(), not before: what comes from a computation of unknown
@@ -229,10 +223,8 @@ class OnlineSession {
    * @throws std::invalid_argument for an empty composition, one that cannot be, or
    * FitStart::kPaper.
    */
-  void extendWith(const std::vector<std::string>& effects, double from_driving = 0.0,
-                  std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
-  /// @return true while questions are answered by the extended model.
-  bool doesExtendedAnswer() const { return &inUse() != &contenders_.base; }
+  void fitWith(const std::vector<std::string>& effects, double from_driving = 0.0,
+               std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
   double driving() const { return driving_; }  ///< [s]
   /// The past that is kept, of one block.
   const Series& series() const { return stream_.series(); }
@@ -245,16 +237,16 @@ class OnlineSession {
   /// Why no answer is valid at present, though it has numbers: one sentence without a full stop,
   /// which every answer and the status give. Empty when answers may be valid.
   std::string whyNotValid() const { return stream_.whyNotValid(); }
-  /// [V], ModelMonitor::chargeVoltage() of the model that answers, a saved one's too.
+  /// [V], ModelMonitor::chargeVoltage(), of a saved model too.
   std::optional<double> chargeVoltage() const;
   /// How wide intervals are, as past events ask for.
-  IntervalCalibrations calibrations() const { return inUse().calibrations(); }
+  IntervalCalibrations calibrations() const { return monitor_.calibrations(); }
 
   /// Where the battery was discharged deeply since the session began.
   const DeepDischargeDetector& deepDischarges() const { return deep_discharges_; }
   /**
-   * @brief What a later session is to begin from: the session's own composition with all that was
-   * estimated on this trip, state at the newest sample.
+   * @brief What a later session is to begin from: the model in use with all that was estimated on
+   * this trip, state at the newest sample.
    * @return none where nothing of it is worth keeping: before the first sample, while the
    * saved model is not judged yet, while nothing is valid, and where a saved model was refused by
    * its clock and no window of this trip was fitted since.
@@ -276,25 +268,18 @@ class OnlineSession {
   /// A model as it leaves the session; inside all is of one block.
   FittedModel ofRow(FittedModel model) const;
 
-  /// What follows the samples.
-  struct Contenders {
-    ModelMonitor base;
-    std::optional<ModelMonitor> extended;
-    ModelSelector selector;
-  };
-
   /// What stood when the job that is out was taken.
   struct JobOut {
-    Contenders contenders;
+    ModelMonitor monitor;
     double driving;  // [s]
   };
 
-  /// A composition that was offered.
-  struct Extension {
+  /// A composition of fitWith().
+  struct Composition {
     std::vector<std::string> effects;
     std::shared_ptr<const DiscrepancyModel> discrepancy;  // of "discrepancy" among them
     double from_driving = 0.0;                            // [s]
-    std::string outcome;                                  // of its last fit, one sentence
+    bool is_in_use = false;                               // a fit with it was accepted
   };
 
   /// Keeps the session as it stands before a jump of the clock, or goes back to it where the clock
@@ -304,7 +289,7 @@ class OnlineSession {
   void restartClock(double old_newest, const Sample& first);
   void advance(const Sample& sample);
   void follow(const Sample& sample, double max_gap);
-  SessionEvents followBoth(const Sample& sample, double max_gap);
+  SessionEvents followed(const Sample& sample, double max_gap);
   void followAgain(double after, double max_gap);
   void judgeRestored(const Sample& first);
   void beginFromPopulation(const Sample& sample);
@@ -325,23 +310,18 @@ class OnlineSession {
   ModelMonitor restoredAt(const FittedModel& saved, double time) const;
   /// The saved model at the newest sample, while the stream still measures its rate.
   FittedModel restoredNow() const;
-  void beginDueExtension();
+  void beginDueComposition();
   bool isDue();
   std::string missingForFirst() const;
   IdentificationJob makeJob();
   std::string refusalOf(const IdentificationTrial& trial, bool may_compare) const;
-  bool acceptsExtended(const IdentificationResult& result, bool base_accepted);
-  void install(const IdentificationResult& result, bool base, bool extended);
-  static void install(ModelMonitor& monitor, const IdentificationTrial& trial);
+  void install(const IdentificationResult& result);
   void takeSource(const ChargerShare& source);
-  const ModelMonitor& inUse() const;
-  std::string extensionSentence() const;
-  std::string selectorSentence() const;
   std::optional<ExpectedSample> expectedSample() const;
 
   SessionOptions options_;
   SampleStream stream_;
-  Contenders contenders_;
+  ModelMonitor monitor_;
   std::optional<JobOut> job_;
   SessionEvents events_;  // not handed out yet
   std::optional<Sample> newest_;
@@ -355,7 +335,7 @@ class OnlineSession {
   std::optional<FittedModel> refused_;                // was restored and refused
   std::shared_ptr<const OnlineSession> before_jump_;  // none a minute after a jump
   double jumped_to_ = 0.0;                            // [s], first stamp after it
-  std::optional<Extension> extension_, next_extension_;
+  std::optional<Composition> composition_, next_composition_;  // none: the session's own
   std::string last_outcome_, missing_;
   AnswerBasis basis_ = AnswerBasis::kPopulation;
   DeepDischargeDetector deep_discharges_;

@@ -43,7 +43,7 @@ void OnlineSession::judgeRestored(const Sample& first) {
   last_outcome_ = inUseSentence(first.time - model.fit.window.to);
   basis_ = AnswerBasis::kPreviousTrip;
   if (model.fit.source) source_ = ChargerShare(*model.fit.source);
-  contenders_.base = restoredAt(model, first.time);
+  monitor_ = restoredAt(model, first.time);
   followAgain(model.state.time, stream_.maxGap());
   next_look_ = driving_;
 }
@@ -63,12 +63,12 @@ void OnlineSession::beginFromPopulation(const Sample& sample) {
   model.fit.crank_current = options_.events.crank_current;
   // The sample itself is taken in as well.
   model.state.time = sample.time - kBeforeFirst;
-  contenders_.base.learnFrom(model, stream_.maxGap());
+  monitor_.learnFrom(model, stream_.maxGap());
 }
 
 void OnlineSession::watchForSwap(const Sample& sample) {
-  if (basis_ != AnswerBasis::kPreviousTrip || !contenders_.base.learns()) return;
-  const double surprise = contenders_.base.tracker().surprise();
+  if (basis_ != AnswerBasis::kPreviousTrip || !monitor_.learns()) return;
+  const double surprise = monitor_.tracker().surprise();
   if (surprise < kSwapped) return;
   loseModel(
       format("the saved model was given up: the first rest and cranks are %.1f standard deviations "
@@ -78,7 +78,7 @@ void OnlineSession::watchForSwap(const Sample& sample) {
 }
 
 void OnlineSession::offerRefusedAgain() {
-  if (!refused_ || (contenders_.base.holdsModel() && basis_ != AnswerBasis::kPopulation)) return;
+  if (!refused_ || (monitor_.holdsModel() && basis_ != AnswerBasis::kPopulation)) return;
   restored_ = std::exchange(refused_, std::nullopt);
 }
 
@@ -128,14 +128,14 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
     std::string why = whyRestoredWaits();
     return why.empty() ? std::nullopt : std::optional(std::move(why));
   }
-  if (inUse().holdsModel()) return std::nullopt;
+  if (monitor_.holdsModel()) return std::nullopt;
   return "nothing identified yet" + (last_outcome_.empty() ? "" : ": " + last_outcome_);
 }
 
 ModelSnapshot OnlineSession::live() const {
   auto reason = whyNoModel();
   if (reason) return ModelSnapshot({}, std::move(reason), options_.capacity);
-  FittedModel now = restored_ ? restoredNow() : inUse().now();
+  FittedModel now = restored_ ? restoredNow() : monitor_.now();
   const Series& series = stream_.series();
   if (!series.temperature.empty()) now.state.temperature = series.temperature.back();
   return ModelSnapshot(ofRow(std::move(now)), std::nullopt, options_.capacity, whyNotValid());
@@ -143,7 +143,7 @@ ModelSnapshot OnlineSession::live() const {
 
 std::optional<double> OnlineSession::chargeVoltage() const {
   const auto of_one = restored_ ? usualVoltage(restored_->intervals.event_history.charges)
-                                : inUse().chargeVoltage();
+                                : monitor_.chargeVoltage();
   return of_one ? std::optional<double>(options_.series_blocks * *of_one) : std::nullopt;
 }
 
@@ -152,15 +152,15 @@ std::optional<double> OnlineSession::newestTime() const {
 }
 
 std::optional<FittedModel> OnlineSession::model() const {
-  if (!inUse().holdsModel()) return std::nullopt;
-  return ofRow(inUse().now());
+  if (!monitor_.holdsModel()) return std::nullopt;
+  return ofRow(monitor_.now());
 }
 
 std::optional<FittedModel> OnlineSession::modelToSave() const {
   const bool was_refused = refused_ && basis_ == AnswerBasis::kPopulation;
-  if (restored_ || was_refused || !contenders_.base.holdsModel() || !whyNotValid().empty())
+  if (restored_ || was_refused || !monitor_.holdsModel() || !whyNotValid().empty())
     return std::nullopt;
-  return ofRow(contenders_.base.now());
+  return ofRow(monitor_.now());
 }
 
 FittedModel OnlineSession::ofRow(FittedModel model) const {
@@ -169,8 +169,8 @@ FittedModel OnlineSession::ofRow(FittedModel model) const {
 }
 
 std::optional<ExpectedSample> OnlineSession::expectedSample() const {
-  if (!inUse().holdsModel() || !inUse().tracker().last()) return std::nullopt;
-  const SettledSample& last = *inUse().tracker().last();
+  if (!monitor_.holdsModel() || !monitor_.tracker().last()) return std::nullopt;
+  const SettledSample& last = *monitor_.tracker().last();
   if (last.voltage_controlled) return ExpectedSample{last.time, std::nullopt, last.current};
   return ExpectedSample{last.time, last.voltage * options_.series_blocks, std::nullopt};
 }
@@ -178,34 +178,28 @@ std::optional<ExpectedSample> OnlineSession::expectedSample() const {
 SessionStatus OnlineSession::status() const {
   SessionStatus status;
   status.reason = last_outcome_;
-  if (inUse().learns()) {
+  if (monitor_.learns()) {
     status.reason += status.reason.empty() ? "" : "; ";
     status.reason += "answers rest on ";
-    const bool of_fleet = !knownOf(options_.identify.priors, {}).empty();
+    const bool has_priors = !knownOf(options_.identify.priors, {}).empty();
     status.reason += basis_ != AnswerBasis::kPopulation ? "the trip before"
-                     : of_fleet                         ? "the priors of a fleet"
+                     : has_priors                       ? "the given priors"
                                                         : "what is known of lead-acid batteries";
     status.reason += " and this trip's samples" + (missing_.empty() ? "" : "; " + missing_);
   }
   status.basis = restored_ ? AnswerBasis::kPreviousTrip : basis_;
   status.newest_time = newestTime();
-  if (inUse().holdsModel()) {
-    if (newest_) status.model_age = newest_->time - inUse().fittedUntil();
-    status.window_quality = inUse().accepted().fit.window_quality;
-    status.effects = inUse().accepted().fit.effects;
-    status.voltage_controlled = inUse().tracker().isVoltageControlled();
+  if (monitor_.holdsModel()) {
+    if (newest_) status.model_age = newest_->time - monitor_.fittedUntil();
+    status.window_quality = monitor_.accepted().fit.window_quality;
+    status.effects = monitor_.accepted().fit.effects;
+    status.voltage_controlled = monitor_.tracker().isVoltageControlled();
   }
-  status.backtest = inUse().backtest();
-  status.extension = extensionSentence();
+  status.backtest = monitor_.backtest();
   status.deep_discharge = deep_discharges_.toString(options_.series_blocks);
   status.charger_present = source_.seen();
   status.charger_share = source_.share();
   status.expected = expectedSample();
-  if (contenders_.extended) {
-    status.selector = contenders_.selector.score();
-    for (double* voltage : {&status.selector->base_rmse, &status.selector->extended_rmse})
-      *voltage *= options_.series_blocks;
-  }
   const auto reason = whyNoModel();
   if (restored_ && !reason) {
     status.state = SessionState::kReady;

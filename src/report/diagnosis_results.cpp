@@ -3,7 +3,6 @@
 
 #include "battery_sof/version.hpp"
 #include "descriptions.hpp"
-#include "diagnosis/combination.hpp"
 #include "report/results.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
@@ -167,18 +166,16 @@ std::string detectionLimitsText(const Diagnosis& d) {
   const bool promises = d.unexplained.isNoise();
   std::vector<std::string> hidden;
   for (const DetectionLimit& x : d.detection_limits)
-    if (!x.visible && (promises || x.strength))
+    if (!x.visible && promises)
       hidden.push_back(x.id + (x.strength ? " (" + x.parameter + " below " +
                                                 threeDigits(*x.strength) + " " + x.unit + ")"
                                           : " (at any strength)"));
-  const std::string tries = "--verify-detection-limits ID tries one";
   std::string text;
   if (!hidden.empty())
-    text += "\n" + wrapped("limits       ",
-                           "could be here unseen: " + join(hidden, "; ") +
-                               (promises ? ". Strengths are estimates: " + tries : std::string()));
+    text += "\n" + wrapped("limits       ", "could be here unseen: " + join(hidden, "; ") +
+                                                ". Strengths are estimates");
   if (!d.detection_limits.empty() && !promises)
-    text += "\n" + wrapped("limits       ", whyNothingIsPromised(d.unexplained) + ": " + tries);
+    text += "\n" + wrapped("limits       ", whyNothingIsPromised(d.unexplained));
   for (const std::string& what : d.outside) text += wrapped("unobservable ", what);
   return text;
 }
@@ -279,40 +276,6 @@ nlohmann::json resultJson(const Diagnosis& of) {
 std::string resultText(const Diagnosis& d) {
   return verdictText(d) + mismatchText(d) + regimesText(d) + parameterBiasText(d) + effectsText(d) +
          rejectedText(d) + comparisonText(d) + detectionLimitsText(d) + restText(d);
-}
-
-nlohmann::json resultJson(const CombinedDiagnosis& combined,
-                          const std::vector<Diagnosis>& recordings) {
-  nlohmann::json rows = nlohmann::json::array();
-  for (const Diagnosis& one : recordings) {
-    JsonFields row;
-    row("file", printable(one.base.provenance.recording));
-    row("verdict", toString(one.verdict));
-    row("mechanism", idOf(one.mechanism));
-    row("mechanisms", one.mechanisms);
-    rows.push_back(row.json);
-  }
-  JsonFields visit;
-  visit("schema", "battery_sof/diagnoses/1");
-  visit("program", "battery_sof " + version());
-  visit("summary", combined.summary);
-  visit("mechanism", idOf(combined.mechanism));
-  visit("mechanisms", combined.mechanisms);
-  visit("recordings", rows);
-  return visit.json;
-}
-
-std::string resultText(const CombinedDiagnosis& combined,
-                       const std::vector<Diagnosis>& recordings) {
-  std::string text = wrapped("together     ", combined.summary);
-  if (!combined.mechanisms.empty())
-    text += wrapped("likely       ", likelyMechanismsText(combined.mechanisms));
-  for (const Diagnosis& one : recordings) {
-    const std::string likely = likelyMechanismsText(one.mechanisms);
-    text += wrapped("recording    ", one.base.provenance.recording + ": " + toString(one.verdict) +
-                                         (likely.empty() ? "" : "; " + likely));
-  }
-  return text;
 }
 
 std::string useOfDiscrepancy(const Diagnosis& diagnosis) {

@@ -406,16 +406,14 @@ std::string comparisonSection(const Diagnosis& d) {
 std::string detectionLimitsSection(const Diagnosis& d) {
   std::vector<DetectionLimit> hidden, visible;
   for (const DetectionLimit& x : d.detection_limits)
-    if (d.unexplained.isNoise() || x.strength) (x.visible ? visible : hidden).push_back(x);
-  const std::string tries = "; sof diagnose --verify-detection-limits tries one on this recording.";
+    if (d.unexplained.isNoise()) (x.visible ? visible : hidden).push_back(x);
   std::string html;
   if (!d.detection_limits.empty() && !d.unexplained.isNoise())
-    html += element("p", whyNothingIsPromised(d.unexplained) + tries);
-  if (!hidden.empty() && d.unexplained.isNoise())
+    html += element("p", whyNothingIsPromised(d.unexplained) + ".");
+  if (!hidden.empty())
     html += element("p",
                     "These may be present at their usual strength without this recording showing "
-                    "it. Strengths are estimates, as good as the model that was found" +
-                        tries);
+                    "it. Strengths are estimates, as good as the model that was found.");
   if (!hidden.empty()) html += detectionLimitsTable(hidden);
   if (!visible.empty())
     html += details(format("What would have shown (%zu)", visible.size()),

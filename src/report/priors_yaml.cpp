@@ -17,7 +17,6 @@ KnownParameter parameterOf(const ParameterInfo& info, const FieldReader& file) {
   file.number("value", known.value, {info.lower, info.upper});
   file.number("std", known.std, kStds);
   file.flag("logarithmic", known.logarithmic);
-  static_cast<void>(file.has("std_of_window"));  // of the fleet's own use
   file.require(!known.logarithmic || known.value > 0.0, "value",
                "is not positive, and is the mean of logarithms");
   return known;
@@ -35,7 +34,6 @@ KnownPopulation populationOf(const FieldReader& file) {
   KnownPopulation population;
   file.texts("effects", population.effects, "a list of ids");
   std::sort(population.effects.begin(), population.effects.end());
-  for (const char* of_fleet : {"batteries", "correlation"}) static_cast<void>(file.has(of_fleet));
   const BatteryModel model = modelOf(file, population.effects);
   file.map("parameters", [&](const FieldReader& parameters) {
     if (!parameters.node().IsMap()) file.fail("parameters", "is no map of names");

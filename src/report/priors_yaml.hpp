@@ -8,13 +8,13 @@
 
 namespace battery_sof {
 
-/// Version of the layout, the value of the key `schema` (docs/fleet.md).
+/// Version of the layout, the value of the key `schema` (docs/model-file.md).
 inline constexpr char kPriorsSchema[] = "battery_sof/priors/1";
 
 /**
- * @brief PRIORS.yaml: what the batteries of a fleet say of the next one.
+ * @brief PRIORS.yaml: what is known of such batteries beforehand.
  * @param vehicle_type of the battery; populations of all types serve where the file has none of it.
- * @return one population a set of effects. Correlations are not read.
+ * @return one population a set of effects.
  * @throws ModelFileError when the file cannot be read, is of another schema, has no entry that
  * serves, or a number is missing or out of its range.
  */

@@ -16,7 +16,6 @@ namespace battery_sof {
 
 struct ChargeAcceptanceAnswer;
 struct ChargeAcceptanceQuery;
-struct CombinedDiagnosis;
 struct Diagnosis;
 struct MapResult;
 
@@ -27,8 +26,6 @@ struct MapResult;
 nlohmann::json resultJson(const FittedModel& model);
 nlohmann::json resultJson(const PredictionReport& report);
 nlohmann::json resultJson(const Diagnosis& diagnosis);
-nlohmann::json resultJson(const CombinedDiagnosis& combined,
-                          const std::vector<Diagnosis>& recordings);
 
 /// @return JSON as text; what is not UTF-8 in it (names of files) is replaced. @param indent of a
 /// level; -1: all on one line.
@@ -46,7 +43,6 @@ std::string resultText(const ChargeAcceptanceQuery& query, const ChargeAcceptanc
 std::string resultText(const MapResult& result);
 /// Plain text of at most 100 columns to read or to paste into a mail, verdict first.
 std::string resultText(const Diagnosis& diagnosis);
-std::string resultText(const CombinedDiagnosis& combined, const std::vector<Diagnosis>& recordings);
 
 /// @return whether and where what was estimated is used, as a sentence. @param diagnosis one with
 /// Diagnosis::discrepancy.

@@ -52,6 +52,10 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
   if (!allowed) return {{}, "not asked for: parameter use_diagnosis is false"};
   if (!names && !diagnosis.extended.fit.discrepancy)
     return {{}, "nothing to adopt: the verdict is " + toString(diagnosis.verdict)};
+  if (diagnosis.extended.fit.source)
+    return {{},
+            "nothing to adopt: while a charger regulates the voltage, each identification chooses "
+            "its effects by itself"};
   if (diagnosis.withheld_rmse)
     return {{},
             "nothing to adopt: what was found predicts the part that was held out worse than the "
@@ -60,8 +64,7 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
     return {
         {},
         "nothing to adopt: instruments are to be repaired, not modelled (" + marked(effects) + ")"};
-  return {effects,
-          "runs with the base model and answers while its error is smaller: " + marked(effects),
+  return {effects, "fitted to the next windows, while no fit is refused: " + marked(effects),
           diagnosis.extended.fit.discrepancy};
 }
 

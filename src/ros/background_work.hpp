@@ -43,7 +43,7 @@ struct FinishedDiagnosis {
   double duration_ms = 0.0;  ///< [ms], wall time
 };
 
-/// What a session is to try of a diagnosis, and why.
+/// What a session is to fit of a diagnosis, and why.
 struct Adoption {
   std::vector<std::string> effects;  ///< the extended composition; empty: nothing
   std::string sentence;
@@ -52,9 +52,10 @@ struct Adoption {
 };
 
 /**
- * @brief Whether a diagnosis' extended composition is evaluated in parallel to the base model.
+ * @brief Whether a diagnosis' extended composition is fitted to the session's next windows.
  *
- * It is when the verdict is effect or several and the composition holds structure or physics (tiers
+ * It is where the current is the input (while a charger regulates the voltage, an identification
+ * chooses its effects by itself), when the verdict is effect or several and the composition holds structure or physics (tiers
  * S and P), and whenever it holds a discrepancy; never where the hold-out denied it. Instrument
  * effects (tier I) come along with those, and the sentence names them all; alone they do not: a
  * faulty instrument needs repair, and a question's currents are true ones, not what that instrument

@@ -57,12 +57,11 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
       session_(options_.session),
       worker_(kIdentificationNice),
       saver_(kIdentificationNice),
-      diagnoses_(private_node_, options_,
-                 [this](const Adoption& adoption, double from_driving) {
-                   ahead([&] {
-                     session_.extendWith(adoption.effects, from_driving, adoption.discrepancy);
-                   });
-                 }),
+      diagnoses_(
+          private_node_, options_,
+          [this](const Adoption& adoption, double from_driving) {
+            ahead([&] { session_.fitWith(adoption.effects, from_driving, adoption.discrepancy); });
+          }),
       identify_server_(
           actions_.handleOf(private_node_), "identify",
           [this](const IdentifyServer::GoalHandle& goal) { onIdentifyGoal(goal); },
@@ -222,7 +221,6 @@ void BatterySofNode::beginOtherBattery() {
       "the serial number became " + battery_.serialNumber() + ": another battery is followed";
   ROS_WARN("%s", record_.other_battery.c_str());
   session_.beginAnew();
-  extended_answered_ = false;
   if (stands_on_state_file_)
     ROS_WARN("the saved model is of the battery before: %s", state_file_.setAside().c_str());
   stands_on_state_file_ = false;
@@ -244,7 +242,6 @@ void BatterySofNode::push(const RawSample& sample) {
     worker_.post([this, job = std::move(*job)] { onIdentification(job, 0); });
   }
   diagnoses_.beginIfDue(session_.series(), subscriber_.getTopic(), session_.driving());
-  announceWhoAnswers();
   if (isStatusDue()) demandStatus();
 }
 
@@ -261,17 +258,6 @@ void BatterySofNode::logCrank(const EventComparison& crank) const {
       "crank at %.2f s, %.0f A: measured %.2f V; expected of this current %.2f V [%.2f, %.2f]; %s",
       crank.time, crank.current, crank.measured, expected.value, expected.lower, expected.upper,
       answered.c_str());
-}
-
-void BatterySofNode::announceWhoAnswers() {
-  if (session_.doesExtendedAnswer() == extended_answered_) return;
-  extended_answered_ = session_.doesExtendedAnswer();
-  const std::optional<FittedModel> model = session_.model();
-  if (!model) return;
-  ROS_INFO("%s", session_.status().extension.c_str());
-  callFrom(questions_.queue, [this, model] {
-    guarded("the model message", [&] { model_publisher_.publish(messageOf(*model)); });
-  });
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -292,7 +278,6 @@ IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job, b
   IdentificationResult result = runIdentification(job);
   const double fit_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
   if (result.model) result.model->provenance.fit_ms = fit_ms;
-  if (result.extended && result.extended->model) result.extended->model->provenance.fit_ms = fit_ms;
   IdentificationOutcome outcome;
   ahead([&] { outcome = takenBack(std::move(result), is_requested); });
   ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused",
@@ -301,25 +286,20 @@ IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job, b
     model_publisher_.publish(messageOf(*outcome.model));
     save(true);
   }
-  if (outcome.extended) model_publisher_.publish(messageOf(*outcome.extended));
   return outcome;
 }
 
 IdentificationOutcome BatterySofNode::takenBack(IdentificationResult result, bool is_requested) {
   if (is_requested && !std::exchange(is_request_wanted_, false)) {
     result.model.reset();
-    result.extended.reset();
     result.message = "the goal was cancelled";
   }
   if (result.model) {
     result.model->provenance.recording = subscriber_.getTopic();
     record_.fit_ms = result.model->provenance.fit_ms;
   }
-  if (result.extended && result.extended->model)
-    result.extended->model->provenance.recording = subscriber_.getTopic();
   IdentificationOutcome outcome = session_.finish(std::move(result));
   if (outcome.accepted) stands_on_state_file_ = false;
-  announceWhoAnswers();
   demandStatus();
   return outcome;
 }

@@ -178,7 +178,6 @@ class BatterySofNode {
   std::optional<double> noDataFor() const;
   void logCrank(const EventComparison& crank) const;
   SessionStatus statusNow() const;
-  void announceWhoAnswers();
 
   /// Does the work; an exception becomes a fault. @return true when there was none.
   template <typename Work>
@@ -213,7 +212,6 @@ class BatterySofNode {
   BatteryIdentity battery_;
   bool stands_on_state_file_ = false;
   Unsaved unsaved_;
-  bool extended_answered_ = false;  // when it was last announced
   bool is_request_wanted_ = false;  // the requested identification that runs has a goal
 
   // Of the goals' thread alone. A goal waits, runs, or has ended.

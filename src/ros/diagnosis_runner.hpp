@@ -37,7 +37,7 @@ struct DiagnosisLine {
 class DiagnosisRunner {
  public:
   using Goal = actionlib::ServerGoalHandle<DiagnoseAction>;
-  /// Called on the runner's thread with what goes on trial.
+  /// Called on the runner's thread with what is to be fitted.
   using Adopt = std::function<void(const Adoption& adoption, double from_driving)>;
 
   /// @param options outlive it.

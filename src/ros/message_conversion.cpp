@@ -191,7 +191,7 @@ EventRecord recordOf(const KindTally& kind, const IntervalCalibration& scale) {
 
 }  // namespace
 
-DESCRIBED(SessionStatus, MEMBERS("", reason, model_age, window_quality, effects, extension),
+DESCRIBED(SessionStatus, MEMBERS("", reason, model_age, window_quality, effects),
           MEMBERS("", charger_present, charger_share, voltage_controlled))
 
 SofStatus messageOf(const StatusContents& contents) {
@@ -202,9 +202,6 @@ SofStatus messageOf(const StatusContents& contents) {
   if (session.state == SessionState::kReady) message.answer_basis = toString(session.basis);
   message.backtest_q_dyn_percent = orNan(session.backtest.q_dyn_percent);
   message.backtest_duration = session.backtest.duration;
-  message.contest_duration = session.selector ? session.selector->duration : kNan;
-  message.base_rmse = session.selector ? session.selector->base_rmse : kNan;
-  message.extended_rmse = session.selector ? session.selector->extended_rmse : kNan;
   if (const auto& model = contents.model) {
     put(message.crank, model->predictCranking(contents.standing.cranking));
     put(message.stop_time, model->predictStopTime(contents.standing.stopTime()));

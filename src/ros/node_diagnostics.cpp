@@ -107,7 +107,6 @@ void reportIdentification(Status& status, const Snapshot& now, const Snapshot&) 
   status.add("driven by now", session.voltage_controlled ? "voltage" : "current");
   status.add("state file", now.state_file);
   status.add("internal faults", now.internal_faults);
-  status.add("extension", session.extension.empty() ? "none" : session.extension);
 }
 
 void reportPredictionError(Status& status, const Snapshot& now, const Snapshot&) {

@@ -34,7 +34,7 @@ struct NodeOptions {
   double diagnostic_period = 1.0;  ///< [s] between two /diagnostics, at least 1 s
   StandingQueries standing;
   double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
-  bool use_diagnosis = false;    ///< evaluates what is diagnosed in parallel to the base model
+  bool use_diagnosis = false;    ///< fits what is diagnosed to the next windows
   std::string state_file;        ///< empty: the model is not kept
   /// PRIORS.yaml that session.identify.priors came from; empty: the catalogue's
   std::string priors;

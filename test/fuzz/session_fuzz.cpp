@@ -86,7 +86,7 @@ class FuzzedDrive {
 
   void extend() {
     const auto effects = fuzz::effectsIn(data_, 1);
-    if (!effects.empty()) session_.extendWith(effects, session_.driving());
+    if (!effects.empty()) session_.fitWith(effects, session_.driving());
   }
 
   void ask() {

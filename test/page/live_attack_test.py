@@ -157,7 +157,7 @@ class Attacks(LiveServer):
     def publish_hostile(self):
         """A status and a diagnosis as a node would publish, every text of them hostile."""
         from battery_sof.msg import Diagnosis, DiagnosisEffect, SofStatus
-        status = SofStatus(reason=HOSTILE, effects=[HOSTILE], extension=HOSTILE)
+        status = SofStatus(reason=HOSTILE, effects=[HOSTILE])
         for answer in (status.crank, status.stop_time, status.charge):
             answer.message = HOSTILE
         status.stop_time.outcome = HOSTILE

@@ -31,10 +31,10 @@ from battery_sof_tools.files import ROOT, write_json
 from battery_sof_tools.fleet import command, database, plan, schema, steps
 
 RECORDINGS = 10
-OPTIONS = {"window_s": 900.0, "without_pages": True, "priors": None}
+OPTIONS = {"window_s": 900.0, "without_pages": True}
 COST = {"wall_s": 0.1, "cpu_s": 0.1}
 WRONG = (None, True, -1, 10**30, 1e308, 5e-324, "", "x", "\udcff", "../../x", "/x", [], {}, [[]], [None], {"x": 1})
-READERS = ("report", "digest", "judge", "export", "priors", "rebuild")
+READERS = ("report", "digest", "judge", "export", "rebuild")
 WRITERS = ("load", "report")
 
 
@@ -144,7 +144,7 @@ class Attack(unittest.TestCase):
     def arguments(self, what, out):
         made = os.path.join(self.here, "made")
         shutil.rmtree(made, ignore_errors=True)
-        more = {"report": ["--out", made + ".html"], "export": ["--csv", made], "priors": ["--out", made + ".yaml"], "rebuild": ["--out", made]}.get(what, [])
+        more = {"report": ["--out", made + ".html"], "export": ["--csv", made], "rebuild": ["--out", made]}.get(what, [])
         return [what, os.path.join(out, database.NAME) if what == "rebuild" else out, *more]
 
     def require_words(self, what, out, about, codes=(0, 2)):

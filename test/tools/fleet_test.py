@@ -27,7 +27,7 @@ if not shutil.which("snakemake"):
 
 from battery_sof_tools import recordings
 from battery_sof_tools.files import ROOT
-from battery_sof_tools.fleet import database, outliers, discoveries, judge, listing, page, plan, priors, schema
+from battery_sof_tools.fleet import database, outliers, discoveries, judge, listing, page, plan, schema
 from battery_sof_tools.sof import program
 
 SOF = program(os.environ["BATTERY_SOF_BUILD"], "sof")
@@ -250,14 +250,6 @@ class Made(Folder):
 
     def test_a_fleet_without_verdicts_has_a_page_in_words(self):
         self.assertIn("No battery", page.headline([], [], True))
-
-    def test_the_prior_of_a_type_is_its_mean_and_its_spread_without_the_errors_of_fits(self):
-        dice = np.random.default_rng(5)
-        true = np.log(5e-3) + 0.3 * dice.normal(size=400)
-        std = np.full(400, 0.4)
-        mean, covariance = priors.moments((true + std * dice.normal(size=400))[:, None], (std**2)[:, None, None])
-        self.assertAlmostEqual(mean[0], np.log(5e-3), delta=0.08)
-        self.assertAlmostEqual(np.sqrt(covariance[0, 0]), 0.3, delta=0.06)
 
 
 if __name__ == "__main__":

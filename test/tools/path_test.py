@@ -47,7 +47,7 @@ class Path(unittest.TestCase):
         self.assertEqual(completed("sof", "identify", "--effects", "gassing,cpe"), ["gassing,cpe2"])
 
     def test_an_option_is_followed_by_what_the_parser_takes_there(self):
-        for command, option in (("diagnose", "--hypotheses"), ("diagnose", "--given"), ("diagnose", "--verify-detection-limits")):
+        for command, option in (("diagnose", "--hypotheses"), ("diagnose", "--given")):
             self.assertEqual(completed("sof", command, option, "gas"), ["gassing"], option)
         self.assertEqual(completed("sof", "effects", "gas"), ["gassing"])
         self.assertEqual(completed("sof", "identify", "--start", ""), ["robust", "paper"])

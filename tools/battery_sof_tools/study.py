@@ -27,7 +27,6 @@ SETS, SEEDS = (1, 2, 3), range(1, 9)
 REAL = ("drive_1", "drive_2", "other_car_1")
 GROUPS = (*(f"data_set_{one}" for one in SETS), "simulated", *REAL, "real")
 UNITS = {"crank": "V", "charge": "A"}
-INDICATOR = "suitability"  # window quality, as window_quality_experiment calls it
 
 
 def held_out(recording):
@@ -41,7 +40,7 @@ def correlation(rows, target):
     good = [row for row in rows if target != "crank_mae" or row["cranks"] > 0]
     if len(good) < 5:
         return None
-    value = spearmanr(*([row[key] for row in good] for key in (INDICATOR, target))).correlation
+    value = spearmanr(*([row[key] for row in good] for key in ("window_quality", target))).correlation
     return None if np.isnan(value) else value
 
 

@@ -116,55 +116,28 @@ TEST_F(SofDiagnose, NamesWhatADriveHasAndWritesModelsThatPredict) {
   EXPECT_NE(yaml.str().find("sha256:"), std::string::npos);
 }
 
-TEST_F(SofDiagnose, SeveralRecordingsAreDiagnosedOneByOneAndTogether) {
+TEST_F(SofDiagnose, SeveralRecordingsGoWithAReferenceAlone) {
   writeCsv(path("again.csv"), test::baseDrive(2, 2.0));
-  const Outcome outcome = sof({"diagnose", stub_, path("again.csv"), "--json", "-"});
-  EXPECT_EQ(outcome.code, 1) << "two seconds are too short: " << outcome.err;
-  EXPECT_NE(outcome.err.find("No recording can answer"), std::string::npos) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(json["schema"], "battery_sof/diagnoses/1");
-  EXPECT_TRUE(json["mechanism"].is_null());
-  EXPECT_TRUE(json["mechanisms"].empty());
-  ASSERT_EQ(json["recordings"].size(), 2u);
-  EXPECT_EQ(json["recordings"][0]["file"], "stub.csv");
-  EXPECT_EQ(json["recordings"][1]["file"], "again.csv");
-  EXPECT_EQ(json["recordings"][1]["verdict"], "insufficient_data");
-  EXPECT_TRUE(json["recordings"][1]["mechanisms"].empty());
-  const Outcome text = sof({"diagnose", stub_, path("again.csv")});
-  EXPECT_NE(text.out.find("again.csv: insufficient_data"), std::string::npos) << text.out;
+  const Outcome outcome = sof({"diagnose", stub_, path("again.csv"), "--json", path("d.json")});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("one recording is diagnosed, 2 are given"), std::string::npos)
+      << outcome.err;
+  EXPECT_FALSE(fs::exists(path("d.json")));
 }
 
 TEST_F(SofDiagnose, NamesTheOneOfSeveralRecordingsThatCannotBeRead) {
   std::ofstream(path("broken.csv")) << "time_s,current_a,voltage_v\n1,2\n";
   writeCsv(path("again.csv"), test::baseDrive(2, 2.0));
+  const std::vector<std::string> since = {"--reference", path("again.csv")};
   for (const std::string& bad : {path("broken.csv"), path("none.csv")}) {
-    const Outcome outcome = sof({"diagnose", stub_, bad, "--json", path("d.json")});
+    const Outcome outcome = sof({"diagnose", stub_, bad, since[0], since[1]});
     EXPECT_EQ(outcome.code, 2);
     EXPECT_NE(outcome.err.find(bad), std::string::npos) << outcome.err;
   }
-  const Outcome window =
-      sof({"diagnose", stub_, path("again.csv"), "--from", "5000", "--json", path("d.json")});
-  EXPECT_EQ(window.code, 2);
-  EXPECT_NE(window.err.find("stub.csv"), std::string::npos) << window.err;
-  EXPECT_FALSE(fs::exists(path("d.json")));
-}
-
-TEST_F(SofDiagnose, ARecordingIsNotCountedTwice) {
   fs::copy(stub_, path("copy.csv"));
-  const Outcome outcome = sof({"diagnose", stub_, path("copy.csv")});
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("copy.csv is the same recording as"), std::string::npos)
-      << outcome.err;
-}
-
-TEST_F(SofDiagnose, PagesAndModelsAreOfOneRecording) {
-  writeCsv(path("again.csv"), test::baseDrive(2, 2.0));
-  for (const std::string option : {"--report", "--out", "--base-out"}) {
-    const Outcome outcome = sof({"diagnose", stub_, path("again.csv"), option, path("x")});
-    EXPECT_EQ(outcome.code, 2);
-    EXPECT_NE(outcome.err.find(option + " takes one recording"), std::string::npos) << outcome.err;
-    EXPECT_FALSE(fs::exists(path("x")));
-  }
+  const Outcome twice = sof({"diagnose", stub_, path("copy.csv"), since[0], since[1]});
+  EXPECT_EQ(twice.code, 2);
+  EXPECT_NE(twice.err.find("copy.csv is the same recording as"), std::string::npos) << twice.err;
 }
 
 TEST_F(SofDiagnose, WhatIsGivenLeavesNothingToWeigh) {
@@ -174,11 +147,10 @@ TEST_F(SofDiagnose, WhatIsGivenLeavesNothingToWeigh) {
   EXPECT_NE(outcome.err.find("--hypotheses"), std::string::npos) << outcome.err;
 }
 
-TEST_F(SofDiagnose, WhatIsGivenIsNotConfirmed) {
-  const Outcome outcome = sof(
-      {"diagnose", path("any.csv"), "--given", "ocv_soc", "--verify-detection-limits", "gassing"});
+TEST_F(SofDiagnose, WhatIsConfirmedIsGone) {
+  const Outcome outcome = sof({"diagnose", path("any.csv"), "--confirm", "gassing"});
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("--verify-detection-limits"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("--confirm: is gone since 0.3"), std::string::npos) << outcome.err;
 }
 
 TEST_F(SofDiagnose, SaysWhatHasChangedSinceAReference) {

@@ -238,7 +238,7 @@ TEST(OnlineSession, StartsFromTheBatteriesOfAFleet) {
   std::string of_any, by_fleet;
   const Interval wide = firstCrank({}, &of_any), narrow = firstCrank(of_fleet, &by_fleet);
   EXPECT_THAT(of_any, HasSubstr("answers rest on what is known of lead-acid batteries"));
-  EXPECT_THAT(by_fleet, HasSubstr("answers rest on the priors of a fleet"));
+  EXPECT_THAT(by_fleet, HasSubstr("answers rest on the given priors"));
   EXPECT_LT(narrow.upper - narrow.lower, 0.7 * (wide.upper - wide.lower));
   const double moved = -230.0 * truth.r_discharge;  // of the whole crank, to first order
   EXPECT_NEAR(narrow.value, truth.u_dc + moved, 0.5);

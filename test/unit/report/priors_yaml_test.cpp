@@ -9,10 +9,10 @@ namespace {
 
 constexpr char kPriors[] = R"(schema: battery_sof/priors/1
 priors:
-- {vehicle_type: '', effects: [], batteries: 9, parameters: {beta: {value: 20, std: 0.3, logarithmic: true}}, correlation: [[1]]}
-- {vehicle_type: '', effects: [fresh_sulphate], batteries: 9, parameters: {u_dc: {value: 12.5, std: 0.2, logarithmic: false}}}
-- {vehicle_type: van, effects: [fresh_sulphate], batteries: 4, parameters: {u_dc: {value: 12.9, std: 0.1, logarithmic: false}}}
-- {vehicle_type: bus, effects: [fresh_sulphate], batteries: 4, parameters: {u_dc: {value: 24.9, std: 0.1, logarithmic: false}}}
+- {vehicle_type: '', effects: [], parameters: {beta: {value: 20, std: 0.3, logarithmic: true}}}
+- {vehicle_type: '', effects: [fresh_sulphate], parameters: {u_dc: {value: 12.5, std: 0.2, logarithmic: false}}}
+- {vehicle_type: van, effects: [fresh_sulphate], parameters: {u_dc: {value: 12.9, std: 0.1, logarithmic: false}}}
+- {vehicle_type: bus, effects: [fresh_sulphate], parameters: {u_dc: {value: 24.9, std: 0.1, logarithmic: false}}}
 )";
 
 TEST(PriorsYaml, APopulationOfTheTypeComesBeforeThatOfAllTypes) {

@@ -17,7 +17,7 @@ Diagnosis saying(Verdict verdict, const std::vector<std::string>& effects) {
   return diagnosis;
 }
 
-TEST(AdoptionOf, NamedPhysicsGoesOnTrialWithAllThatBelongsToIt) {
+TEST(AdoptionOf, NamedPhysicsIsAdoptedWithAllThatBelongsToIt) {
   const Adoption named = adoptionOf(saying(Verdict::kEffect, {"gassing"}), true);
   EXPECT_THAT(named.effects, ElementsAre("gassing"));
   const Adoption several =
@@ -26,7 +26,7 @@ TEST(AdoptionOf, NamedPhysicsGoesOnTrialWithAllThatBelongsToIt) {
   EXPECT_THAT(several.sentence, HasSubstr("gassing, current_offset (instrument)"));
 }
 
-TEST(AdoptionOf, NothingGoesOnTrialUnlessAskedFor) {
+TEST(AdoptionOf, NothingIsAdoptedUnlessAskedFor) {
   const Adoption adoption = adoptionOf(saying(Verdict::kEffect, {"gassing"}), false);
   EXPECT_THAT(adoption.effects, IsEmpty());
   EXPECT_THAT(adoption.sentence, HasSubstr("use_diagnosis"));
@@ -41,12 +41,20 @@ TEST(AdoptionOf, VerdictsThatNameNoPhysicsAdoptNothingAndSayWhy) {
   }
 }
 
-TEST(AdoptionOf, WhatWasLearntGoesOnTrialWhateverTheVerdict) {
+TEST(AdoptionOf, DiscrepancyIsAdoptedWhateverTheVerdict) {
   Diagnosis diagnosis = saying(Verdict::kUnexplained, {kDiscrepancyEffect});
   diagnosis.extended.fit.discrepancy = std::make_shared<const DiscrepancyModel>();
   const Adoption adoption = adoptionOf(diagnosis, true);
   EXPECT_THAT(adoption.effects, ElementsAre(kDiscrepancyEffect));
   EXPECT_EQ(diagnosis.extended.fit.discrepancy, adoption.discrepancy);
+}
+
+TEST(AdoptionOf, NothingIsAdoptedWhileAChargerRegulatesTheVoltage) {
+  Diagnosis diagnosis = saying(Verdict::kEffect, {"gassing"});
+  diagnosis.extended.fit.source = ControlModeRule();
+  const Adoption adoption = adoptionOf(diagnosis, true);
+  EXPECT_THAT(adoption.effects, IsEmpty());
+  EXPECT_THAT(adoption.sentence, HasSubstr("chooses its effects by itself"));
 }
 
 TEST(AdoptionOf, WhatPredictsTheHoldOutWorseIsNotAdoptedAndSaysSo) {

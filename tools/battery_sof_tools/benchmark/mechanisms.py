@@ -1,11 +1,9 @@
 """Trains the table that `sof diagnose` weighs mechanisms by (src/diagnosis/mechanism_weights.inc; docs/validation.md).
 
     scripts/train_mechanisms --build B --out DIR [--seed 35] [--jobs 2] [--table FILE]
-    scripts/train_mechanisms --build B --out DIR --pairs 3 [--seed 35]
 
 Draws recordings of every out-of-catalogue law and of the catalogue's effects, their drives independent of what is added, takes what
 `mechanism_evidence` says of each, and fits a softmax of seven numbers a mechanism. Every law is judged by a table that never saw it.
-With --pairs two drives of one battery with one law, so many of every law: the table of the repository judges each alone, their sum and their mean.
 """
 
 import argparse
@@ -13,13 +11,12 @@ import functools
 import json
 import os
 import random
-import re
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from ..files import ROOT, lines_of, read_json, read_text, write_text
+from ..files import lines_of, read_json, write_text
 from ..sof import catalogue, program, run
 from ..tables import table
 from .generator import Generator, seed_of
@@ -35,10 +32,8 @@ RIDGE, OWN = 3.0, 0.7  # of weights of unit inputs; how freely a mechanism's wei
 SET = 0.9
 LAWS, EFFECTS = 11, 5  # cases of every out-of-catalogue law, of every effect of the catalogue
 SHORTEST_S, USUALLY_LONGEST_S, LONGEST_S = 80.0, 1200.0, 3600.0
-SHORT_PAIR_S = 600.0
 WEIGHED_FROM_S = 160.0  # the table of the repository was fitted to recordings of this length and more
 JUDGED = ["", "cases", "right", "0.7 and more", "0.9 and more", "set of 0.9 has it", "mean size"]
-TABLE = os.path.join(ROOT, "src", "diagnosis", "mechanism_weights.inc")
 
 
 def with_drive(added, seed, longest):
@@ -92,35 +87,6 @@ def opened(out, known):
     labels = [read_json(path(out, LABELS, name, "json")) for name in cases]
     truths = [known.mechanisms.index(label["mechanism"] if label["kind"] == LAW else known.mechanism(label["id"])) for label in labels]
     return np.array(list(map(numbers_of, cases.values()))), np.array(truths), np.array([f"{label['kind']} {label['id']}" for label in labels])
-
-
-def planned_pairs(listed, seed, count):
-    """Cases that follow one another are two drives of one battery with one law."""
-    cases = []
-    for kind, mechanism, name in listed:
-        for k in range(count if kind == LAW else 0):
-            one = with_drive({"kind": kind, "mechanism": mechanism, "id": name}, seed_of(seed, "pair", mechanism, name, k), SHORT_PAIR_S)
-            cases += [dict(one, name=f"pair_{len(cases) // 2:04d}_1"), {**one, "drive-seed": one["seed"] + 1, "name": f"pair_{len(cases) // 2:04d}_2"}]
-    return cases
-
-
-def judge_pairs(a, known):
-    """Each drive alone and both together, by the table of the repository, where something is evident in both."""
-    rows = re.findall(r"\{([-0-9., ]+)\}", read_text(TABLE))
-    weights = np.array([[float(number) for number in row.split(",")] for row in rows])
-    found = evident(a.out, known.mechanisms)
-    pairs = [(name, name[:-1] + "2") for name in sorted(found) if name.endswith("_1") and name[:-1] + "2" in found]
-    truths = np.array([known.mechanisms.index(read_json(path(a.out, LABELS, name, "json"))["mechanism"]) for name, _ in pairs])
-
-    def shares_of(make):
-        return probabilities(weights, np.array([numbers_of(make(found[one], found[other])) for one, other in pairs]))
-    first, second = shares_of(lambda one, other: one), shares_of(lambda one, other: other)
-    rows = [judged("one drive", np.vstack([first, second]), np.tile(truths, 2))]
-    for title, times in (("sum of both", 1.0), ("three quarters of it", 0.75), ("mean of both", 0.5)):
-        rows.append(judged(title, shares_of(lambda one, other, times=times: times * (one + other)), truths))
-    common = [(np.isin(*(np.argsort(-shares[k])[:held_by_set(shares[k:k + 1], truths[k:k + 1])[1][0]] for shares in (first, second)))).any() for k in range(len(pairs))]
-    print("\n".join(table(JUDGED, rows)))
-    print(f"Sets of both drives overlap in {sum(common)} of {len(pairs)} pairs, the first mechanism is the same in {(first.argmax(axis=1) == second.argmax(axis=1)).sum()}.")
 
 
 def softmax(scores):
@@ -221,7 +187,6 @@ def arguments(given):
     parser.add_argument("--out", required=True, help="folder of cases")
     parser.add_argument("--seed", type=int, default=35)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--pairs", type=int, default=0, help="judge so many pairs of drives of every law, train nothing")
     parser.add_argument("--table", help="file to write: src/diagnosis/mechanism_weights.inc")
     return parser.parse_args(given)
 
@@ -229,7 +194,5 @@ def arguments(given):
 def main(given=None):
     a = arguments(given)
     generator = Generator(a.build)
-    wanted = planned_pairs(generator.listed(), a.seed, a.pairs) if a.pairs else plan(generator.listed(), a.seed)
-    gather(a, draw_missing(generator, a.out, a.jobs, wanted))
-    known = catalogue(program(a.build, "sof"))
-    (judge_pairs if a.pairs else train)(a, known)
+    gather(a, draw_missing(generator, a.out, a.jobs, plan(generator.listed(), a.seed)))
+    train(a, catalogue(program(a.build, "sof")))

@@ -5,8 +5,6 @@
     sof-fleet load FOLDER                        FOLDER/fleet.sqlite again from the results in it
     sof-fleet export FOLDER --csv DIR            one CSV file a table
     sof-fleet rebuild FLEET.sqlite --out FOLDER  the folder that a database was loaded from
-    sof-fleet priors FOLDER --out PRIORS.yaml    mean and covariance of parameters by type of vehicle
-    sof-fleet leave-one-out FOLDER               what that is worth on batteries that it has not seen
     sof-fleet judge FOLDER                       alarms and false discoveries of recordings that out-of-model cases --only-draw drew
     sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
 
@@ -43,12 +41,6 @@ def parser():
     one = command("report", report, "the fleet's page")
     one.add_argument("--out", help="page to write; FOLDER/report.html by default. Links to recordings' pages work from there alone")
     one.add_argument("--nulls", metavar="FOLDER", help="fleet of recordings that lack nothing, run with the same sof: false discoveries are counted by them")
-    one = command("priors", priors, "what the fleet says of a battery before it is measured", about=either)
-    one.add_argument("--out", required=True, help="PRIORS.yaml to write")
-    one.add_argument("--without", action="append", default=[], metavar="BATTERY", help="leave a battery out")
-    one = command("leave-one-out", leave_one_out, "next-window scores of each battery with the prior of the others, and without", about="run with the step score")
-    one.add_argument("--jobs", type=positive(int), default=os.cpu_count())
-    one.add_argument("--sof", help="the command, in place of the one that the folder was run with")
     command("load", lambda args: print(f"{database.load(args.folder)} recordings"), "make the database again")
     one = command("export", lambda args: database.export(args.folder, args.csv), "tables as CSV", about=either)
     one.add_argument("--csv", required=True, help="folder to write")
@@ -79,7 +71,6 @@ def add_run(one):
     one.add_argument("--slurm", action="store_true", help="as jobs of Slurm")
     one.add_argument("--window", type=positive(float), default=900.0, help="[s] fitted, and predicted, by the step score")
     one.add_argument("--patience", type=positive(float), default=1800.0, help="[s] for one step of one recording")
-    one.add_argument("--priors", help="PRIORS.yaml for the steps identify and diagnose")
     one.add_argument("--without-pages", action="store_true", help="no page of each recording")
     one.add_argument("--build", default="build", help="folder of the build")
     one.add_argument("--sof", help="the command, in place of the build's")
@@ -97,7 +88,7 @@ def steps_of(text):
 def run(args):
     steps = steps_of(args.steps)
     sof = program(args.build, "sof", args.sof)
-    options = {"window_s": args.window, "without_pages": args.without_pages, "priors": os.path.abspath(args.priors) if args.priors else None}
+    options = {"window_s": args.window, "without_pages": args.without_pages}
     begin = time.monotonic()
     os.makedirs(args.out, exist_ok=True)
     lock = engine.alone(args.out)
@@ -118,18 +109,6 @@ def report(args):
     out = args.out or os.path.join(args.folder, "report.html")
     write_text(out, page.make(args.folder, args.nulls))
     print(printable(out))
-
-
-def priors(args):
-    from . import priors as fleet_priors  # statsmodels takes its time
-    told = fleet_priors.write(args.folder, args.out, args.without)
-    for one in told["priors"]:
-        print(f"{one['vehicle_type'] or 'all types'}, {','.join(one['effects']) or 'base circuit'}: {one['batteries']} batteries, {len(one['parameters'])} parameters")
-
-
-def leave_one_out(args):
-    from . import leave_one_out as comparison
-    print("\n".join(comparison.compare(args.folder, args.jobs, program("", "sof", args.sof) if args.sof else None)))
 
 
 def rebuild(args):

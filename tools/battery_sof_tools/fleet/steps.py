@@ -36,15 +36,9 @@ class Recording:
         converted = self.file("recording.csv")
         return [converted] if self.is_bag and os.path.exists(converted) else [self.entry["path"], *listing.column_options(self.entry)]
 
-    def priors(self):
-        if not self.setting.get("priors"):
-            return []
-        kind = ["--vehicle-type", self.entry["vehicle_type"]] if "vehicle_type" in self.entry else []
-        return ["--priors", self.setting["priors"], *kind]
-
     def options(self):
         """Of sof identify."""
-        return (["--effects", self.entry["effects"]] if "effects" in self.entry else []) + self.priors()
+        return ["--effects", self.entry["effects"]] if "effects" in self.entry else []
 
     def command(self, step):
         read = self.read()
@@ -55,7 +49,7 @@ class Recording:
             "convert": ["convert", self.entry["path"], self.file("recording.csv"), *listing.column_options(self.entry)],
             "identify": ["identify", *read, *window, "--auto", "--out", model, *self.options()],
             "predict": ["predict", model, *read, *window],
-            "diagnose": ["diagnose", *read, *window, "--threads", "1", *self.priors(), *([] if self.setting["without_pages"] else ["--report", self.file("page.html")])],
+            "diagnose": ["diagnose", *read, *window, "--threads", "1", *([] if self.setting["without_pages"] else ["--report", self.file("page.html")])],
         }[step]]
 
 

@@ -17,7 +17,7 @@ MAX_INTEGER = 2**63 - 1  # of the database
 MAX_NUMBER = 1e300       # differences are finite too
 
 OPTIONS = {"discharge_positive?": bool, "from_s?": str, "to_s?": str, "effects?": str, **{name + "?": str for name in listing.COLUMNS}}
-FLEET = {"schema": str, "product": str, "steps": [str], "options": {"window_s": float, "without_pages": bool, "priors": TEXT}}
+FLEET = {"schema": str, "product": str, "steps": [str], "options": {"window_s": float, "without_pages": bool}}
 RECORDING = {"path": str, "battery": str, "key": KEY, "sha256": TEXT, "bytes": int, "unreadable": TEXT, "vehicle_type?": str, "age_years?": float, **OPTIONS, "discharge_positive": bool}
 SETTING = {"sof": str, "patience_s": float}
 LABEL = {"kind": str, "mechanism?": TEXT}
