@@ -188,7 +188,7 @@ std::optional<double> usualVoltage(const std::vector<PastEvent>& charges) {
 }
 
 Interval correctCrankPrediction(const FittedModel& model, double current, const Interval& modelled,
-                                CrankCurrent meaning) {
+                                CurrentMeaning meaning) {
   const std::optional<double> end = endOfRange(model);
   std::vector<PastEvent> whole, cut_off;
   for (const PastEvent& crank : model.intervals.event_history.cranks) {
@@ -207,7 +207,7 @@ Interval correctCrankPrediction(const FittedModel& model, double current, const 
   if (!is_at_end || cut_off.empty()) return exact;
   // What the sensor shows as its end is this current or more.
   const Interval beyond = answer({cut_off, line, true}, 1);
-  if (meaning == CrankCurrent::kShown && cut_off.size() >= kMinForInterval) return beyond;
+  if (meaning == CurrentMeaning::kShown && cut_off.size() >= kMinForInterval) return beyond;
   return {beyond.value, std::min(beyond.lower, exact.lower), std::max(beyond.upper, exact.upper)};
 }
 

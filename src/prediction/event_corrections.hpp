@@ -39,7 +39,7 @@ inline Interval ninetyPercent(double value, double std, double factor = 1.0) {
 }
 
 /// What the current of a crank is: asked for, or what the sensor shows of it.
-enum class CrankCurrent { kAsked, kShown };
+enum class CurrentMeaning { kAsked, kShown };
 
 /**
  * @brief A crank's lowest voltage, the equations' corrected by past cranks.
@@ -61,7 +61,7 @@ enum class CrankCurrent { kAsked, kShown };
  * @param current  lowest of the crank [A].   @param modelled [V], by the equations, with its interval.
  */
 Interval correctCrankPrediction(const FittedModel& model, double current, const Interval& modelled,
-                                CrankCurrent meaning = CrankCurrent::kAsked);
+                                CurrentMeaning meaning = CurrentMeaning::kAsked);
 
 /// The beginning of a charge as a source holds it.
 struct ChargeBeginning {

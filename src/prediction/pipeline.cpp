@@ -18,8 +18,8 @@ namespace {
 constexpr double kVoltageReach = 0.3;  // [V] a block above the window's highest
 // [V], of a discrepancy model held at its range's end: relevant to a crank
 constexpr double kDiscrepancyReach = 0.010;
-constexpr double kConstantCharge = 0.01;    // of capacity: paper, section V ("within 1 %")
-constexpr double kSlopedCharge = 0.02;      // of capacity, with the slope of any battery
+constexpr double kConstantCharge = 0.01;  // of capacity: paper, section V ("within 1 %")
+constexpr double kSlopedCharge = 0.02;    // of capacity, with the slope of any battery
 constexpr double kUsualSlope = 1.2, kSlopeSpread = 0.4;  // [V] of a block, of the whole capacity
 // [V] of a block for a unit of state of charge (docs/physics.md#ocv_soc)
 constexpr double kMinSlope = 0.8;

@@ -363,7 +363,8 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
       EventLimits{model.fit.crank_current},
       [&](const EventComparison& event) -> std::optional<Interval> {
         if (event.kind == PastEvent::Kind::kCrank)
-          return correctCrankPrediction(model, event.current, event.expected, CrankCurrent::kShown);
+          return correctCrankPrediction(model, event.current, event.expected,
+                                        CurrentMeaning::kShown);
         const Interval corrected = correctChargePrediction(
             model, {event.voltage, event.first_voltage, event.duration}, event.expected);
         return agedAsExpected(corrected, event.expected, std::sqrt(ageing(model.fit, event.time)));

@@ -57,7 +57,6 @@ ANSWERS = {
     "diagnose": ("diagnose", "diagnose", "drive.csv", "--hypotheses", "current_dependent_resistance,cpe2"),
     "diagnose with a charger": ("diagnose", "diagnose", "charger.csv", "--hypotheses", "fresh_sulphate,cpe2"),
     "diagnose without a verdict": ("diagnose", "diagnose", "again.csv"),
-    "diagnose several": ("diagnose-several", "diagnose", "short.csv", "drive.csv", *ONE),
     "diagnose with a reference": ("diagnose-reference", "diagnose", "changed.csv", "--reference", "drive.csv"),
     "diagnose by responses": ("diagnose-reference", "diagnose", "again.csv", "--reference", "drive.csv", "--responses-only"),
     "effects": ("effects", "effects"),

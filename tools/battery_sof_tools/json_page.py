@@ -15,7 +15,7 @@ ENDING = ".schema.json"
 BEGIN = "<!-- schemas: scripts/update_json_page writes this part -->\n"
 END = "<!-- end of the schemas -->\n"
 # In the order in which the commands are used.
-ORDER = ("check", "convert", "simulate", "identify", "predict", "crank", "stop-time", "charge", "map", "diagnose", "diagnose-several", "diagnose-reference", "effects")
+ORDER = ("check", "convert", "simulate", "identify", "predict", "crank", "stop-time", "charge", "map", "diagnose", "diagnose-reference", "effects")
 
 
 def names():

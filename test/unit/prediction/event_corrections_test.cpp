@@ -142,6 +142,16 @@ TEST(CorrectCrankPrediction, AtTheSensorsEndHoldsCranksOfExactlyThisCurrentAndTh
   EXPECT_NEAR(at_end.value, 10.5, 0.3);
 }
 
+TEST(CorrectCrankPrediction, AsTheSensorShowsItsEndIsThatOfCranksThatEndedThere) {
+  const FittedModel model = crankedBeyondTheSensor();
+  const Interval modelled{11.26, 11.1, 11.4},
+      shown = correctCrankPrediction(model, -250.0, modelled, CurrentMeaning::kShown),
+      asked = correctCrankPrediction(model, -250.0, modelled);
+  EXPECT_EQ(shown.value, asked.value);
+  EXPECT_EQ(shown.lower, asked.lower);
+  EXPECT_LT(shown.upper, asked.upper) << "none that was measured whole is in it";
+}
+
 TEST(CorrectCrankPrediction, WhatWasCutOffSaysNothingOfCranksThatAreMeasuredWhole) {
   const FittedModel model = crankedBeyondTheSensor();
   const Interval whole = correctCrankPrediction(model, -240.0, {11.3, 11.1, 11.5});
