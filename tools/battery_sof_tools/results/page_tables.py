@@ -33,6 +33,15 @@ def next_window(results):
     return table(("recording, windows (paper's)", "battery_sof", "the paper's circuit", "baseline"), rows)
 
 
+def channels(results):
+    """Explained variation of the current where a source controls the voltage, and of the voltage elsewhere."""
+    rows = []
+    for name, label in WINDOWS.items():
+        _, _, each, _ = predictions(results, name)
+        rows.append((label, *(f"{one['current_share_percent']:.0f} %, {one['voltage_share_percent']:.0f} %" for one in each)))
+    return table(("recording: current, voltage", "battery_sof", "the paper's circuit", "baseline"), rows)
+
+
 def next_window_short(results):
     """Explained variation, and the mean error of cranks where there are three or more."""
     labels = ("start-stop car, first drive", "the same car, second drive",
