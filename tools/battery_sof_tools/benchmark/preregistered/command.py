@@ -21,7 +21,7 @@ from . import score, seal
 
 def do_seal(a):
     only = a.levels.split(",") if a.levels else None
-    seal.seal(a.build, a.seed_from, a.share, a.out, a.max_porous, a.duration, only, a.jobs)
+    seal.seal(a.build, a.seed_from, a.share, a.out, a.most_porous, a.duration, only, a.jobs)
 
 
 def do_score(a):
