@@ -1,5 +1,7 @@
 """The benchmark's own arithmetic: its base circuit, its measure of difficulty, its seal, its counting."""
 
+import contextlib
+import io
 import json
 import os
 import tempfile
@@ -9,9 +11,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from battery_sof_tools import rates
-from battery_sof_tools.files import digest
+from battery_sof_tools.files import ROOT, digest, read_json
 from battery_sof_tools.benchmark import scorers
-from battery_sof_tools.benchmark.preregistered import base_circuit as base, difficulty, judged, levels, score, seal, strength
+from battery_sof_tools.benchmark.preregistered import base_circuit as base, command, difficulty, judged, levels, score, seal, strength
 from battery_sof_tools.sof import catalogue, program
 
 CATALOGUE = catalogue(program(os.environ["BATTERY_SOF_BUILD"], "sof"))
@@ -112,6 +114,13 @@ class Seal(unittest.TestCase):
     def test_a_share_keeps_every_stratum(self):
         self.assertEqual({(one["level"], one["family"]) for one in levels.plan("a", 0.02)},
                          {(one.level, one.mechanism) for one in levels.STRATA})
+
+    def test_the_command_seals_under_the_names_of_the_committed_seal(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = os.path.join(folder, "seal")
+            with contextlib.redirect_stdout(io.StringIO()):
+                command.main(["seal", "--build", os.environ["BATTERY_SOF_BUILD"], "--seed-from", "a", "--share", "0.01", "--levels", "N1", "--out", out, "--jobs", "1"])
+            self.assertEqual(list(read_json(os.path.join(out, "seal.json"))), list(read_json(os.path.join(ROOT, "docs", "proof", "seal.json"))))
 
     def test_changed_labels_are_refused(self):
         with tempfile.TemporaryDirectory() as folder:
