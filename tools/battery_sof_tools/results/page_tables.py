@@ -136,6 +136,20 @@ def preregistered(results):
     return table(("case", "count"), rows)
 
 
+LEVELS = (("N1", "false positive", "false_alarm", "1 of 60"), ("N2", "wrong name", "false_name", "5 %"), ("C1", "named first", "first_C1", "90 %"),
+          ("C1", "named among at most three", "class_C1", "97 %"), ("C2", "named among at most three", "class_C2", "85 %"), ("C3", "named among at most three", "class_C3", ""),
+          ("C3", "a base parameter biased by 10 % or more in the part shown first", "c3_biased", ""), ("C4", "named among at most three", "class_C4", "75 %"),
+          ("C4", "both named", "c4_both", ""), ("C5", "warned before, named after", "c5_both", "95 %"), ("D1", "called physics", "decoy_physics", "3 %"),
+          ("U1", "no name given", "unknown", "85 %"), ("X1", "named among at most three", "x1_class", "75 %"), ("X1", "some wrong name", "x1_wrong", "5 %"),
+          ("C1, C2", "the strength's 95 % interval holds the true one", "coverage", "90 to 98 %"))
+
+
+def preregistered_levels(results):
+    """Every level of the newest preregistered run, with what was registered as its aim."""
+    one = results["preregistered_quarter"]
+    return table(("level", "figure", "measured", "registered aim"), [(level, what, "{k} of {n}".format(**one[key]), aim or "-") for level, what, key, aim in LEVELS])
+
+
 # ---------------------------------------------------------------------------------------------- the energy manager
 
 RULES = {"manager": "**manager**", "voltage": "voltage at least 12.2 V", "at": "at most 60 s"}

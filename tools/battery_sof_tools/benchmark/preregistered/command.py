@@ -21,7 +21,7 @@ from . import score, seal
 
 def do_seal(a):
     only = a.levels.split(",") if a.levels else None
-    seal.seal(a.build, a.seed_from, a.share, a.out, a.most_porous, a.duration, only, a.jobs)
+    seal.seal(a.build, a.seed_from, a.share, a.out, a.max_porous, a.duration, only, a.jobs)
 
 
 def do_score(a):
@@ -75,7 +75,7 @@ def arguments(given):
     jobs = ("--jobs", {"type": int, "default": os.cpu_count()})
     sealed = ("--seal", {"required": True})
     command("seal", do_seal, build, out, jobs, ("--seed-from", {"required": True}), ("--share", {"type": float, "default": 1.0}),
-            ("--most-porous", {"type": int, "default": None}), ("--duration", {"type": float, "default": None}),
+            ("--max-porous", {"type": int, "default": None}), ("--duration", {"type": float, "default": None}),
             ("--levels", {"help": "comma-separated; only these"}))
     command("run", lambda a: seal.run(a.build, a.seal, a.out, a.jobs), build, sealed, out, jobs)
     command("score", do_score, build, sealed, out, ("--json", {}))

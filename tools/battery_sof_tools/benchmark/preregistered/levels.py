@@ -35,7 +35,7 @@ Z_WANTED = {"C1": (12.0, 40.0), "C2": (4.0, 8.0)}
 SHORT_S = 300.0  # what C3 shows first
 
 
-def plan(secret, share, most_porous=None, duration_s=None, only=None):
+def plan(secret, share, max_porous=None, duration_s=None, only=None):
     """Cases without their strengths, under opaque names in an order of the seed. Every stratum keeps at least one case."""
     dice, cases, porous = random.Random(seed_of(secret, "order")), [], 0
     for stratum in (one for one in STRATA if not only or one.level in only):
@@ -44,7 +44,7 @@ def plan(secret, share, most_porous=None, duration_s=None, only=None):
         rows = [name for _ in range(stratum.each) for name in ids]
         count = max(1, round(share * len(rows)))
         if stratum.mechanism.startswith("porous"):
-            count = count if most_porous is None else min(count, most_porous - porous)
+            count = count if max_porous is None else min(count, max_porous - porous)
             porous += count
         for k, name in enumerate(rows[:count]):
             cases.append({"level": stratum.level, "family": stratum.mechanism, "id": name, "rule": stratum.rule,

@@ -31,12 +31,12 @@ def write_lines(path, rows):
     write_text(path, "".join(json.dumps(row, sort_keys=True) + "\n" for row in rows))
 
 
-def seal(build, secret, share, out, most_porous=None, duration_s=None, only=None, jobs=2):
+def seal(build, secret, share, out, max_porous=None, duration_s=None, only=None, jobs=2):
     """Writes plan, labels.jsonl and seal.json; goes on where it was cut off."""
     os.makedirs(out, exist_ok=True)
-    settings = {"frozen_commit": secret, "share": share, "most_porous": most_porous, "duration_s": duration_s, "only": only}
+    settings = {"frozen_commit": secret, "share": share, "max_porous": max_porous, "duration_s": duration_s, "only": only}
     require_same(os.path.join(out, SETTINGS), settings, "another seal")
-    cases = levels.plan(secret, share, most_porous, duration_s, only)
+    cases = levels.plan(secret, share, max_porous, duration_s, only)
     done = complete(os.path.join(out, BEGUN), functools.partial(labelled, Generator(build)), cases, jobs, "sealed", timed=False)
     labels = [done[case["name"]] for case in cases]
     write_lines(os.path.join(out, LABELS), labels)
