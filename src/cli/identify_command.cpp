@@ -130,7 +130,8 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   addOption(options, "--crank-weight", fit.crank_weight,
             "weight W of discharges beyond --crank-current [1], at least 1");
   addRenamedOption(options, "--crank-weight-current", "--crank-current");
-  addOption(options, "--max-iterations", fit.max_iterations, "largest number of iterations");
+  addOption(options, "--max-iterations", fit.max_iterations,
+            "largest number of iterations; a short window may take 25 times as many from 20 on");
   addAnywayOption(options, values.anyway);
   addPriorsOptions(options, values.priors);
   addJsonOption(options, values.json);

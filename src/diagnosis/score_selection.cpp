@@ -124,12 +124,14 @@ class Selection {
   ScoredFit scoredFit(const Effects& effects, const CompositionPoint* start) const {
     IdentifyOptions fit = fit_;
     fit.effects = effects;
-    if (start) fit.starts = {*start};
-    const ScoredFit* inside = bestInside(effects);
-    FittedModel fitted = inside ? identifyLarger(series_, train_, fit, inside->model)
-                                : identify(series_, train_, fit);
-    BlockScore score =
-        scoreBlocks(BatteryModel(effects), optimumOf(fitted), series_, train_, fit_, kScoreBlocks);
+    const BatteryModel model(effects);
+    if (start)
+      fit.starts = {*start};
+    else if (const ScoredFit* inside = bestInside(effects))
+      fit.starts =
+          startsInLarger(compositionOf(inside->model.fit), optimumOf(inside->model), model);
+    FittedModel fitted = identify(series_, train_, fit);
+    BlockScore score = scoreBlocks(model, optimumOf(fitted), series_, train_, fit_, kScoreBlocks);
     return {std::move(fitted), std::move(score)};
   }
 

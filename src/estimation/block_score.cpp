@@ -8,7 +8,6 @@
 #include "estimation/fit_window.hpp"
 #include "regression/residual_regression.hpp"
 #include "state/state_estimator.hpp"
-#include "util/constants.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -16,7 +15,6 @@ namespace {
 
 constexpr int kQuadraticSteps = 20;  // of a fit to all blocks but one, on its quadratic form
 constexpr int kHalvings = 3;         // of the step that it asks for, until its rows are missed less
-constexpr double kUnfinished = 1e-4;   // [1], of the cost, by which a search may end early
 constexpr double kLeastError = 1e-12;  // [1], of a block that is predicted exactly
 
 CompositionSearch searchOf(int iterations) {
@@ -224,42 +222,14 @@ BlockScore scoreBlocks(const BatteryModel& composition, const CompositionPoint& 
 }
 
 FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange range,
-                      const IdentifyOptions& options, const std::vector<double>& precision) {
+                      const IdentifyOptions& options) {
   const InputSequence inputs = fitWindow(series, range, options).inputs;
   const BatteryModel composition = compositionOf(model.fit);
   const CompositionPoint optimum = optimumOf(model);
-  const CompositionProblem problem(composition, inputs, fitCost(options), optimum, {}, precision);
+  const CompositionProblem problem(composition, inputs, fitCost(options), optimum);
   NormalEquations at;
-  if (!problem.evaluate(problem.coordinatesOf(optimum), at)) at.cost = kNan;
+  if (!problem.evaluate(problem.coordinatesOf(optimum), at)) return {};
   return {at.cost, problem.precision()};
-}
-
-namespace {
-
-bool containsModel(const BatteryModel& larger, const BatteryModel& nested) {
-  return std::none_of(larger.effects().begin(), larger.effects().end(), [&](const std::string& id) {
-    return !contains(nested.effects(), id) && !effectInfo(id).overrides.empty();
-  });
-}
-
-}  // namespace
-
-FittedModel identifyLarger(const Series& series, IndexRange range, const IdentifyOptions& options,
-                           const FittedModel& nested) {
-  const BatteryModel inner = compositionOf(nested.fit), model(options.effects);
-  IdentifyOptions from = options;
-  if (from.starts.empty()) from.starts = startsInLarger(inner, optimumOf(nested), model);
-  FittedModel found = identify(series, range, from);
-  if (!containsModel(model, inner)) return found;
-  const FittedCost limit = fittedCost(nested, series, range, options);
-  const auto costOf = [&](const FittedModel& one) {
-    return fittedCost(one, series, range, options, limit.precision).cost;
-  };
-  const double cost = costOf(found);
-  if (cost <= (1.0 + kUnfinished) * limit.cost) return found;
-  from.starts = {embedded(inner, optimumOf(nested), model)};
-  FittedModel again = identify(series, range, from);
-  return costOf(again) < cost || !std::isfinite(cost) ? again : found;
 }
 
 Promise promiseOf(const FittedModel& model, const FittedCost& nested,

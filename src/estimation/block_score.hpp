@@ -68,23 +68,9 @@ struct FittedCost {
   std::vector<double> precision;  ///< CompositionProblem::precision()
 };
 
-/// @param model of identify() over the range.  @param precision weights of another composition's cost;
-/// empty: its own.  @return a cost of NaN where the model has no finite voltage.
+/// @param model of identify() over the range.
 FittedCost fittedCost(const FittedModel& model, const Series& series, IndexRange range,
-                      const IdentifyOptions& options, const std::vector<double>& precision = {});
-
-/**
- * @brief Fits a composition, which ends no worse than one that it contains.
- *
- * The search begins at options.starts, else at startsInLarger(). Where its optimum costs more than the
- * nested one does, it has not finished: it begins again at the nested optimum, with what is new where
- * it vanishes (embedded()), and the better one is taken. Effects that give the circuit's parameters
- * another meaning contain no circuit and are left as they were found.
- *
- * @param options their effects hold those of `nested`.  @param nested of identify() over the range.
- */
-FittedModel identifyLarger(const Series& series, IndexRange range, const IdentifyOptions& options,
-                           const FittedModel& nested);
+                      const IdentifyOptions& options);
 
 /// What effects added to a composition promise.
 struct Promise {

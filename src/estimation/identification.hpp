@@ -33,7 +33,8 @@ struct IdentifyOptions {
   FitStart start = FitStart::kRobust;
   double crank_weight = 10.0;            ///< W of eq. 3 at high-rate discharge [1], >= 1
   double crank_current = kCrankCurrent;  ///< [A], W applies below, and a crank falls to it or below
-  int max_iterations = 20;               ///< paper, section V
+  /// paper, section V; from 20 on, a window below 4000 samples may take 25 times as many
+  int max_iterations = 20;
   /// Start values r_discharge [Ohm], r_charge [Ohm], c2 [F], beta [1/V]; Table I's magnitudes when
   /// not set.
   std::array<double, 4> initial = {0.008, 0.010, 1000.0, 20.0};
