@@ -142,11 +142,6 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
   return x[k] <= problem.lower()[k] + 1e-9 * span || x[k] >= problem.upper()[k] - 1e-9 * span;
 }
 
-/// What bounds alone say of the coordinates: a uniform distribution's precision.
-Eigen::VectorXd precisionOfBounds(const CompositionProblem& problem) {
-  return 12.0 * (problem.upper() - problem.lower()).array().inverse().square().matrix();
-}
-
 /// Covariance of the coordinates; those at a bound are taken as known. @param samples fitted.
 Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted,
                              std::size_t samples, ModelPass pass, const Eigen::VectorXd& weights,
@@ -155,7 +150,6 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
     const double freedom =
         std::max(1.0, static_cast<double>(samples) - static_cast<double>(problem.size()));
     Eigen::MatrixXd information = fitted.fit.at.hessian;
-    information.diagonal() += precisionOfBounds(problem);
     for (Eigen::Index k = 0; k < problem.size(); ++k)
       if (isAtBound(problem, fitted.fit.x, k)) {
         information.row(k).setZero();
@@ -163,7 +157,7 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
       }
     return informationInverse(information) * std::max(1.0, fitted.fit.at.cost / freedom);
   }
-  Eigen::VectorXd precision = problem.priorPrecision() + precisionOfBounds(problem);
+  Eigen::VectorXd precision = problem.priorPrecision();
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (isAtBound(problem, fitted.fit.x, k)) {
       pass.jacobian.col(k).setZero();

