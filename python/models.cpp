@@ -36,13 +36,20 @@ PredictionMode modeOf(const std::optional<std::string>& name) {
   throw std::invalid_argument("mode is \"" + *name + "\", expected mixed, current or None");
 }
 
+double checkedCapacity(double capacity_ah) {
+  if (capacity_ah > 0.0 && std::isfinite(capacity_ah)) return capacity_ah;
+  throw std::invalid_argument(
+      format("capacity_ah is %g, expected above 0 and finite", capacity_ah));
+}
+
 Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
                    const std::optional<std::vector<std::string>>& effects, bool whiten,
                    const std::string& start, double series_blocks, int threads, bool anyway,
-                   std::optional<double> crank_current) {
+                   std::optional<double> crank_current, double capacity_ah) {
   const py::gil_scoped_release released;
   return identify(held.recording, {from, to, chooses_window, effects, whiten, isPaperStart(start),
-                                   series_blocks, threads, held.hash, anyway, crank_current});
+                                   series_blocks, threads, held.hash, anyway, crank_current,
+                                   checkedCapacity(capacity_ah)});
 }
 
 py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
@@ -81,12 +88,6 @@ std::pair<py::dict, std::string> predictHeld(const Model& model, const HeldRecor
   return {arraysOf(part, prediction.course), jsonText(resultJson(prediction.report))};
 }
 
-double checkedCapacity(double capacity_ah) {
-  if (capacity_ah > 0.0 && std::isfinite(capacity_ah)) return capacity_ah;
-  throw std::invalid_argument(
-      format("capacity_ah is %g, expected above 0 and finite", capacity_ah));
-}
-
 /// An answer as JSON. @throws std::invalid_argument for a query that is none.
 template <typename Answer>
 std::string answerText(const Answer& answer) {
@@ -119,10 +120,12 @@ std::string askCharge(const Model& model, double u_boost, double t_sof2, double 
 DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to,
                              double holdout_share, const std::vector<std::string>& hypotheses,
                              const std::vector<std::string>& given, double series_blocks,
-                             int threads, bool anyway, std::optional<double> crank_current) {
+                             int threads, bool anyway, std::optional<double> crank_current,
+                             double capacity_ah) {
   const py::gil_scoped_release released;
   return diagnose(held.recording, {from, to, holdout_share, hypotheses, given, series_blocks,
-                                   threads, nullptr, held.hash, anyway, crank_current});
+                                   threads, nullptr, held.hash, anyway, crank_current,
+                                   checkedCapacity(capacity_ah)});
 }
 
 /// @return JSON and text of a comparison. @param from, to of the recording; references are whole.

@@ -31,6 +31,8 @@ struct IdentifyRequest {
   bool anyway = false;  ///< also fit a recording with a problem (`sof check`)
   /// [A], of either sign, that counts as an engine start; none: read off the recording
   std::optional<double> crank_current = std::nullopt;
+  /// [Ah], nominal: a window that moved a tenth of it calls for the open-circuit voltage (`effects`)
+  double capacity = 50.0;
 };
 
 /**
@@ -100,6 +102,7 @@ struct DiagnosisRequest {
   std::string recording_hash = {};                                   ///< as in IdentifyRequest
   bool anyway = false;                                               ///< as in IdentifyRequest
   std::optional<double> crank_current = std::nullopt;                ///< as in IdentifyRequest
+  double capacity = 50.0;                                            ///< as in IdentifyRequest
 };
 
 struct Diagnosis;

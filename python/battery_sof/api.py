@@ -130,7 +130,7 @@ class Model:
 def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              choose_window: bool = False, effects: Optional[Sequence[str]] = None, whiten: bool = False,
              start: str = "robust", series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
-             crank_current_a: Optional[float] = None) -> Model:
+             crank_current_a: Optional[float] = None, capacity_ah: float = 50.0) -> Model:
     """Fits the model to a window of a recording, as `sof identify` does.
 
     from_s, to_s [s]: the window if both are given, otherwise the range in which the best window is chosen (with choose_window also
@@ -139,13 +139,14 @@ def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
     series_blocks: number of 12 V blocks in series (0.5 for 6 V, 2 for 24 V, 4 for 48 V). The fit is that of the mean block, while
     queries, answers and predictions are in the volts of the whole battery. threads: 0 for all; it changes no result.
     crank_current_a: discharges by this many amperes or more, for at most 5 s, are engine starts; None reads it off the recording.
+    capacity_ah: nominal capacity [Ah], above 0; a window that moved a tenth of it calls for the open-circuit voltage (effects).
 
     If the window determines no model, the returned model is not usable and its message has the reason. The same holds for a
     recording with a problem, for example a flipped sign or another time unit, unless anyway is true. Raises ValueError for a range
     without samples, an unknown effect, or an option that is out of range.
     """
     return Model(_core.identify(recording._core, from_s, to_s, choose_window, None if effects is None else list(effects),
-                                whiten, start, series_blocks, threads, anyway, crank_current_a))
+                                whiten, start, series_blocks, threads, anyway, crank_current_a, capacity_ah))
 
 
 def predict(model: Model, recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
@@ -203,7 +204,7 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
 def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
              series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
-             crank_current_a: Optional[float] = None) -> Diagnosis: ...
+             crank_current_a: Optional[float] = None, capacity_ah: float = 50.0) -> Diagnosis: ...
 
 
 @overload
@@ -215,13 +216,14 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
              from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
              series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
-             crank_current_a: Optional[float] = None) -> Union[Diagnosis, ChangeDiagnosis]:
+             crank_current_a: Optional[float] = None, capacity_ah: float = 50.0) -> Union[Diagnosis, ChangeDiagnosis]:
     """Finds where the base model and a recording deviate and which physics is missing, as `sof diagnose` does. This takes minutes.
 
     from_s, to_s [s]: the range that is diagnosed; its last holdout_share is kept for the comparison alone. hypotheses: ids of the
     effects to consider; empty for all. given: ids of effects that are known to be present; nothing is searched for. series_blocks:
     number of 12 V blocks in series, as in identify(); volts and ohms in the result are those of one block. threads: 0 for all; it
-    changes no result. anyway: also diagnose a recording with a problem, as in identify(). crank_current_a: as in identify().
+    changes no result. anyway: also diagnose a recording with a problem, as in identify(). crank_current_a, capacity_ah: as in
+    identify().
 
     reference: one or more recordings of the same battery from when it was sound. What has changed since is found instead, as
     `sof diagnose --reference` does, and a ChangeDiagnosis comes back; from_s, to_s and anyway alone go with it.
@@ -229,9 +231,10 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
     Raises ValueError for a range without samples, an unknown id, or an option that is out of range.
     """
     if reference is not None:
-        if (holdout_share, list(hypotheses), list(given), series_blocks, crank_current_a) != (0.25, [], [], 1.0, None):
-            raise ValueError("reference is given, expected without holdout_share, hypotheses, given, series_blocks and "
-                             "crank_current_a")
+        if (holdout_share, list(hypotheses), list(given), series_blocks, crank_current_a, capacity_ah) != (
+                0.25, [], [], 1.0, None, 50.0):
+            raise ValueError("reference is given, expected without holdout_share, hypotheses, given, series_blocks, "
+                             "crank_current_a and capacity_ah")
         references = [reference] if isinstance(reference, Recording) else list(reference)
         if not references:
             raise ValueError("reference is empty, expected at least one recording")
@@ -239,7 +242,7 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
         told = json.loads(answer)
         return made(ChangeDiagnosis, told, changes=[made(Change, one) for one in told["changes"]], text=text, details=told)
     core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), series_blocks,
-                          threads, anyway, crank_current_a)
+                          threads, anyway, crank_current_a, capacity_ah)
     details = json.loads(core.json())
     effects = [made(Effect, each, parameters=[made(Parameter, one) for one in each["parameters"]])
                for each in details["effects"]]

@@ -82,6 +82,7 @@ Model identify(const Recording& recording, const IdentifyRequest& request) {
   fit.options.whiten = request.whiten;
   fit.options.start = request.paper_start ? FitStart::kPaper : FitStart::kRobust;
   fit.options.threads = request.threads;
+  fit.options.capacity = request.capacity;
   fit.crank_current = dischargeOf(request.crank_current);
   const FitPlan plan = planFit(series, fit);
   const auto begin = std::chrono::steady_clock::now();
@@ -141,6 +142,7 @@ DiagnosisReport diagnose(const Recording& recording, const DiagnosisRequest& req
   options.threads = request.threads;
   options.anyway = request.anyway;
   options.crank_current = dischargeOf(request.crank_current);
+  options.capacity = request.capacity;
   options.progress = request.progress;
   Diagnosis diagnosis = diagnose(stretch, options);
   nameOrigin(diagnosis.base, recording, request);

@@ -129,6 +129,15 @@ void addCrankCurrentOption(CLI::App& command, RecordingArguments& arguments) {
       "repeated pulses, at most 150 A; sof check has it");
 }
 
+void addCapacityOption(CLI::App& command, double& capacity_ah, const std::string& help) {
+  addOption(command, "--capacity-ah", capacity_ah, help);
+}
+
+void requireCapacity(double capacity_ah) {
+  if (!(capacity_ah > 0.0) || !std::isfinite(capacity_ah))
+    throw UsageError(format("--capacity-ah is %g, expected above 0", capacity_ah));
+}
+
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments) {
   addOption(command, "--series-blocks", arguments.series_blocks,
             "blocks of 12 V in series: 0.5 for a battery of 6 V, 2 for 24 V, 4 for 48 V; bounds "

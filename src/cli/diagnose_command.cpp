@@ -155,6 +155,7 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
                "--reference alone",
                arguments.paths.size()));
   DiagnoseOptions options = arguments.options;
+  requireCapacity(options.capacity);
   options.priors = loadPriors(arguments.priors);
   options.crank_current = arguments.recording.crank_current;
   Progress progress(line.err);
@@ -217,6 +218,9 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       ->excludes(hypotheses)
       ->excludes(reference);
   hypotheses->excludes(reference);
+  addCapacityOption(options, search.capacity,
+                    "nominal capacity [Ah]: a tenth of it moves the open-circuit voltage, which is "
+                    "then taken of equations that explain a recording as well");
   addOption(options, "--min-rmse", search.relevance.rmse,
             "smallest RMS effect that is reported [V]; half the noise if that is larger");
   addOption(options, "--min-crank", search.relevance.crank,

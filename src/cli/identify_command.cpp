@@ -35,6 +35,7 @@ void warn(const CommandLine& line, Progress& progress, const Recording& recordin
 
 /// The effect "none" names the base model. @throws UsageError for effects that cannot be composed.
 IdentifyOptions optionsOf(const IdentifyArguments& arguments) {
+  requireCapacity(arguments.options.capacity);
   IdentifyOptions options = arguments.options;
   options.start = arguments.start == "paper" ? FitStart::kPaper : FitStart::kRobust;
   options.chooses_effects = options.effects.empty();
@@ -119,7 +120,10 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   addFile(options, kWrittenFile, "--out", values.out, "model file to write")->required();
   addEffectIds(options, "--effects", fit.effects,
                "effects to add to the circuit: comma-separated ids, which sof effects lists, or "
-               "none. Default: none; fresh_sulphate where a charger controls the voltage");
+               "none. Default: fresh_sulphate where a charger controls the voltage, ocv_soc where a "
+               "tenth of the capacity went one way, or there and back once; else none");
+  addCapacityOption(options, fit.capacity,
+                    "nominal capacity [Ah], of which the default of --effects depends");
   options.add_flag("--whiten", fit.whiten,
                    "whiten the residuals by a fitted noise model instead of weighting them as the "
                    "paper does; not where a charger controls the voltage");

@@ -59,16 +59,15 @@ struct QueryArguments {
 
 void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
   addModelOption(command, arguments.model);
-  addOption(command, "--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]");
+  addCapacityOption(command, arguments.capacity_ah, "nominal capacity [Ah]");
   command.add_flag("--rested", arguments.rested,
                    "begin from a rested battery, not from the saved state");
   addJsonOption(command, arguments.json);
 }
 
-/// The model, rested when that was asked. @throws UsageError for a capacity that is not above 0.
+/// The model, rested when that was asked.
 FittedModel modelOf(const QueryArguments& arguments) {
-  if (!(arguments.capacity_ah > 0.0))
-    throw UsageError(format("--capacity-ah is %g, expected above 0", arguments.capacity_ah));
+  requireCapacity(arguments.capacity_ah);
   const FittedModel saved = readModelFile(arguments.model);
   return arguments.rested ? rested(saved) : saved;
 }

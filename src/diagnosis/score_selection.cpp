@@ -9,6 +9,7 @@
 #include "diagnosis/explanation_fits.hpp"
 #include "diagnosis/residuals.hpp"
 #include "estimation/fit_window.hpp"
+#include "recording/moved_charge.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -19,6 +20,7 @@ constexpr std::size_t kScoreBlocks = 8;
 constexpr std::size_t kPromising = 4;    // candidates of a step that are scored
 constexpr std::size_t kTriedAgain = 10;  // candidates of a step that the next one looks at
 constexpr std::size_t kMaxMembers = 5;
+constexpr const char* kMovedByCharge = "ocv_soc";
 constexpr int kFirstSteps = 3, kFurtherSteps = 8;  // of a candidate's fit
 
 using Effects = std::vector<std::string>;
@@ -65,6 +67,7 @@ class Selection {
         train_(train),
         fit_(fit),
         options_(options),
+        is_deep_(movedCharge(series, train).isDeep(options.capacity)),
         least_(2.0 * options.relevance.charge_share),
         independent_(0.5 * kIndependentShare * static_cast<double>(train.size())) {
     scoreAll({{}}, nullptr);
@@ -183,11 +186,19 @@ class Selection {
       if (one.gain.isAbove(least_) && (!best || one.gain.value > best->gain.value)) best = &one;
     }
     if (!best) return std::nullopt;
+    const auto doesAsWell = [&](const Addition& one) {
+      return one.gain.isAbove(least_) && !gainOf(best->score, one.score).isAbove(0.0);
+    };
+    // Of what does as well, the open-circuit voltage is known to have moved: the rest is not needed.
+    const auto known = std::find_if(additions.begin(), additions.end(), [&](const Addition& one) {
+      return is_deep_ && one.id == kMovedByCharge && doesAsWell(one);
+    });
+    const bool is_known = known != additions.end();
+    if (is_known) best = &*known;
     scoreAll({best->effects}, &best->promise.point);
     if (!gain(best->effects, members).isAbove(least_)) return std::nullopt;
     for (const Addition& other : additions)
-      if (other.id != best->id && other.gain.isAbove(least_) &&
-          !gainOf(best->score, other.score).isAbove(0.0))
+      if (!is_known && other.id != best->id && doesAsWell(other))
         alike_[best->id].push_back(other.id);
     return *best;
   }
@@ -195,6 +206,7 @@ class Selection {
   void removeWeak(Effects& members) {
     for (const std::string& id : Effects(members)) {
       if (members.size() < 2 || !contains(members, id)) continue;
+      if (is_deep_ && id == kMovedByCharge) continue;
       const Effects others = without(members, id);
       scoreAll({others}, nullptr);
       if (!gain(members, others).isAbove(least_)) members = others;
@@ -254,6 +266,7 @@ class Selection {
   const IndexRange train_;
   const IdentifyOptions fit_;
   const DiagnoseOptions& options_;
+  const bool is_deep_;        // a tenth of the capacity was moved
   const double least_;        // [1], of a ScoreGain
   const double independent_;  // ln likelihood for a ScoreGain of 1
   std::map<Effects, ScoredFit> fits_;

@@ -10,6 +10,7 @@
 #include "recording/checks.hpp"
 #include "recording/crank_current.hpp"
 #include "recording/fit_mask.hpp"
+#include "recording/moved_charge.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"
 #include "state/state_estimator.hpp"
@@ -22,6 +23,7 @@ namespace {
 constexpr double kMinCurrentSpan = 0.5;  // [A]
 constexpr double kMovingVoltage = 0.02;  // [V], which a battery moves by under a held current
 constexpr const char* kChargingPhysics = "fresh_sulphate";
+constexpr const char* kDeepPhysics = "ocv_soc";
 constexpr int kBoundRounds = 4;         // of a fit and the bounds that it violates
 constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
 
@@ -43,6 +45,7 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
     requireThat(value >= info.lower && value <= info.upper, "initial " + info.name, value,
                 "inside Table I's bounds");
   }
+  requireThat(options.capacity > 0.0, "capacity [Ah]", options.capacity, "above 0");
   requireThat(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
   requireThat(options.threads >= 0, "threads", options.threads, "at least 0");
   BatteryModel known(options.effects, options.discrepancy);
@@ -119,6 +122,20 @@ bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
   const auto begin = options.source->voltage_controlled.begin();
   return std::any_of(begin + range.first, begin + range.last,
                      [](char controlled) { return controlled; });
+}
+
+/// The physics that a window's charge calls for, in the order in which it is tried
+/// (IdentifyOptions::chooses_effects). @return at least one composition.
+std::vector<std::vector<std::string>> compositionsToTry(const Series& series, IndexRange range,
+                                                        const IdentifyOptions& options) {
+  if (!options.chooses_effects || !options.effects.empty() || options.start == FitStart::kPaper)
+    return {options.effects};
+  const MovedCharge moved = movedCharge(series, range);
+  const bool is_deep = moved.isDeep(options.capacity);
+  if (is_deep && moved.isOneCycle()) return {{kDeepPhysics}, {}};
+  if (!isVoltageControlled(options, range)) return {{}};
+  if (is_deep) return {{kChargingPhysics}, {kDeepPhysics}, {}};
+  return {{kChargingPhysics}, {}};
 }
 
 /// A window that no model can be fitted to, and why.
@@ -220,10 +237,11 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
 
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options) {
   requireValid(options, series, range);
-  if (options.chooses_effects && options.effects.empty() && isVoltageControlled(options, range)) {
-    IdentifyOptions charging = options;
-    charging.effects = {kChargingPhysics};
-    return identify(series, range, charging);
+  if (options.chooses_effects) {
+    IdentifyOptions chosen = options;
+    chosen.chooses_effects = false;
+    chosen.effects = compositionsToTry(series, range, options).front();
+    return identify(series, range, chosen);
   }
   const double max_gap = gapThreshold(series);
   const Window window{series, range, max_gap, excitedRange(series, range, max_gap)};
@@ -311,15 +329,13 @@ FittedModel fitPlanned(const Series& series, const FitPlan& plan) {
     model.fit.message = plan.window.message;
     return model;
   }
-  model = identify(series, *plan.window.range, plan.options);
-  requirePlausible(model.fit);
-  // A window that cannot say anything of the physics of charging may still say much of the circuit.
-  if (plan.options.chooses_effects && !isUsable(model.fit) &&
-      model.fit.effects != plan.options.effects) {
-    IdentifyOptions circuit = plan.options;
-    circuit.chooses_effects = false;
-    model = identify(series, *plan.window.range, circuit);
+  IdentifyOptions options = plan.options;
+  options.chooses_effects = false;
+  for (const auto& effects : compositionsToTry(series, *plan.window.range, plan.options)) {
+    options.effects = effects;
+    model = identify(series, *plan.window.range, options);
     requirePlausible(model.fit);
+    if (isUsable(model.fit)) break;
   }
   if (isUsable(model.fit)) fitErrors(model, series, *plan.window.range);
   return model;

@@ -55,9 +55,13 @@ struct IdentifyOptions {
   /// throughout, as in the paper.
   std::optional<ChargerControl> source = std::nullopt;
 
-  /// Without `effects`, where a source controls the voltage in the window: with the physics of
-  /// charging (fresh_sulphate); fitPlanned() goes back to the circuit where that fit fails.
+  /// Without `effects`, with the physics that the window's charge calls for (movedCharge()): where a
+  /// source controls the voltage that of charging (fresh_sulphate), but where a tenth of the capacity
+  /// went one way, or there and back once, that of the open-circuit voltage (ocv_soc), since nothing
+  /// is then charged while it is still fresh. Where a fit fails, fitPlanned() goes on to ocv_soc if a
+  /// tenth of the capacity was moved, and then to the circuit.
   bool chooses_effects = false;
+  double capacity = 50.0;  ///< [Ah], nominal; of chooses_effects
   /// ids of further physics, see effectCatalogue(); "discrepancy" with `discrepancy`
   std::vector<std::string> effects = {};
   /// estimated before (fitDiscrepancy()); its factors are fitted

@@ -224,6 +224,7 @@ std::string OnlineSession::missingForFirst() const {
 IdentificationJob OnlineSession::makeJob() {
   job_ = JobOut{monitor_, driving_};
   IdentificationJob job{options_, epoch_, stream_.series(), {}};
+  job.identify.capacity = options_.capacity;
   if (monitor_.holdsModel()) job.incumbent = monitor_.accepted();
   if (!composition_) return job;
   job.identify.effects = composition_->effects;

@@ -97,6 +97,7 @@ FinishedDiagnosis DiagnosisRunner::diagnosed(Job& job) {
   DiagnoseOptions options;
   options.priors = options_.session.identify.priors;
   options.crank_current = options_.session.events.crank_current;
+  options.capacity = options_.session.capacity;
   options.pulse = [&] {
     if (stopped_) throw std::runtime_error("the node is shutting down");
     if (cancelled_)

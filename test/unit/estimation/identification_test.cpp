@@ -136,7 +136,7 @@ TEST(Identify, RefusesAWindowWhoseCurrentNeverChanges) {
 
 /// A rest, then one load that stays: of it a bench knows how the voltage falls with the charge, and
 /// hardly anything of the circuit.
-TEST(Identify, OfABenchDischargeKnowsTheSlopeThoughNothingOfTheCircuit) {
+Series benchDischarge() {
   test::Random random(3);
   Series series;
   for (int n = 0; n < 2000; ++n) {
@@ -146,6 +146,11 @@ TEST(Identify, OfABenchDischargeKnowsTheSlopeThoughNothingOfTheCircuit) {
     series.append({time, current + 0.01 * random.normal(),
                    13.2 - 0.014 * drawn - slow + 0.001 * random.normal()});
   }
+  return series;
+}
+
+TEST(Identify, OfABenchDischargeKnowsTheSlopeThoughNothingOfTheCircuit) {
+  const Series series = benchDischarge();
   IdentifyOptions options;
   options.effects = {"acid_transport", "ocv_soc"};
   const FittedModel model = identify(series, whole(series), options);
@@ -153,11 +158,26 @@ TEST(Identify, OfABenchDischargeKnowsTheSlopeThoughNothingOfTheCircuit) {
   EXPECT_NEAR(estimate(model.fit, "ocv_slope").value, 0.014, 0.002);
 }
 
+/// 25 Ah are drawn: half of 50 Ah, a twelfth of 300.
+TEST(Identify, TakesTheOpenCircuitVoltageByItselfWhereATenthOfTheCapacityWentOneWay) {
+  const Series series = benchDischarge();
+  FitRequest request;
+  request.from = series.time.front();
+  request.to = series.time.back();
+  request.options.chooses_effects = true;
+  FittedModel model = fitPlanned(series, planFit(series, request));
+  EXPECT_TRUE(isUsable(model.fit)) << model.fit.message;
+  EXPECT_EQ(model.fit.effects, std::vector<std::string>{"ocv_soc"});
+  request.options.capacity = 300.0;
+  model = fitPlanned(series, planFit(series, request));
+  EXPECT_TRUE(model.fit.effects.empty());
+}
+
 TEST(Identify, TakesAGapInsideTheWindowForARest) {
   Series series = test::baseDrive(6, 120.0, 0.0);
   const std::size_t half = series.size() / 2;
   const test::BaseStep step(test::drivenBattery());
-  // The drive stops, the car represents ten minutes, and goes on from the state it rested to.
+  // The drive stops, the car stands for ten minutes, and goes on from the state it rested to.
   double u = series.voltage[half - 1] -
              test::terminalVoltage(test::drivenBattery(), series.current[half - 1], 0.0);
   u = step.advance(u, 0.0, 600.0);
@@ -187,6 +207,9 @@ TEST(Identify, RefusesOptionsOutsideTheirRangesByName) {
   options = {};
   options.crank_current = 10.0;
   EXPECT_NE(messageOf(options).find("crank_current"), std::string::npos);
+  options = {};
+  options.capacity = 0.0;
+  EXPECT_NE(messageOf(options).find("capacity"), std::string::npos);
   options = {};
   options.max_iterations = 0;
   EXPECT_NE(messageOf(options).find("max_iterations"), std::string::npos);

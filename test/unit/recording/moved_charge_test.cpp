@@ -1,0 +1,49 @@
+#include "recording/moved_charge.hpp"
+
+#include <gtest/gtest.h>
+
+namespace battery_sof {
+namespace {
+
+/// A sample a minute, each of a current.
+struct Minutes {
+  Series series;
+  Minutes& hold(int minutes, double current) {
+    for (int n = 0; n < minutes; ++n)
+      series.append({60.0 * static_cast<double>(series.size()), current, 12.5});
+    return *this;
+  }
+  MovedCharge moved() const { return movedCharge(series, {0, series.size()}); }
+};
+
+TEST(MovedCharge, ADischargeMovesWhatItTakesOneWay) {
+  const MovedCharge moved = Minutes().hold(31, 0.0).hold(120, -5.0).hold(30, 0.0).moved();
+  EXPECT_NEAR(moved.span, 10.0, 1e-9);
+  EXPECT_NEAR(moved.throughput, 10.0, 1e-9);
+  EXPECT_TRUE(moved.isOneCycle());
+  EXPECT_TRUE(moved.isDeep(100.0));
+  EXPECT_FALSE(moved.isDeep(101.0));
+}
+
+TEST(MovedCharge, OneChargeAndOneDischargeAreOneCycleAndStopsOfACarAreNot) {
+  EXPECT_TRUE(Minutes().hold(120, 5.0).hold(120, -5.0).moved().isOneCycle());
+  Minutes car;
+  for (int stop = 0; stop < 10; ++stop) car.hold(2, -30.0).hold(3, 20.0);
+  EXPECT_FALSE(car.moved().isOneCycle());
+}
+
+TEST(MovedCharge, AGapIsARest) {
+  Minutes night;
+  night.hold(60, -1.0);
+  night.series.append({1e6, -1.0, 12.5});
+  EXPECT_NEAR(night.moved().span, 59.0 / 60.0, 1e-9);
+}
+
+TEST(MovedCharge, AWindowOfOneSampleMovesNothing) {
+  const Series series = Minutes().hold(10, -1.0).series;
+  EXPECT_EQ(movedCharge(series, {4, 5}).span, 0.0);
+  EXPECT_EQ(movedCharge(series, {4, 5}).throughput, 0.0);
+}
+
+}  // namespace
+}  // namespace battery_sof
