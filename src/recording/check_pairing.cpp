@@ -170,7 +170,7 @@ std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
                     "the voltage is negative: typically " + number(typical) + " V (" +
                         number(evidence.voltage.lowest) + " V to " +
                         number(evidence.voltage.highest) + " V)",
-                    "its sign is flipped, or the column is no voltage: negate the column, or name "
+                    "its sign is flipped, or the column is not a voltage: negate it, or name "
                     "another one (--voltage-column)",
                     typical, "V", evidence.series.size()}};
   return {Finding{

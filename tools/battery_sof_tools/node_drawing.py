@@ -44,8 +44,8 @@ class Svg:
     def arrow(self, x, y, to, both=False):
         self.parts.append(f'<path d="M{x:g} {y:g} H{to:g}" fill="none" stroke="{INK}" stroke-width="1.4"{" marker-start=" + chr(34) + "url(#head)" + chr(34) if both else ""} marker-end="url(#head)"/>')
 
-    def document(self, height, title, numbers):
-        head = f'''<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:g}" width="{WIDTH}" height="{height:g}" font-family="DejaVu Sans, Verdana, sans-serif" role="img">
+    def document(self, height, title, numbers, width=WIDTH):
+        head = f'''<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}" font-family="DejaVu Sans, Verdana, sans-serif" role="img">
 <title>{escape(title)}</title>
 <metadata xmlns:dc="http://purl.org/dc/elements/1.1/"><dc:description>{escape(json.dumps(numbers))}</dc:description></metadata>
 <defs><marker id="head" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="7" markerHeight="7" orient="auto-start-reverse"><path d="M0 0 L10 5 L0 10 z" fill="{INK}"/></marker></defs>

@@ -2,10 +2,11 @@
 
     page_drawings --build B                those of simulated drives, and the node with its topics and services
     page_drawings --build B --data D       also a crank and a charge of a real car, and cranks measured and predicted
+    page_drawings --build B --play         also two trips of the node, in the environment of B/devel/setup.bash; some two minutes
 
-A drawing is two functions: what it shows, as numbers that `sof` gives, and how they are drawn. The numbers stand in the SVG file
-(numbers_of()), so that a test finds a drawing that is behind its command, whichever version of matplotlib drew it. The diagrams
-beside them (circuit, data_flow, node_states and the two sequences) are written by hand.
+A drawing is two functions: what it shows, as numbers that `sof` gives, and how they are drawn. Some are drawn a second time for a narrow
+screen, as NAME_narrow.svg. The numbers stand in the SVG file (numbers_of()), so that a test finds a drawing that is behind its command,
+whichever version of matplotlib drew it. The diagrams beside them (circuit, node_states and the two sequences) are written by hand.
 """
 
 import argparse
@@ -21,7 +22,7 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from . import node_drawing, recordings, score_next_window
+from . import effect_drawing, layer_drawing, node_drawing, recordings, score_next_window, trip_drawing
 from .files import ROOT, read_text, write_text
 from .recordings import CAR, column_options
 from .sof import call, program
@@ -297,9 +298,18 @@ def draw_measured_and_predicted(numbers):
 
 
 # Drawings by what they need beside a build.
-SIMULATED = {"crank_over_stop": (crank_over_stop, draw_crank_over_stop), "three_answers": (three_answers, draw_three_answers)}
+SIMULATED = {"crank_over_stop": (crank_over_stop, draw_crank_over_stop), "three_answers": (three_answers, draw_three_answers),
+             "effect_signatures": (effect_drawing.signatures, lambda numbers: effect_drawing.draw(numbers, 5, 8.8), lambda numbers: effect_drawing.draw(numbers, 2, 4.1))}
 MEASURED = {"measured_and_predicted": (measured_and_predicted, draw_measured_and_predicted), "calibration": (calibration, draw_calibration)}
-DIAGRAM = "node_interface"
+PLAYED = {"trips_of_the_node": (trip_drawing.trips, lambda found: trip_drawing.draw(found, 8.4, 9), lambda found: trip_drawing.draw(found, 4.4, 8))}
+# Diagrams from the sources, by the name of their file.
+DIAGRAMS = {"node_interface": node_drawing.drawing, "layers": lambda: layer_drawing.drawing(layer_drawing.WIDE),
+            "layers_narrow": lambda: layer_drawing.drawing(layer_drawing.NARROW)}
+
+
+def files_of(drawings):
+    """Each file of some drawings with the function that draws it, and the name of the drawing."""
+    return {name + ending: (name, draw) for name, (_, *draws) in drawings.items() for ending, draw in zip(("", "_narrow"), draws)}
 
 
 def main():
@@ -307,16 +317,21 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", default=os.path.join(ROOT, "build"), help="build folder")
     parser.add_argument("--data", help="folder of the measured recordings: draws what needs them")
+    parser.add_argument("--play", action="store_true", help="draw what needs the node: the trips that are played to it")
     parser.add_argument("--out", default=os.path.join(ROOT, "docs", "pictures"))
     parser.add_argument("--only", help="name of one drawing")
     args = parser.parse_args()
     sof = program(args.build, "sof")
     with tempfile.TemporaryDirectory(prefix="drawings_") as folder:
-        for drawings, needs in ((SIMULATED, ()), (MEASURED, (args.data,))):
-            for name, (shown, draw) in drawings.items():
-                if all(needs) and args.only in (None, name):
-                    numbers = kept(shown(sof, folder, *needs))
-                    save(draw(numbers), numbers, os.path.join(args.out, name + ".svg"))
-    if args.only in (None, DIAGRAM):
-        write_text(os.path.join(args.out, DIAGRAM + ".svg"), node_drawing.drawing())
+        node = program(args.build, "battery_sof_node") if args.play else None
+        for drawings, parts in ((SIMULATED, (sof, folder)), (MEASURED, (sof, folder, args.data)), (PLAYED, (sof, node, folder))):
+            for name, (shown, *_) in drawings.items():
+                if all(parts) and args.only in (None, name):
+                    numbers = kept(shown(*parts))
+                    for file, (of, draw) in files_of(drawings).items():
+                        if of == name:
+                            save(draw(numbers), numbers, os.path.join(args.out, file + ".svg"))
+    for name, drawing in DIAGRAMS.items():
+        if args.only in (None, name):
+            write_text(os.path.join(args.out, name + ".svg"), drawing())
     print(f"drawings are in {args.out}")
