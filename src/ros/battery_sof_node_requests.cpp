@@ -19,7 +19,7 @@ constexpr std::chrono::seconds kLongestWork{10};
 WorkWatch patience() {
   const auto end = std::chrono::steady_clock::now() + kLongestWork;
   return [end](double) -> std::string {
-    if (ros::isShuttingDown()) return "the node shut down";
+    if (ros::isShuttingDown()) return "the node is shutting down";
     if (std::chrono::steady_clock::now() < end) return "";
     return format("it took more than %d s; ask for less at a time",
                   static_cast<int>(kLongestWork.count()));
