@@ -112,7 +112,7 @@ std::string eventsText(const EventSummary& summary, const CrankCurrent& crank) {
   }
   text += wrapped("    ", crankText(crank, summary.of(EventKind::kCrank).count));
   text += "    " + number(summary.charge_in / kSecondsPerHour) + " Ah in, " +
-          number(-summary.charge_out / kSecondsPerHour) + " Ah out\n";
+          number((0.0 - summary.charge_out) / kSecondsPerHour) + " Ah out\n";
   if (!summary.max_charge_voltage) return text;
   return text + "    charges: " + std::to_string(summary.long_charges) +
          " longer than 10 s, the longest " + duration(summary.longest_charge) + ", at " +
