@@ -95,7 +95,9 @@ std::string crankText(const CrankCurrent& crank, std::size_t count) {
     case CrankCurrent::Source::kUsual:
       if (crank.pulse)
         return what + " (the usual value, which most of the short pulses here reach)";
-      why = " (the usual value: no short pulse here stands clear of the other loads)";
+      why =
+          " (the usual value, because no short pulse here lowers the voltage enough to suggest "
+          "another)";
       break;
     case CrankCurrent::Source::kRecording:
       return what + " (read off the largest repeated pulses, of " + number(*crank.pulse) + " A)";
