@@ -321,17 +321,21 @@ def main():
     parser.add_argument("--out", default=os.path.join(ROOT, "docs", "pictures"))
     parser.add_argument("--only", help="name of one drawing")
     args = parser.parse_args()
-    sof = program(args.build, "sof")
+    sof, drawn = program(args.build, "sof"), 0
     with tempfile.TemporaryDirectory(prefix="drawings_") as folder:
         node = program(args.build, "battery_sof_node") if args.play else None
         for drawings, parts in ((SIMULATED, (sof, folder)), (MEASURED, (sof, folder, args.data)), (PLAYED, (sof, node, folder))):
             for name, (shown, *_) in drawings.items():
                 if all(parts) and args.only in (None, name):
+                    drawn += 1
                     numbers = kept(shown(*parts))
                     for file, (of, draw) in files_of(drawings).items():
                         if of == name:
                             save(draw(numbers), numbers, os.path.join(args.out, file + ".svg"))
     for name, drawing in DIAGRAMS.items():
-        if args.only in (None, name):
+        if args.only in (None, name, name.replace("_narrow", "")):
+            drawn += 1
             write_text(os.path.join(args.out, name + ".svg"), drawing())
+    if not drawn:
+        raise SystemExit(f"page_drawings: {args.only} is not drawn; there is no such drawing, or it needs --data or --play")
     print(f"drawings are in {args.out}")
