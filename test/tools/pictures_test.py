@@ -43,7 +43,7 @@ class Pictures(unittest.TestCase):
         for page in ("README.md", *pages_of_docs()):
             text = read_text(os.path.join(ROOT, page))
             shown |= set(re.findall(r"!\[[^\]]+\]\((?:docs/|\.\./)?pictures/([^)]+)\)", text))
-            shown |= set(re.findall(r'(?:srcset|<img src)="pictures/([^"]+)"', text))
+            shown |= set(re.findall(r'(?:srcset|<img src)="(?:docs/)?pictures/([^"]+)"', text))
         self.assertEqual(there, shown)
 
     def test_drawings_show_what_sof_answers(self):
