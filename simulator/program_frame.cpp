@@ -48,7 +48,7 @@ std::string shown(const std::string& text) {
 
 std::string isSeed(const std::string& text) {
   const bool is_whole = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-  return is_whole ? "" : "\"" + text + "\" is no seed, expected a whole number of 0 or more";
+  return is_whole ? "" : "\"" + text + "\" is not a seed, expected a whole number of 0 or more";
 }
 
 int runProgram(CLI::App& app, const std::vector<std::string>& arguments, const std::string& name,

@@ -207,7 +207,7 @@ Scenario parseScenario(const std::string& text, const std::string& source) {
 
 Scenario loadScenario(const std::filesystem::path& path) {
   if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
-    throw ScenarioError(path.string() + ": is no regular file");
+    throw ScenarioError(path.string() + ": is not a regular file");
   std::ifstream file(path);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   if (!file.is_open() || file.bad()) throw ScenarioError(path.string() + ": cannot be read");

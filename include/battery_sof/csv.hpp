@@ -21,8 +21,8 @@ struct CsvColumns {
   /// [degC]; when not given, a column temperature_c is read if the file has one.
   std::optional<std::string> temperature;
   bool discharge_positive = false;  ///< the file counts current out of the battery as positive
-  /// [s], unit of the time column; dates ignore it. When not given, that of a common name (time_ms)
-  /// for a column that nobody asked for, else a second.
+  /// [s], unit of the time column; dates ignore it. If it is not given, the unit is a second, or
+  /// that of a common name such as time_ms if the column was found by this name.
   std::optional<double> time_unit = std::nullopt;
   bool operator==(const CsvColumns& other) const {
     return std::tie(time, current, voltage, temperature, discharge_positive, time_unit) ==
@@ -71,11 +71,12 @@ Recording readCsv(const std::filesystem::path& path, const CsvColumns& columns =
 using ProfileRowSeen = std::function<void(double time, double current, std::size_t line)>;
 
 /**
- * @brief Reads a current over time, as readCsv() reads a recording, but for the voltage: whatever
- * names, separators, units and dates a recording may have, a profile may have, too.
+ * @brief Reads a current over time. The file may have the same names, separators, units and dates
+ * as a recording for readCsv(), but it needs no voltage.
  *
- * Times that count from 1970 become seconds after the first row. Other columns are passed over.
- * @param row receives every row in order; a cell without a number is NaN. @throws as readCsv().
+ * Times that count from 1970 become seconds after the first row. Other columns are ignored.
+ * @param row receives every row in order; a cell without a number is NaN.
+ * @throws RecordingError as readCsv() does.
  */
 void readProfileCsv(const std::filesystem::path& path, const CsvColumns& columns,
                     const ProfileRowSeen& row, std::vector<std::string>* notes = nullptr);

@@ -20,11 +20,12 @@ enum class AnswerCode : int {
 /// @return "ok", "invalid_query", "no_model", "extrapolation".
 std::string toString(AnswerCode code);
 
-/// What an answer with numbers says of the limit that was asked for. Its message begins with it.
+/// What an answer with numbers says about the limit that was asked for. Its message begins with
+/// these words.
 enum class Assurance {
   kHolds,       ///< the unfavourable end of the 90 % interval keeps the limit
   kNotAssured,  ///< it does not: the limit may be missed
-  kNotValid,    ///< the model is not to be relied on for the question (kExtrapolation)
+  kNotValid,    ///< the question lies outside the identified range (kExtrapolation)
 };
 
 /// @return "holds", "not assured", "not valid".
@@ -76,7 +77,7 @@ struct CrankingAnswer {
   std::string message;  ///< one sentence
 };
 
-/// @return none without numbers, and of a valid answer without u_required.
+/// @return none if the answer has no numbers, or if it is valid but no u_required was given.
 std::optional<Assurance> assuranceOf(const CrankingAnswer& answer);
 
 /// How long may the engine stay off?
@@ -116,8 +117,8 @@ struct StopTimeAnswer {
   std::string message;
 };
 
-/// @return none without numbers; not assured where the lower end of t_stop is 0 s: a crank at once
-/// may miss u_required already.
+/// @return none if the answer has no numbers; kNotAssured if the lower end of t_stop is 0 s,
+/// because an immediate crank may then miss u_required.
 std::optional<Assurance> assuranceOf(const StopTimeAnswer& answer);
 
 /// How much charge will the battery accept? (paper, Fig. 2)
@@ -138,8 +139,8 @@ struct ChargeAcceptanceAnswer {
   std::string message;
 };
 
-/// @return none without numbers; not assured where the lower end of i_boost is 0 A or below: the
-/// voltage may discharge the battery.
+/// @return none if the answer has no numbers; kNotAssured if the lower end of i_boost is 0 A or
+/// below, because the voltage may then discharge the battery.
 std::optional<Assurance> assuranceOf(const ChargeAcceptanceAnswer& answer);
 
 /// Predicted voltages with 90 % intervals [V], one for each sample of the profile.
@@ -155,7 +156,7 @@ struct ProfileAnswer {
   std::string message;
 };
 
-/// @return "not valid", or none: a profile has no limit.
+/// @return kNotValid or none, because a profile has no limit.
 std::optional<Assurance> assuranceOf(const ProfileAnswer& answer);
 
 }  // namespace battery_sof

@@ -29,7 +29,7 @@ void openForReading(rosbag::Bag& bag, const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path, error))
     throw RecordingError(
         path.string() +
-        (std::filesystem::exists(path, error) ? ": no regular file" : ": no such file") +
+        (std::filesystem::exists(path, error) ? ": not a regular file" : ": no such file") +
         ", expected a bag");
   requireSoundBag(path);
   try {
@@ -131,7 +131,7 @@ Recording readBag(const std::filesystem::path& path, const std::string& topic) {
 void writeBag(const std::filesystem::path& path, const Series& series, const std::string& topic) {
   if (!std::regex_match(topic, std::regex("/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*")))
     throw std::invalid_argument("topic '" + shortened(topic) +
-                                "' is no name of ROS, expected one like " + kDefaultTopic);
+                                "' is not a ROS name, expected one like " + kDefaultTopic);
   const auto refuse = [&](const std::string& why) -> RecordingError {
     return RecordingError(path.string() + ": cannot write the bag: " + why);
   };

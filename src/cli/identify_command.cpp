@@ -24,12 +24,14 @@ struct IdentifyArguments {
   IdentifyOptions options;
 };
 
+/// Prints the findings except notes, and except problems that a refusal will repeat.
 void warn(const CommandLine& line, Progress& progress, const Recording& recording,
-          std::optional<double> crank_current) {
-  const CheckReport report = checkRecording(recording, crank_current);
+          const Series& series, const IdentifyArguments& arguments) {
+  const CheckReport report = checkRecording(recording, arguments.recording.crank_current);
+  const std::string refusal = arguments.anyway ? "" : format(findProblems(series));
   progress.hide();
   for (const Finding& finding : report.findings)
-    if (finding.severity != Severity::kNote)
+    if (finding.severity != Severity::kNote && refusal.find(finding.what) == std::string::npos)
       line.err << "warning: " << finding.what << ": " << finding.meaning << "\n";
 }
 
@@ -71,8 +73,8 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   std::string hash;
   const Recording recording = loadRecording(arguments.recording, &hash);
   progress.stage("checking");
-  warn(line, progress, recording, arguments.recording.crank_current);
   const Series series = atDesignRate(recording.series);
+  warn(line, progress, recording, series, arguments);
   progress.stage("identifying");
   request.from = parseTime(arguments.window.from, series, "--from");
   request.to = parseTime(arguments.window.to, series, "--to");

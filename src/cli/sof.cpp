@@ -101,7 +101,7 @@ int runCommand(CommandLine& line, const std::vector<std::string>& arguments,
   for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
     names.push_back(command->get_name());
   if (!arguments.empty() && arguments[0].rfind('-', 0) != 0 && !contains(names, arguments[0]))
-    throw UsageError("sof " + arguments[0] + " is no command, expected one of " + join(names));
+    throw UsageError("sof " + arguments[0] + " is not a command, expected one of " + join(names));
   return parseAndRun(app, line, arguments);
 }
 

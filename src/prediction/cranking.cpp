@@ -56,7 +56,7 @@ void run(Simulation& simulation, const CurrentProfile& profile, Look&& look) {
 std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required) {
   const std::string text = format("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",
                                   answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
-  if (!u_required) return text + "; no u_required was given to hold it against";
+  if (!u_required) return text + "; no u_required was given to compare it with";
   return text + format("; required %.2f V", *u_required);
 }
 

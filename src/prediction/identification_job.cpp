@@ -125,8 +125,8 @@ IdentificationResult attempt(const IdentificationJob& job) {
   result.message = choice.message;
   if (!choice.range) return result;
   if (choice.excitation < job.min_window_quality) {
-    result.message = "the best window's window quality of " + std::to_string(choice.excitation) +
-                     " is below the required " + std::to_string(job.min_window_quality);
+    result.message = "the quality of the best window, " + std::to_string(choice.excitation) +
+                     ", is below the required " + std::to_string(job.min_window_quality);
     return result;
   }
   const JobWindow window{

@@ -20,7 +20,7 @@ Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name
   const std::size_t cells = rows.size() * columns.size();
   for (const double row : rows)
     for (const double column : columns) {
-      if (isBrokenOff(map, watch, map.answers.size(), cells, "answers were there")) return map;
+      if (isBrokenOff(map, watch, map.answers.size(), cells, "answers")) return map;
       map.answers.push_back(ask(row, column));
     }
   map.message = format("%zu answers", cells);

@@ -159,7 +159,7 @@ void OnlineSession::follow(const Sample& sample, double max_gap) {
 SessionEvents OnlineSession::followed(const Sample& sample, double max_gap) {
   const SessionEvents ended = monitor_.follow(sample, max_gap);
   if (std::isfinite(monitor_.tracker().error())) return ended;
-  loseModel("the model was lost: its state was not finite");
+  loseModel("the model was dropped because its state was not finite");
   return {};
 }
 
@@ -214,10 +214,10 @@ std::string OnlineSession::missingForFirst() const {
   if (covered < length - 2.0 * medianInterval(series)) {
     return format("%.0f of %.0f s without a gap are buffered", covered, length);
   }
-  if (!hasBothSigns(series, range)) return "the last window holds no charge or no discharge";
+  if (!hasBothSigns(series, range)) return "the last window contains no charge or no discharge";
   const double window_quality = windowExcitation(series, range);
   if (window_quality >= options_.min_window_quality) return {};
-  return format("the last window's window quality is %.2f, below %.2f", window_quality,
+  return format("the quality of the last window is %.2f, below the required %.2f", window_quality,
                 options_.min_window_quality);
 }
 

@@ -71,8 +71,8 @@ void OnlineSession::watchForSwap(const Sample& sample) {
   const double surprise = monitor_.tracker().surprise();
   if (surprise < kSwapped) return;
   loseModel(
-      format("the saved model was given up: the first rest and cranks are %.1f standard deviations "
-             "from what it expected, as of another battery",
+      format("the saved model was dropped: the first rest and cranks are %.1f standard deviations "
+             "away from what it predicts, so this seems to be another battery",
              surprise));
   beginFromPopulation(sample);
 }
@@ -182,7 +182,7 @@ SessionStatus OnlineSession::status() const {
     status.reason += status.reason.empty() ? "" : "; ";
     status.reason += "answers rest on ";
     const bool has_priors = !knownOf(options_.identify.priors, {}).empty();
-    status.reason += basis_ != AnswerBasis::kPopulation ? "the trip before"
+    status.reason += basis_ != AnswerBasis::kPopulation ? "the previous trip"
                      : has_priors                       ? "the given priors"
                                                         : "what is known of lead-acid batteries";
     status.reason += " and this trip's samples" + (missing_.empty() ? "" : "; " + missing_);

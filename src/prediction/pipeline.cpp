@@ -115,7 +115,7 @@ void addCharging(std::string& reasons, const Fit& fit, const QueryRange& range) 
     const double enough = std::max(kUsefulWidth, kUsefulShare * seen.max_current);
     const double width = range.answered_current->upper - range.answered_current->lower;
     if (width > enough)
-      addReason(reasons, format("its 90 %% interval is %.1f A wide, at most %.1f A are of use",
+      addReason(reasons, format("its 90 %% interval is %.1f A wide, at most %.1f A are useful",
                                 width, enough));
     return;
   }
@@ -198,7 +198,7 @@ std::string denialOf(const FittedModel& model) {
   if (const auto& missed = model.intervals.missed_answer) {
     const double blocks = model.fit.series_blocks;
     addReason(reasons,
-              format("the last crank measured %.2f V, answered was %.2f to %.2f V",
+              format("the last crank measured %.2f V, outside the answered %.2f to %.2f V",
                      blocks * missed->measured, blocks * missed->lower, blocks * missed->upper));
   }
   return reasons;
@@ -230,9 +230,10 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   addReason(reasons, range.says_nothing);
   addReason(reasons, denialOf(model));
   if (range.beyond_identified > kDiscrepancyReach)
-    addReason(reasons,
-              format("the discrepancy is held at its range's end, %.0f mV from where it would be",
-                     1e3 * fit.series_blocks * range.beyond_identified));
+    addReason(
+        reasons,
+        format("the discrepancy is held at the end of its range, %.0f mV from where it would be",
+               1e3 * fit.series_blocks * range.beyond_identified));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature &&
       std::abs(*temperature - *seen.temperature) > kTemperatureReach)
@@ -248,7 +249,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   // With a source it is a share of explained variation, and the node's first model has none.
   if (!range.charges && !fit.source && fit.window.samples > 0 &&
       fit.window_quality < kUsefulQuality)
-    addReason(reasons, format("the window quality is %.2f, at least %.2f is of use",
+    addReason(reasons, format("the window quality is %.2f, at least %.2f is needed",
                               fit.window_quality, kUsefulQuality));
   std::vector<const char*> needed = {of_charging ? "r_charge" : "r_discharge"};
   if (!range.charges) needed.push_back("u_dc");

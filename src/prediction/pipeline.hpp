@@ -236,7 +236,7 @@ bool isRefused(Answer& answer, const Fit& fit, const std::string& faults) {
 }
 
 /// Asks a watch whether work goes on; broken off, the answer is emptied and says how far it came.
-/// @param what was done, behind the numbers.  @return whether it is broken off.
+/// @param what is counted, behind the numbers.  @return whether it is broken off.
 template <typename Answer>
 bool isBrokenOff(Answer& answer, const WorkWatch& watch, std::size_t done, std::size_t all,
                  const char* what) {
@@ -244,7 +244,7 @@ bool isBrokenOff(Answer& answer, const WorkWatch& watch, std::size_t done, std::
   if (why.empty()) return false;
   answer = {};
   answer.code = AnswerCode::kInvalidQuery;
-  answer.message = format("%zu of %zu %s when ", done, all, what) + why;
+  answer.message = format("stopped after %zu of %zu %s: ", done, all, what) + why;
   return true;
 }
 

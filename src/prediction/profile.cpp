@@ -50,7 +50,7 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   double time_before = 0.0;
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
-    if (isBrokenOff(answer, watch, n, time.size(), "samples were done")) return answer;
+    if (isBrokenOff(answer, watch, n, time.size(), "samples")) return answer;
     InputStep step = inputStep(time_before, current_before, time[n], current[n],
                                std::numeric_limits<double>::infinity());
     step.time += model.state.time;

@@ -115,7 +115,7 @@ std::vector<Finding> findSign(const Evidence& evidence) {
   return {Finding{
       "sign", is_reversed ? Severity::kProblem : Severity::kWarning,
       (is_reversed ? "voltage falls when current rises: correlation "
-                   : "voltage does not answer to current: correlation ") +
+                   : "voltage does not follow the current: correlation ") +
           number(correlation) + " at " + counted(edges, "edge"),
       is_reversed
           ? "discharge is counted as positive here; read the file as such (--discharge-positive)"
@@ -170,7 +170,7 @@ std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
                     "the voltage is negative: typically " + number(typical) + " V (" +
                         number(evidence.voltage.lowest) + " V to " +
                         number(evidence.voltage.highest) + " V)",
-                    "its sign is flipped, or the column is no voltage: negate the column, or name "
+                    "its sign is flipped, or the column is not a voltage: negate it, or name "
                     "another one (--voltage-column)",
                     typical, "V", evidence.series.size()}};
   return {Finding{
@@ -195,7 +195,7 @@ std::vector<Finding> findDeepDischarge(const Evidence& evidence) {
               Severity::kWarning,
               deep.toString(1.0),
               "a lead-acid battery that is discharged so deeply sulphates and loses capacity; a "
-              "model of the time before does not hold behind it",
+              "model of the time before it no longer applies",
               deep.deepest()->lowest,
               "V",
               0,
@@ -207,17 +207,17 @@ std::vector<Finding> findExcitation(const Evidence& evidence) {
   const double low = current.lowest, high = current.highest;
   if (!evidence.excited && evidence.voltage.highest - evidence.voltage.lowest >=
                                std::max(kMovingVoltage, kMovingSigmas * evidence.voltage.noise))
-    return {
-        excitation(Severity::kWarning,
-                   "the current is held at one value, " + number(low) +
-                       " A, while the voltage moves "
-                       "from " +
-                       number(evidence.voltage.values.front()) + " V to " +
-                       number(evidence.voltage.values.back()) + " V",
-                   "a bench, not a stuck sensor: how the voltage moves with the charge is in it; a "
-                   "resistance cannot be distinguished from the open-circuit voltage, and sign and "
-                   "skew cannot be checked",
-                   high - low)};
+    return {excitation(
+        Severity::kWarning,
+        "the current is held at one value, " + number(low) +
+            " A, while the voltage moves "
+            "from " +
+            number(evidence.voltage.values.front()) + " V to " +
+            number(evidence.voltage.values.back()) + " V",
+        "a bench, not a stuck sensor: it shows how the voltage moves with the charge, but a "
+        "resistance cannot be distinguished from the open-circuit voltage, and sign and "
+        "skew cannot be checked",
+        high - low)};
   if (!evidence.excited)
     return {
         excitation(Severity::kProblem,

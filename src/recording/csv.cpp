@@ -47,11 +47,14 @@ std::string separatorHint(const Layout& layout) {
   return other ? "; the file does not look comma-separated" : "";
 }
 
-std::size_t columnIndex(const Layout& layout, const std::string& name) {
+/// @param remedy what to do where the column is missing.
+std::size_t columnIndex(const Layout& layout, const std::string& name,
+                        const std::string& remedy = "") {
   const auto first = std::find(layout.names.begin(), layout.names.end(), name);
   if (first == layout.names.end())
     throw RecordingError(layout.path.string() + ": has no column \"" + shortened(name) +
-                         "\"; its columns are: " + someOf(layout.names) + separatorHint(layout));
+                         "\"; its columns are: " + someOf(layout.names) +
+                         (layout.names.size() == 1 ? separatorHint(layout) : remedy));
   if (std::find(first + 1, layout.names.end(), name) != layout.names.end())
     throw RecordingError(layout.path.string() + ": has column \"" + shortened(name) +
                          "\" more than once; its columns are: " + someOf(layout.names));
@@ -108,7 +111,10 @@ std::size_t columnOf(const Layout& layout, const std::string& name, const std::s
     throw RecordingError(layout.path.string() + ": has no column \"" + name + "\", and " +
                          someOf(found) + " may be the " + common.meaning + ": name one with " +
                          common.option);
-  if (found.empty()) return columnIndex(layout, name);
+  if (found.empty())
+    return columnIndex(
+        layout, name,
+        std::string("; name that of the ") + common.meaning + " with " + common.option);
   notes.push_back(std::string(common.meaning) + " is read from column \"" + found.front() + "\"");
   return columnIndex(layout, found.front());
 }

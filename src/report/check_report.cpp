@@ -95,7 +95,9 @@ std::string crankText(const CrankCurrent& crank, std::size_t count) {
     case CrankCurrent::Source::kUsual:
       if (crank.pulse)
         return what + " (the usual value, which most of the short pulses here reach)";
-      why = " (the usual value: no short pulse here stands clear of the other loads)";
+      why =
+          " (the usual value, because no short pulse here lowers the voltage enough to suggest "
+          "another)";
       break;
     case CrankCurrent::Source::kRecording:
       return what + " (read off the largest repeated pulses, of " + number(*crank.pulse) + " A)";
@@ -112,7 +114,7 @@ std::string eventsText(const EventSummary& summary, const CrankCurrent& crank) {
   }
   text += wrapped("    ", crankText(crank, summary.of(EventKind::kCrank).count));
   text += "    " + number(summary.charge_in / kSecondsPerHour) + " Ah in, " +
-          number(-summary.charge_out / kSecondsPerHour) + " Ah out\n";
+          number((0.0 - summary.charge_out) / kSecondsPerHour) + " Ah out\n";
   if (!summary.max_charge_voltage) return text;
   return text + "    charges: " + std::to_string(summary.long_charges) +
          " longer than 10 s, the longest " + duration(summary.longest_charge) + ", at " +

@@ -26,7 +26,7 @@ BatteryModel modelOf(const FieldReader& file, const std::vector<std::string>& ef
   try {
     return BatteryModel(effects);
   } catch (const std::invalid_argument& error) {
-    file.fail("effects", std::string("are no model's: ") + error.what());
+    file.fail("effects", std::string("are not those of a model: ") + error.what());
   }
 }
 
@@ -36,7 +36,7 @@ KnownPopulation populationOf(const FieldReader& file) {
   std::sort(population.effects.begin(), population.effects.end());
   const BatteryModel model = modelOf(file, population.effects);
   file.map("parameters", [&](const FieldReader& parameters) {
-    if (!parameters.node().IsMap()) file.fail("parameters", "is no map of names");
+    if (!parameters.node().IsMap()) file.fail("parameters", "is not a map of names");
     for (const ParameterInfo& info : model.parameters())
       if (parameters.has(info.name))
         parameters.map(info.name, [&](const FieldReader& one) {

@@ -186,7 +186,7 @@ class FieldReader {
     if (!node_.IsMap() || node_.Style() != YAML::EmitterStyle::Flow) return;
     for (const auto& entry : node_)
       require(!entry.second.IsNull() && !(entry.first.IsScalar() && numberOf(entry.first.Scalar())),
-              textOf(entry.first), "is no key with a value" + std::string(kPoint));
+              textOf(entry.first), "is not a key with a value" + std::string(kPoint));
   }
 
   void number(const std::string& key, double& value, Range range = {}) const {
@@ -329,7 +329,7 @@ class FieldReader {
       if (asked->second.count(key) == 0)
         FieldReader(node, source_, path)
             .fail(printable(key),
-                  "is no key here, expected " +
+                  "is not a known key here, expected " +
                       join(std::vector<std::string>(asked->second.begin(), asked->second.end())));
       refuseOthers(entry.second, path + "." + key);
     }

@@ -49,7 +49,7 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
   const bool names =
       diagnosis.verdict == Verdict::kEffect || diagnosis.verdict == Verdict::kSeveral;
   const std::vector<std::string>& effects = diagnosis.extended.fit.effects;
-  if (!allowed) return {{}, "not asked for: parameter use_diagnosis is false"};
+  if (!allowed) return {{}, "not requested: the parameter use_diagnosis is false"};
   if (!names && !diagnosis.extended.fit.discrepancy)
     return {{}, "nothing to adopt: the verdict is " + toString(diagnosis.verdict)};
   if (diagnosis.extended.fit.source)
@@ -58,13 +58,13 @@ Adoption adoptionOf(const Diagnosis& diagnosis, bool allowed) {
             "its effects by itself"};
   if (diagnosis.withheld_rmse)
     return {{},
-            "nothing to adopt: what was found predicts the part that was held out worse than the "
-            "base model"};
+            "nothing to adopt: the extended model predicts the part that was held out worse "
+            "than the base model"};
   if (std::all_of(effects.begin(), effects.end(), isInstrument))
-    return {
-        {},
-        "nothing to adopt: instruments are to be repaired, not modelled (" + marked(effects) + ")"};
-  return {effects, "fitted to the next windows, while no fit is refused: " + marked(effects),
+    return {{},
+            "nothing to adopt: faults of instruments should be repaired, not modelled (" +
+                marked(effects) + ")"};
+  return {effects, "fitted to the next windows until such a fit is refused: " + marked(effects),
           diagnosis.extended.fit.discrepancy};
 }
 

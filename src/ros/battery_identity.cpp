@@ -26,7 +26,7 @@ BatteryIdentity::Sample BatteryIdentity::observe(const sensor_msgs::BatteryState
 BatteryIdentity::Sample BatteryIdentity::judge(const sensor_msgs::BatteryState& message) {
   was_present_ = was_present_ || message.present;
   if (was_present_ && !message.present) {
-    why_none_ = "the battery is not present: its samples are left out";
+    why_none_ = "the battery is reported as not present, so its samples are ignored";
     return Sample::kOfNone;
   }
   const std::string serial_number = nameOf(message.serial_number);
@@ -39,7 +39,7 @@ BatteryIdentity::Sample BatteryIdentity::judge(const sensor_msgs::BatteryState& 
   other_ = serial_number;
   if (others_ < kConvinced) {
     why_none_ =
-        "samples of serial number " + other_ + " are left out, the battery's is " + serial_number_;
+        "samples with serial number " + other_ + " are ignored, the battery's is " + serial_number_;
     return Sample::kOfNone;
   }
   others_ = 0;

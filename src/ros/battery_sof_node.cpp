@@ -218,11 +218,11 @@ void BatterySofNode::take(const sensor_msgs::BatteryState& message) {
 
 void BatterySofNode::beginOtherBattery() {
   record_.other_battery =
-      "the serial number became " + battery_.serialNumber() + ": another battery is followed";
+      "the serial number changed to " + battery_.serialNumber() + ": another battery is followed";
   ROS_WARN("%s", record_.other_battery.c_str());
   session_.beginAnew();
   if (stands_on_state_file_)
-    ROS_WARN("the saved model is of the battery before: %s", state_file_.setAside().c_str());
+    ROS_WARN("the saved model belongs to the previous battery: %s", state_file_.setAside().c_str());
   stands_on_state_file_ = false;
 }
 
@@ -238,7 +238,7 @@ void BatterySofNode::push(const RawSample& sample) {
     ROS_WARN("%s", session_.status().deep_discharge.c_str());
   for (const EventComparison& crank : events.cranks) logCrank(crank);
   if (auto job = session_.takeDueJob()) {
-    ROS_INFO("identification begins on %zu samples", job->series.size());
+    ROS_INFO("starting an identification on %zu samples", job->series.size());
     worker_.post([this, job = std::move(*job)] { onIdentification(job, 0); });
   }
   diagnoses_.beginIfDue(session_.series(), subscriber_.getTopic(), session_.driving());
@@ -247,16 +247,16 @@ void BatterySofNode::push(const RawSample& sample) {
 
 void BatterySofNode::logCrank(const EventComparison& crank) const {
   const Interval& expected = crank.expected;
-  std::string answered = "no query was answered before";
+  std::string answered = "no query was answered before it";
   if (last_answer_) {
     const Interval& u_min = last_answer_->u_min;
-    answered = format("the last answer, %.1f s before for %.0f A, was %.2f V [%.2f, %.2f]",
+    answered = format("the last answer, %.1f s earlier and for %.0f A, was %.2f V [%.2f, %.2f]",
                       crank.time - last_answer_->time, last_answer_->query.i_cranking, u_min.value,
                       u_min.lower, u_min.upper);
   }
   ROS_INFO(
-      "crank at %.2f s, %.0f A: measured %.2f V; expected of this current %.2f V [%.2f, %.2f]; %s",
-      crank.time, crank.current, crank.measured, expected.value, expected.lower, expected.upper,
+      "crank at %.2f s: measured %.2f V at %.0f A, for which %.2f V [%.2f, %.2f] was expected; %s",
+      crank.time, crank.measured, crank.current, expected.value, expected.lower, expected.upper,
       answered.c_str());
 }
 

@@ -63,7 +63,7 @@ class GoalServer : public actionlib::ActionServer<Action> {
     message.result = result;
     if (status.status == actionlib_msgs::GoalStatus::RECALLED) {
       message.result.code = Result::RECALLED;
-      message.result.message = "the goal was cancelled before it was begun";
+      message.result.message = "the goal was cancelled before work on it began";
     }
     results_.publish(message);
     publishStatus();

@@ -20,7 +20,7 @@ int runAndReport() {
     const battery_sof::BatterySofNode node(ros::NodeHandle(), ros::NodeHandle("~"), options);
     ros::spin();
   } catch (const battery_sof::NodeOptionsError& error) {
-    ROS_FATAL("refusing to start, the parameters have faults:\n%s", error.what());
+    ROS_FATAL("not starting, because parameters are wrong:\n%s", error.what());
     return EXIT_FAILURE;
   } catch (const std::exception& error) {
     ROS_FATAL("%s", error.what());
@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
   try {
     ros::init(argc, argv, "battery_sof_node");
   } catch (const ros::Exception& error) {
-    ROS_FATAL("refusing to start, the command line or ROS_NAMESPACE has what is no ROS name: %s",
+    ROS_FATAL("not starting, because the command line or ROS_NAMESPACE has an invalid ROS name: %s",
               battery_sof::printable(error.what()).c_str());
     return kWrongUsage;
   }

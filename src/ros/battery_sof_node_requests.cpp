@@ -19,9 +19,10 @@ constexpr std::chrono::seconds kLongestWork{10};
 WorkWatch patience() {
   const auto end = std::chrono::steady_clock::now() + kLongestWork;
   return [end](double) -> std::string {
-    if (ros::isShuttingDown()) return "the node shut down";
+    if (ros::isShuttingDown()) return "the node is shutting down";
     if (std::chrono::steady_clock::now() < end) return "";
-    return format("%d s were over; ask for less at a time", static_cast<int>(kLongestWork.count()));
+    return format("it took more than %d s; ask for less at a time",
+                  static_cast<int>(kLongestWork.count()));
   };
 }
 
@@ -166,9 +167,8 @@ void BatterySofNode::onIdentifyCancel(IdentifyServer::GoalHandle goal) {
     goals->erase(std::remove(goals->begin(), goals->end(), goal), goals->end());
   IdentifyResult result;
   result.code = IdentifyResult::REFUSED;
-  result.message = is_last
-                       ? "cancelled; the fit that runs is not broken off, its result is discarded"
-                       : "cancelled";
+  result.message =
+      is_last ? "cancelled; the running fit continues, but its result is discarded" : "cancelled";
   goal.setCanceled(result, result.message);
 }
 

@@ -43,7 +43,7 @@ bool DiagnosisRunner::post(const Series& series, const std::string& name, double
   line_.runs = true;
   goal_id_.clear();
   cancelled_ = false;
-  ROS_INFO("diagnosis begins on %zu samples", series.size());
+  ROS_INFO("starting a diagnosis of %zu samples", series.size());
   worker_.post(
       [this, job = Job{{name, series, {}, series.size(), 0.0}, from_driving, goal}]() mutable {
         run(std::move(job));
@@ -62,7 +62,7 @@ void DiagnosisRunner::run(Job job) {
     result = resultOf(report, adoption);
     if (report.diagnosis) {
       publisher_.publish(result.diagnosis);
-      ROS_INFO("diagnosis (%s) after %.1f s: %s", result.diagnosis.verdict.c_str(),
+      ROS_INFO("diagnosis finished, verdict %s, after %.1f s: %s", result.diagnosis.verdict.c_str(),
                1e-3 * report.duration_ms, result.message.c_str());
     } else {
       ROS_WARN("%s", report.fault.c_str());

@@ -83,7 +83,7 @@ SetStandingQuery::Response responseOf(StandingQueries standing, const std::optio
   response.success = faults.empty();
   response.code =
       response.success ? SetStandingQuery::Response::OK : SetStandingQuery::Response::INVALID_QUERY;
-  response.message = response.success ? "asked with every status from the next one on"
+  response.message = response.success ? "these queries are answered from the next status on"
                                       : boost::replace_all_copy(faults, "\n", "; ");
   return response;
 }

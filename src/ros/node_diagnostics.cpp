@@ -33,7 +33,7 @@ void add(Status& status, const std::string& events, const char* unit, const Kind
 
 void reportDataRate(Status& status, const Snapshot& now, const Snapshot& before) {
   const auto &then = before.status.newest_time, &newest = now.status.newest_time;
-  std::optional<double> rate;  // [Hz] by the stamps, since the last look
+  std::optional<double> rate;  // [Hz] by the stamps, since the last report
   if (then && newest && *newest > *then)
     rate = static_cast<double>(now.counts.accepted - before.counts.accepted) / (*newest - *then);
   if (!newest) {
@@ -44,7 +44,7 @@ void reportDataRate(Status& status, const Snapshot& now, const Snapshot& before)
   } else if (!now.status.not_valid.empty()) {
     status.summary(Level::ERROR, "no answer is valid, " + now.status.not_valid);
   } else {
-    status.summary(Level::OK, rate ? "samples arrive" : "no new sample since the last look");
+    status.summary(Level::OK, rate ? "samples arrive" : "no new sample since the last report");
   }
   status.add("rate by stamps [Hz]", shown(rate));
   status.add("accepted", now.counts.accepted);
@@ -57,12 +57,12 @@ void reportRejected(Status& status, const Snapshot& now, const Snapshot& before)
   const std::size_t fresh = total - before.counts.rejectedTotal();
   const std::size_t hot = now.counts.rejected_temperatures;
   const std::string temperatures =
-      hot == 0 ? "" : format("; %zu temperatures are out of range and left out", hot);
+      hot == 0 ? "" : format("; %zu temperatures were out of range and ignored", hot);
   if (fresh > 0 || hot > before.counts.rejected_temperatures) {
-    status.summaryf(Level::WARN, "%zu rejected since the last look, %zu in all%s", fresh, total,
-                    temperatures.c_str());
+    status.summaryf(Level::WARN, "%zu samples rejected since the last report, %zu in total%s",
+                    fresh, total, temperatures.c_str());
   } else {
-    status.summaryf(Level::OK, "%zu rejected in all%s", total, temperatures.c_str());
+    status.summaryf(Level::OK, "%zu samples rejected in total%s", total, temperatures.c_str());
   }
   status.add("missing value", rejected.missing_value);
   status.add("not finite", rejected.not_finite);
@@ -81,7 +81,7 @@ void reportBattery(Status& status, const Snapshot& now, const Snapshot&) {
     status.summary(Level::WARN, deep);
   } else {
     status.summary(Level::OK,
-                   now.other_battery.empty() ? "no deep discharge was seen" : now.other_battery);
+                   now.other_battery.empty() ? "no deep discharge so far" : now.other_battery);
   }
   status.add("serial number", now.battery.serialNumber());
   status.add("location", now.battery.location());
@@ -102,9 +102,9 @@ void reportIdentification(Status& status, const Snapshot& now, const Snapshot&) 
   status.add("model age [s]", shown(session.model_age));
   status.add("window quality", shown(session.window_quality));
   status.add("last fit [ms]", shown(now.fit_ms));
-  status.add("source", session.charger_present ? "seen" : "not seen");
+  status.add("charger", session.charger_present ? "detected" : "not detected");
   status.add("samples with a controlled voltage [%]", shown(session.charger_share, 100.0));
-  status.add("driven by now", session.voltage_controlled ? "voltage" : "current");
+  status.add("input of the model", session.voltage_controlled ? "voltage" : "current");
   status.add("state file", now.state_file);
   status.add("internal faults", now.internal_faults);
 }
@@ -113,9 +113,9 @@ void reportPredictionError(Status& status, const Snapshot& now, const Snapshot&)
   const BacktestScore& backtest = now.status.backtest;
   const EventTallies& events = now.events;
   if (!backtest.q_dyn_percent) {
-    status.summary(Level::OK, "nothing to compare yet");
+    status.summary(Level::OK, "no prediction to compare yet");
   } else if (*backtest.q_dyn_percent < 0.0) {
-    status.summaryf(Level::WARN, "Q_dyn is %.1f %%: a constant would predict better",
+    status.summaryf(Level::WARN, "Q_dyn is %.1f %%, so a constant would predict better",
                     *backtest.q_dyn_percent);
   } else {
     status.summaryf(Level::OK, "Q_dyn is %.1f %%", *backtest.q_dyn_percent);
@@ -129,16 +129,16 @@ void reportPredictionError(Status& status, const Snapshot& now, const Snapshot&)
 void reportResponseTimes(Status& status, const Snapshot& now, const Snapshot&) {
   const ResponseTimes& times = now.response_times;
   if (times.sample_longest_ms > kLateSample) {
-    status.summaryf(Level::WARN, "a sample waited %.0f ms", times.sample_longest_ms);
+    status.summaryf(Level::WARN, "a sample waited for %.0f ms", times.sample_longest_ms);
   } else {
-    status.summaryf(Level::OK, "%zu queries, 99 %% of the last within %.2f ms", times.queries,
-                    times.query_p99_ms);
+    status.summaryf(Level::OK, "%zu queries, 99 %% of the recent ones answered within %.2f ms",
+                    times.queries, times.query_p99_ms);
   }
   status.add("queries", times.queries);
   status.add("query work p99 [ms]", times.query_p99_ms);
   status.add("query work longest [ms]", times.query_longest_ms);
   status.add("sample delay p99 [ms]", times.sample_p99_ms);
-  status.add("sample delay longest since the last look [ms]", times.sample_longest_ms);
+  status.add("sample delay longest since the last report [ms]", times.sample_longest_ms);
 }
 
 void reportDiagnosis(Status& status, const Snapshot& now, const Snapshot&) {
@@ -146,7 +146,7 @@ void reportDiagnosis(Status& status, const Snapshot& now, const Snapshot&) {
   if (!line.fault.empty()) {
     status.summary(Level::WARN, line.fault);
   } else if (line.verdict.empty()) {
-    status.summary(Level::OK, line.runs ? "the first diagnosis runs" : "no diagnosis yet");
+    status.summary(Level::OK, line.runs ? "the first diagnosis is running" : "no diagnosis yet");
   } else {
     status.summary(Level::OK, line.verdict + ": " + line.summary);
   }

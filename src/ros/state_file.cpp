@@ -20,7 +20,7 @@ std::string faultOf(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found || fs::is_regular_file(status)) return "";
-  const std::string why = error ? error.message() : "it is no regular file";
+  const std::string why = error ? error.message() : "it is not a regular file";
   return printable(path.string()) + " cannot be used: " + why;
 }
 
@@ -56,11 +56,11 @@ fs::path freeName(const fs::path& file) {
 StateFile::Result StateFile::read() const {
   if (path_.empty()) return {};
   const std::string fault = faultOf(path_), name = printable(path_.string());
-  if (!fault.empty()) return {"no saved model: " + fault, true};
+  if (!fault.empty()) return {"no saved model was loaded: " + fault, true};
   try {
     removeDrafts(linkTarget(path_));
-    if (!fs::exists(path_)) return {"no saved model in " + name + " yet"};
-    return {"read the saved model in " + name, false, readModelFile(path_)};
+    if (!fs::exists(path_)) return {"there is no saved model in " + name + " yet"};
+    return {"loaded the saved model from " + name, false, readModelFile(path_)};
   } catch (const std::exception& error) {
     return {"the saved model is not used: " + printable(error.what()) + "; " + setAside(), true};
   }
@@ -85,7 +85,7 @@ std::string StateFile::setAside() const {
   const fs::path file = linkTarget(path_), aside = freeName(file);
   std::error_code error;
   fs::rename(file, aside, error);
-  return error ? "it cannot be set aside: " + error.message()
+  return error ? "it could not be set aside: " + error.message()
                : "it was set aside as " + printable(aside.string());
 }
 

@@ -12,7 +12,7 @@ namespace battery_sof {
  * @brief The file in which the accepted model outlives the node.
  *
  * Read once, at the start. What cannot be used is set aside as FILE.refused (FILE.refused.1, .2 ...
- * where there is one), so that it is not read again and again; what is no regular file (a device, a
+ * where there is one), so that it is not read again and again; what is not a regular file (a device, a
  * pipe, a loop of links) is neither read, moved nor written. A symbolic link stays: the file that
  * it names is read, set aside and written, and may be missing. Nothing here throws or waits.
  */

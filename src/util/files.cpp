@@ -166,12 +166,12 @@ std::string readRegularFile(const fs::path& path, std::size_t largest) {
   };
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (fs::exists(status) && !fs::is_regular_file(status)) refuse("is no regular file");
+  if (fs::exists(status) && !fs::is_regular_file(status)) refuse("is not a regular file");
   // Without O_NONBLOCK opening a pipe waits for its writer.
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   struct stat facts {};
   if (file < 0 || ::fstat(file, &facts) != 0) refuse_reading();
-  if (!S_ISREG(facts.st_mode)) refuse("is no regular file");
+  if (!S_ISREG(facts.st_mode)) refuse("is not a regular file");
   std::string text;
   char block[65536];
   for (ssize_t count = 0; (count = ::read(file, block, sizeof block)) != 0;) {

@@ -119,9 +119,9 @@ class DiagnosisWhileDriving(NodeTest):
 
     def begin(self, node, name, into):
         """A diagnosis of a drive with much to find, which takes several seconds; `into` [s] into it."""
-        known = node.text().count("diagnosis begins")
+        known = node.text().count("starting a diagnosis")
         goal = Goal(name, "diagnose", DiagnoseAction)
-        wait_until(lambda: node.text().count("diagnosis begins") > known, 10, "a diagnosis begins")
+        wait_until(lambda: node.text().count("starting a diagnosis") > known, 10, "a diagnosis begins")
         time.sleep(into)
         return goal
 

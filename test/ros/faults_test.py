@@ -161,7 +161,7 @@ class Faults(NodeTest):
             wait_until(recalled, 20, "a recalled goal")
             result = results.newest()
             self.assertEqual(result.result.code, result.result.RECALLED)
-            self.assertEqual(result.result.message, "the goal was cancelled before it was begun")
+            self.assertEqual(result.result.message, "the goal was cancelled before work on it began")
 
     def test_a_clock_that_jumps_by_a_century_stops_no_status(self):
         rospy.set_param("/century/use_sim_time", True)

@@ -124,7 +124,7 @@ class Options(NodeTest):
             node = Program(program("battery_sof_node"), argument)
             self.addCleanup(node.stop)
             self.assertEqual(node.wait(20), 2, node.text())
-            self.assertIn("refusing to start, the command line or ROS_NAMESPACE has what is no ROS name", node.text())
+            self.assertIn("not starting, because the command line or ROS_NAMESPACE has an invalid ROS name", node.text())
             self.assertIn(argument.split(":=")[1], node.text())
 
 

@@ -52,7 +52,7 @@ class OtherBattery(NodeTest):
         first = dict(serial_number="A1", design_capacity=70.0, location="left", present=True)
         self.until("unnamed", first, lambda name, _, values: (name, values["capacity [Ah]"], values["location"]) == ("A1", "70", "left"), "A1 of 70 Ah")
         status.wait(lambda s: s.state == SofStatus.READY, 20, "an answer")
-        self.until("unnamed", dict(first, present=False), lambda _, said, __: said == "the battery is not present: its samples are left out", "not present")
+        self.until("unnamed", dict(first, present=False), lambda _, said, __: said == "the battery is reported as not present, so its samples are ignored", "not present")
         status.wait(lambda s: s.state == SofStatus.NO_DATA and "not present" in s.reason, 20, "no battery")
         accepted = status.newest().accepted
         self.until("unnamed", dict(first, serial_number="B2", design_capacity=float("nan")),

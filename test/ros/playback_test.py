@@ -215,7 +215,7 @@ class Playback(NodeTest):
             if goal.state() == GoalStatus.PREEMPTED:
                 break
         self.assertEqual((goal.state(), result.accepted, result.code), (GoalStatus.PREEMPTED, False, IdentifyResult.REFUSED))
-        self.assertEqual(result.message, "cancelled; the fit that runs is not broken off, its result is discarded")
+        self.assertEqual(result.message, "cancelled; the running fit continues, but its result is discarded")
         after = Goal(node, "identify", IdentifyAction)  # waits for that fit
         self.assertTrue(after.wait(20.0).accepted)
         self.assertIn("identification refused: the goal was cancelled", self.node.text())

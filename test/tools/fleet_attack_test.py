@@ -301,7 +301,7 @@ class Attack(unittest.TestCase):
         with contextlib.closing(sqlite3.connect(os.path.join(out, database.NAME))) as base:
             reasons = dict(base.execute("SELECT name, reason FROM recording"))
             steps_of = dict(base.execute("SELECT step, s.reason FROM step s JOIN recording USING (recording) WHERE name = 'slow.bag'"))
-        for name, reason in ((r"n\xff.csv", "no UTF-8, rename it"), ("fifo.csv", "no regular file"), ("zero.csv", "no regular file"), ("zero", "no regular file"), ("data", "no regular file"),
+        for name, reason in ((r"n\xff.csv", "no UTF-8, rename it"), ("fifo.csv", "not a regular file"), ("zero.csv", "not a regular file"), ("zero", "not a regular file"), ("data", "not a regular file"),
                              ("loop.csv", "symbolic links"), ("a\0b.csv", "null byte"), (r"half\ud800.csv", "no UTF-8"), ("new\nline\x1b[31m.csv", "findings is 5, expected a list")):
             self.assertIn(reason, reasons[name])
         self.assertEqual(len(reasons), 10)

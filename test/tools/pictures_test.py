@@ -12,9 +12,10 @@ from battery_sof_tools.files import ROOT, pages_of_docs, read_text
 from battery_sof_tools.sof import program
 
 PICTURES = os.path.join(ROOT, "docs", "pictures")
-BY_HAND = {"circuit.svg", "data_flow.svg", "energy_manager_sequence.svg", "node_states.svg", "query_sequence.svg"}
+BY_HAND = {"circuit.svg", "energy_manager_sequence.svg", "node_states.svg", "query_sequence.svg"}
 WORKED = {name.replace("diagnosis", "worked") for name in page_pictures.WORKED}
-DRAWN = {name + ".svg" for name in (*page_drawings.SIMULATED, *page_drawings.MEASURED, page_drawings.DIAGRAM)}
+ANSWERED = {**page_drawings.SIMULATED, **page_drawings.MEASURED, **page_drawings.PLAYED}  # what programs answered
+DRAWN = {name + ".svg" for name in (*page_drawings.files_of(ANSWERED), *page_drawings.DIAGRAMS)}
 TOLERANCE = 1e-3  # of the largest number of a list: what another compiler changes
 
 
@@ -40,21 +41,44 @@ class Pictures(unittest.TestCase):
         self.assertEqual(there, BY_HAND | WORKED | DRAWN | set(page_pictures.PICTURES) | set(live_pictures.PICTURES))
         shown = set()
         for page in ("README.md", *pages_of_docs()):
-            shown |= set(re.findall(r"!\[[^\]]+\]\((?:docs/|\.\./)?pictures/([^)]+)\)", read_text(os.path.join(ROOT, page))))
+            text = read_text(os.path.join(ROOT, page))
+            shown |= set(re.findall(r"!\[[^\]]+\]\((?:docs/|\.\./)?pictures/([^)]+)\)", text))
+            shown |= set(re.findall(r'(?:srcset|<img src)="(?:docs/)?pictures/([^"]+)"', text))
         self.assertEqual(there, shown)
 
     def test_drawings_show_what_sof_answers(self):
         with tempfile.TemporaryDirectory(prefix="some drawings ") as folder:
-            for name, (shown, _) in page_drawings.SIMULATED.items():
+            for name, (shown, *_) in page_drawings.SIMULATED.items():
                 now = page_drawings.kept(shown(program(os.environ["BATTERY_SOF_BUILD"], "sof"), folder))
                 self.assertTrue(same(page_drawings.numbers_of(os.path.join(PICTURES, name + ".svg")), now), f"{name} is behind: run scripts/page_drawings")
 
-    def test_drawings_of_measured_recordings_have_their_numbers(self):
-        for name in page_drawings.MEASURED:
-            self.assertTrue(page_drawings.numbers_of(os.path.join(PICTURES, name + ".svg")), name)
+    def test_a_narrow_drawing_has_the_numbers_of_the_wide_one(self):
+        for file, (name, _) in page_drawings.files_of(ANSWERED).items():
+            numbers = page_drawings.numbers_of(os.path.join(PICTURES, file + ".svg"))
+            self.assertTrue(numbers, file)
+            self.assertEqual(numbers, page_drawings.numbers_of(os.path.join(PICTURES, name + ".svg")), file)
+
+    def test_every_effect_is_drawn_and_changes_the_voltage(self):
+        added = page_drawings.numbers_of(os.path.join(PICTURES, "effect_signatures.svg"))["added_mv"]
+        files = glob.glob(os.path.join(ROOT, "src", "model", "effects", "*.cpp"))
+        self.assertEqual(set(added), {os.path.basename(file)[:-4] for file in files if "effectOf<" in read_text(file)})
+        for name, values in added.items():
+            self.assertGreater(max(map(abs, values)), 0.1, name)
+
+    def test_the_trips_pass_through_the_bases_that_the_nodes_page_lists(self):
+        first, second = page_drawings.numbers_of(os.path.join(PICTURES, "trips_of_the_node.svg"))
+        seen = [[basis for _, _, basis in trip["basis"]] for trip in (first, second)]
+        self.assertEqual([basis for k, basis in enumerate(seen[0]) if basis not in seen[0][:k]], ["NO_DATA", "population", "this_trip"])
+        self.assertEqual(seen[0].count("NO_DATA"), 2)  # before the first sample, and while the sensor is silent
+        self.assertEqual(seen[1], ["NO_DATA", "previous_trip", "this_trip"])
+        listed = re.findall(r"^\| `(\w+)` \|", read_text(os.path.join(ROOT, "docs", "node.md")).partition("| answer_basis |")[2].partition("\n\n")[0], re.M)
+        self.assertEqual(set(sum(seen, [])), {"NO_DATA", *listed})
+
+    def test_diagrams_are_of_the_sources(self):
+        for name, drawing in page_drawings.DIAGRAMS.items():
+            self.assertEqual(read_text(os.path.join(PICTURES, name + ".svg")), drawing(), f"run scripts/page_drawings --only {name}")
 
     def test_the_node_is_drawn_with_what_it_advertises(self):
-        self.assertEqual(read_text(os.path.join(PICTURES, page_drawings.DIAGRAM + ".svg")), node_drawing.drawing(), "run scripts/page_drawings --only node_interface")
         listed = {kind: set(re.findall(r"\| `~(\w+)`[,|\s]", part)) for kind, part in parts_of_the_nodes_page().items()}
         self.assertEqual({kind: set(names) for kind, names in node_drawing.interface().items()}, listed)
         self.assertEqual({name for names in node_drawing.interface().values() for name in names} - set(node_drawing.USES), set())

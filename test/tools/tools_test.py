@@ -163,6 +163,8 @@ class Site(unittest.TestCase):
         self.assertEqual(outside, {"LICENSE"})
         self.assertEqual(docs_site.fitted("![p](../pictures/circuit.svg) [r](../../README.md)", "docs/decisions/0001-robust-start.md", outside),
                          "![p](../pictures/circuit.svg) [r](../index.md)")
+        self.assertEqual(docs_site.fitted('<source media="m" srcset="docs/pictures/a.svg">\n<img src="docs/pictures/b.svg" alt="b">', "README.md", outside),
+                         '<source media="m" srcset="pictures/a.svg">\n<img src="pictures/b.svg" alt="b">')
 
     def test_a_link_to_nothing_is_left_for_mkdocs_to_refuse(self):
         self.assertEqual(docs_site.fitted("[x](nowhere.md)", "README.md", set()), "[x](nowhere.md)")

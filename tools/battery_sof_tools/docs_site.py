@@ -19,6 +19,7 @@ from .files import ROOT, pages_of_docs, read_text, write_text
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = {"README.md": "index.md", "CONTRIBUTING.md": "CONTRIBUTING.md"}  # pages outside docs/, and what they are called in the site
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s#]*)(#[^)\s]*)?\)")
+PICTURE = re.compile(r'(<source [^>]*srcset|<img src)="([^":]+)"')  # of an element that chooses a picture by the width of the screen
 FILES = "files"
 SETTINGS = """INHERIT: {settings}
 docs_dir: {pages}
@@ -52,7 +53,11 @@ def fitted(text, page, outside):
             outside.add(path)
         return f"{mark}[{words}]({os.path.relpath(place, here or '.')}{anchor})"
 
-    return LINK.sub(link, text)
+    def picture(match):
+        place = place_in_site(os.path.normpath(os.path.join(os.path.dirname(page), match[2])))
+        return f'{match[1]}="{os.path.relpath(place, here or ".")}"'
+
+    return PICTURE.sub(picture, LINK.sub(link, text))
 
 
 def assemble(folder):

@@ -25,9 +25,9 @@ def version():
 
 
 def require_regular(path):
-    """OSError for what is no regular file: a pipe or a device may never end."""
+    """OSError for what is not a regular file: a pipe or a device may never end."""
     if not stat.S_ISREG(os.stat(path).st_mode):
-        raise OSError(errno.EINVAL, "it is no regular file", path)
+        raise OSError(errno.EINVAL, "it is not a regular file", path)
 
 
 def utf8(text):

@@ -8,7 +8,7 @@ from html import escape
 
 from .files import ROOT, read_text
 
-WIDTH, LINE, MARGIN = 920, 19, 10  # [px]
+WIDTH, NARROW, LINE, MARGIN, GAP = 920, 400, 19, 10, 34  # [px]
 NODE = (300, 160)  # left edge and width of the node's box
 RIGHT = 585  # left edge of the boxes beside it
 FILL, EDGE, INK, GREY = "#eef4fa", "#0969a8", "#1b1f24", "#57606a"
@@ -44,8 +44,11 @@ class Svg:
     def arrow(self, x, y, to, both=False):
         self.parts.append(f'<path d="M{x:g} {y:g} H{to:g}" fill="none" stroke="{INK}" stroke-width="1.4"{" marker-start=" + chr(34) + "url(#head)" + chr(34) if both else ""} marker-end="url(#head)"/>')
 
-    def document(self, height, title, numbers):
-        head = f'''<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:g}" width="{WIDTH}" height="{height:g}" font-family="DejaVu Sans, Verdana, sans-serif" role="img">
+    def down(self, x, y, to, both=False):
+        self.parts.append(f'<path d="M{x:g} {y:g} V{to:g}" fill="none" stroke="{INK}" stroke-width="1.4"{" marker-start=" + chr(34) + "url(#head)" + chr(34) if both else ""} marker-end="url(#head)"/>')
+
+    def document(self, height, title, numbers, width=WIDTH):
+        head = f'''<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}" font-family="DejaVu Sans, Verdana, sans-serif" role="img">
 <title>{escape(title)}</title>
 <metadata xmlns:dc="http://purl.org/dc/elements/1.1/"><dc:description>{escape(json.dumps(numbers))}</dc:description></metadata>
 <defs><marker id="head" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="7" markerHeight="7" orient="auto-start-reverse"><path d="M0 0 L10 5 L0 10 z" fill="{INK}"/></marker></defs>
@@ -54,30 +57,57 @@ class Svg:
         return head + "\n".join(self.parts) + "\n</svg>\n"
 
 
-def group(svg, top, title, label, rows, both):
-    """A box of names beside the node, and its arrow. Returns where the next one may begin."""
+def names(svg, left, top, right, title, rows):
+    """A box of names, each with its use. Returns its height."""
     height = 34 + LINE * len(rows)
-    svg.box(RIGHT, top, WIDTH - RIGHT - MARGIN, height, "#ffffff", GREY)
-    svg.text(RIGHT + 12, top + 21, title, bold=True)
+    svg.box(left, top, right - left, height, "#ffffff", GREY)
+    svg.text(left + 12, top + 21, title, bold=True)
     for k, (name, use) in enumerate(rows):
         y = top + 21 + LINE * (k + 1)
-        svg.text(RIGHT + 12, y, name, size=12)
-        svg.text(WIDTH - MARGIN - 10, y, use, "end", 11, color=GREY)
+        svg.text(left + 12, y, name, size=12)
+        svg.text(right - 10, y, use, "end", 11, color=GREY)
+    return height
+
+
+def group(svg, top, title, label, rows, both):
+    """A box of names beside the node, and its arrow. Returns where the next one may begin."""
+    height = names(svg, RIGHT, top, WIDTH - MARGIN, title, rows)
     middle = top + height / 2
     svg.arrow(NODE[0] + NODE[1], middle, RIGHT, both)
     svg.text((NODE[0] + NODE[1] + RIGHT) / 2, middle - 7, label, "middle", 11)
     return top + height + 16
 
 
+def groups(found):
+    """Of names and their uses: title, what the node does with them, rows, whether something goes both ways."""
+    def rows(kind):
+        return [("~" + name, USES.get(name, "")) for name in found[kind]]
+
+    return [("Topics", "publishes", rows("topics") + [("/diagnostics", USES["/diagnostics"])], False),
+            ("Services", "answers", rows("services"), True), ("Actions", "works on goals", rows("actions"), True)]
+
+
+def narrow_drawing():
+    """For a narrow screen: what the node takes above it, and what it offers below."""
+    found, svg, right = interface(), Svg(), NARROW - MARGIN
+    bottom = MARGIN + names(svg, MARGIN, MARGIN, right, "Takes", [("battery_state", "sensor_msgs/BatteryState"), ("~state_file", "the model, kept over a restart")])
+    svg.box(MARGIN, bottom + GAP, right - MARGIN, 56)
+    svg.text(NARROW / 2, bottom + GAP + 24, "battery_sof_node", "middle", bold=True)
+    svg.text(NARROW / 2, bottom + GAP + 43, "follows the battery and fits in the background", "middle", 12)
+    svg.down(NARROW / 2, bottom, bottom + GAP)
+    bottom += GAP + 56
+    svg.down(NARROW / 2, bottom, bottom + GAP - MARGIN, True)
+    bottom += GAP - 2 * MARGIN
+    for title, _, rows, _ in groups(found):
+        bottom += MARGIN + names(svg, MARGIN, bottom + MARGIN, right, title, rows)
+    return svg.document(bottom + MARGIN, "battery_sof_node with its topics, services and actions", found, NARROW)
+
+
 def drawing():
     found, svg = interface(), Svg()
-
-    def rows(names):
-        return [("~" + name, USES.get(name, "")) for name in names]
-
-    bottom = group(svg, MARGIN, "Topics", "publishes", rows(found["topics"]) + [("/diagnostics", USES["/diagnostics"])], False)
-    bottom = group(svg, bottom, "Services", "answers", rows(found["services"]), True)
-    bottom = group(svg, bottom, "Actions", "works on goals", rows(found["actions"]), True)
+    bottom = MARGIN
+    for each in groups(found):
+        bottom = group(svg, bottom, *each)
     height = bottom - 16 + MARGIN
     left, width = NODE
     svg.box(left, MARGIN, width, height - 2 * MARGIN)

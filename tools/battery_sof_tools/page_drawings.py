@@ -2,10 +2,11 @@
 
     page_drawings --build B                those of simulated drives, and the node with its topics and services
     page_drawings --build B --data D       also a crank and a charge of a real car, and cranks measured and predicted
+    page_drawings --build B --play         also two trips of the node, in the environment of B/devel/setup.bash; some two minutes
 
-A drawing is two functions: what it shows, as numbers that `sof` gives, and how they are drawn. The numbers stand in the SVG file
-(numbers_of()), so that a test finds a drawing that is behind its command, whichever version of matplotlib drew it. The diagrams
-beside them (circuit, data_flow, node_states and the two sequences) are written by hand.
+A drawing is two functions: what it shows, as numbers that `sof` gives, and how they are drawn. Some are drawn a second time for a narrow
+screen, as NAME_narrow.svg. The numbers stand in the SVG file (numbers_of()), so that a test finds a drawing that is behind its command,
+whichever version of matplotlib drew it. The diagrams beside them (circuit, node_states and the two sequences) are written by hand.
 """
 
 import argparse
@@ -21,7 +22,7 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from . import node_drawing, recordings, score_next_window
+from . import effect_drawing, layer_drawing, node_drawing, recordings, score_next_window, trip_drawing
 from .files import ROOT, read_text, write_text
 from .recordings import CAR, column_options
 from .sof import call, program
@@ -82,28 +83,28 @@ def crank_over_stop(sof, folder):
             **{key: over[key] for key in ("u_min", "u_min_lower", "u_min_upper", "u_min_code")}}
 
 
-def draw_crank_over_stop(numbers):
+def draw_crank_over_stop(numbers, narrow=False):
     lower, upper = numbers["u_min_lower"], numbers["u_min_upper"]
-    figure, axes = plt.subplots(figsize=(7.6, 4.2), layout="constrained")
+    figure, axes = plt.subplots(figsize=(4.2, 5.2) if narrow else (7.6, 4.2), layout="constrained")
     axes.fill_between(STOPS, lower, upper, color=BAND, alpha=0.6, linewidth=0, label="90 % interval")
     axes.plot(STOPS, numbers["u_min"], color=BLUE, linewidth=2, label="lowest voltage of the crank")
     axes.axhline(LIMIT, color=RED, linestyle="--", linewidth=1.4, label="required by the starter, 7.2 V")
     value, low, high = numbers["crank"]
     axes.errorbar([STOP], [value], [[value - low], [high - value]], color=INK, capsize=5, marker="o", markersize=6, linewidth=1.6, zorder=5)
-    axes.annotate(f"sof crank --t-stop {STOP:.0f}\n{value:.2f} V, 90 % between {low:.2f} and {high:.2f} V:\nholds, the lower end is above the limit", (STOP, high), (STOP + 8, max(upper) + 0.04),
-                  fontsize=9, va="top", color=INK, arrowprops={"arrowstyle": "->", "color": INK, "shrinkB": 4})
+    verdict = f"{value:.2f} V, 90 % between\n{low:.2f} and {high:.2f} V: holds,\nthe lower end is above the limit" if narrow else f"{value:.2f} V, 90 % between {low:.2f} and {high:.2f} V:\nholds, the lower end is above the limit"
+    axes.annotate(f"sof crank --t-stop {STOP:.0f}\n{verdict}", (STOP, high), (STOP + (16 if narrow else 8), max(upper) + 0.04), fontsize=9, va="top", color=INK, arrowprops={"arrowstyle": "->", "color": INK, "shrinkB": 4})
     ends, assured = numbers["stop_time"]
     bottom = min(lower) - 0.3
-    for time, text in ((assured, f"sof stop-time\nassured up to {assured:.0f} s"), (ends, f"sof stop-time\nexpected end {ends:.0f} s")):
+    for time, text, away in ((assured, f"sof stop-time\nassured to {assured:.0f} s", 0.03), (ends, f"sof stop-time\nexpected end {ends:.0f} s", 0.19 if narrow else 0.03)):
         axes.plot([time, time], [bottom, LIMIT], color=GREEN, linewidth=1.4, linestyle=":")
         axes.plot([time], [LIMIT], color=GREEN, marker="D", markersize=6, zorder=5)
-        axes.text(time + 1.5, bottom + 0.03, text, fontsize=9, color=GREEN, va="bottom")
+        axes.text(time + 1.5, bottom + away, text, fontsize=9, color=GREEN, va="bottom")
     axes.set_xlim(0, STOPS[-1])
     axes.set_ylim(bottom, max(upper) + 0.06)
     axes.set_xlabel("length of the stop, at -15 A [s]")
     axes.set_ylabel("voltage [V]")
-    axes.set_title("Crank of 0.4 s at -550 A after a stop: an old battery at -15 degC", fontsize=10, loc="left")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False, fontsize=9)
+    axes.set_title("Crank of 0.4 s at -550 A after a stop:" + ("\n" if narrow else " ") + "an old battery at -15 degC", fontsize=10, loc="left")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14 if narrow else -0.16), ncols=1 if narrow else 3, frameon=False, fontsize=9)
     return figure
 
 
@@ -137,11 +138,15 @@ def three_answers(sof, folder):
             "mean_charge": float(current[held].mean()), "held": float(np.median(voltage[held])), "expected": over["u_min"]}
 
 
-def draw_three_answers(numbers):
+def draw_three_answers(numbers, narrow=False):
+    def lines(text):
+        """A text with fewer line breaks on a wide drawing: those after a space are for a narrow one."""
+        return text.replace(" \n", "\n") if narrow else text.replace(" \n", " ")
+
     time, current, voltage = (np.array(numbers[key]) for key in ("time", "current", "voltage"))
     stop, recharge = PHASES[1][0], sum(phase[0] for phase in PHASES[1:4])
     expected = np.array(numbers["expected"])
-    figure, (above, below) = plt.subplots(2, 1, figsize=(8.4, 6.0), sharex=True, height_ratios=(3, 2), layout="constrained")
+    figure, (above, below) = plt.subplots(2, 1, figsize=(4.2, 6.6) if narrow else (8.4, 6.0), sharex=True, height_ratios=(3, 2), layout="constrained")
     for axes in (above, below):
         axes.axvspan(0, stop, color="#f0f2f5", linewidth=0)
         axes.axvspan(recharge, recharge + T_SOF2, color="#e6f2e8", linewidth=0)
@@ -149,33 +154,33 @@ def draw_three_answers(numbers):
     above.axhline(LIMIT, color=RED, linestyle="--", linewidth=1.2)
     above.text(-BEFORE + 0.5, LIMIT + 0.08, "u_required", color=RED, fontsize=9, va="bottom")
     above.plot(ENDS, expected, color=BLUE, linewidth=1.6, linestyle=(0, (5, 2)))
-    above.text(1.5, expected[0] + 0.35, "expected lowest voltage of a crank,\nif the stop ended here", color=BLUE, fontsize=9, va="bottom")
+    above.text(1.5, expected[0] + 0.35, lines("expected lowest \nvoltage of a crank,\nif the stop \nended here"), color=BLUE, fontsize=9, va="bottom")
     lowest = int(np.argmin(voltage))
     above.plot([time[lowest]], [voltage[lowest]], color=BLUE, marker="o", markersize=7, zorder=5)
-    above.annotate("SOF1: lowest voltage\nof the crank", (time[lowest], voltage[lowest]), (time[lowest] + 7, voltage[lowest] + 1.4), fontsize=10, fontweight="bold", color=BLUE, va="center",
+    above.annotate(lines("SOF1: lowest \nvoltage\nof the crank"), (time[lowest], voltage[lowest]), (time[lowest] + 7, voltage[lowest] + (2.0 if narrow else 1.4)), fontsize=10, fontweight="bold", color=BLUE, va="center",
                    arrowprops={"arrowstyle": "->", "color": BLUE, "shrinkB": 5})
     end = float(np.interp(-LIMIT, -expected, ENDS))
-    bottom = LIMIT - 0.9
+    bottom = LIMIT - (1.7 if narrow else 0.9)
     above.plot([end, end], [bottom, LIMIT], color=GREEN, linestyle=":", linewidth=1.4)
     above.plot([end], [LIMIT], color=GREEN, marker="D", markersize=7, zorder=5)
     above.annotate("", (0, bottom + 0.25), (end, bottom + 0.25), arrowprops={"arrowstyle": "<->", "color": GREEN, "shrinkA": 0, "shrinkB": 0})
-    above.text(end / 2, bottom + 0.32, "stop time: longest stop after which a crank still holds u_required", color=GREEN, fontsize=10, fontweight="bold", ha="center", va="bottom")
-    above.text(recharge + T_SOF2 + 1, numbers["held"] - 0.2, "u_boost, held by the alternator", fontsize=9, color=GREEN, va="top")
+    above.text(end / 2, bottom + 0.32, lines("stop time: longest stop after \nwhich a crank still holds u_required"), color=GREEN, fontsize=9 if narrow else 10, fontweight="bold", ha="center", va="bottom")
+    above.text(recharge + T_SOF2 + 1, numbers["held"] - 0.2, lines("u_boost, held \nby the \nalternator"), fontsize=9, color=GREEN, va="top")
     above.set_ylim(bottom - 0.05, numbers["held"] + 1.3)
     above.set_ylabel("voltage [V]")
     top = numbers["held"] + 1.2
-    for x, text in ((-BEFORE / 2, "driving"), (stop / 2, "stop: t_stop at i_load"), ((recharge + AFTER) / 2, "recharge")):
+    for x, text in ((-BEFORE / 2, "driving"), (stop / 2, lines("stop: \nt_stop at i_load")), ((recharge + AFTER) / 2, "recharge")):
         above.text(x, top, text, ha="center", va="top", fontsize=10)
-    above.annotate("crank", (stop + 0.4, numbers["held"] - 0.2), (stop - 5, numbers["held"] + 0.3), fontsize=10, ha="center", va="center", arrowprops={"arrowstyle": "->", "color": INK})
+    above.annotate("crank", (stop + 0.4, numbers["held"] - 0.2), (stop - (10 if narrow else 5), numbers["held"] + (-0.6 if narrow else 0.3)), fontsize=10, ha="center", va="center", arrowprops={"arrowstyle": "->", "color": INK})
     low, peak = -120.0, float(current.max())
     below.plot(time, np.maximum(current, low - 20), color=INK, linewidth=1.3)
     below.axhline(0, color=GREY, linewidth=0.6)
     below.plot([recharge, recharge + T_SOF2], [numbers["mean_charge"]] * 2, color=GREEN, linewidth=2.4)
-    below.annotate("SOF2: mean current\nover t_sof2 at u_boost", (recharge + T_SOF2, numbers["mean_charge"]), (recharge + T_SOF2 + 3, 0.8 * peak), fontsize=10, fontweight="bold", color=GREEN, va="center",
+    below.annotate(lines("SOF2: mean \ncurrent\nover t_sof2 \nat u_boost"), (recharge + T_SOF2, numbers["mean_charge"]), (recharge + T_SOF2 + (5 if narrow else 3), 0.8 * peak), fontsize=10, fontweight="bold", color=GREEN, va="center",
                    arrowprops={"arrowstyle": "->", "color": GREEN})
     below.annotate("", (recharge, -50), (recharge + T_SOF2, -50), arrowprops={"arrowstyle": "<->", "color": GREEN, "shrinkA": 0, "shrinkB": 0})
     below.text(recharge + T_SOF2 + 1, -50, "t_sof2", fontsize=9, color=GREEN, va="center")
-    below.text(stop - 1.5, low + 22, f"i_cranking: to {min(numbers['current']):.0f} A, over t_cranking", fontsize=9, ha="right", va="center")
+    below.text(stop - 1.5, low + 22, lines(f"i_cranking: to {min(numbers['current']):.0f} A, \nover t_cranking"), fontsize=9, ha="right", va="center")
     below.text(stop / 2, PHASES[1][1] - 5, "i_load", fontsize=9, ha="center", va="top")
     below.set_ylim(low, 1.1 * peak)
     below.set_ylabel("current [A],\npositive into the battery")
@@ -297,9 +302,20 @@ def draw_measured_and_predicted(numbers):
 
 
 # Drawings by what they need beside a build.
-SIMULATED = {"crank_over_stop": (crank_over_stop, draw_crank_over_stop), "three_answers": (three_answers, draw_three_answers)}
+SIMULATED = {"crank_over_stop": (crank_over_stop, draw_crank_over_stop, lambda numbers: draw_crank_over_stop(numbers, True)),
+             "three_answers": (three_answers, draw_three_answers, lambda numbers: draw_three_answers(numbers, True)),
+             "effect_signatures": (effect_drawing.signatures, lambda numbers: effect_drawing.draw(numbers, 5, 8.8), lambda numbers: effect_drawing.draw(numbers, 2, 4.1))}
 MEASURED = {"measured_and_predicted": (measured_and_predicted, draw_measured_and_predicted), "calibration": (calibration, draw_calibration)}
-DIAGRAM = "node_interface"
+PLAYED = {"trips_of_the_node": (trip_drawing.trips, lambda found: trip_drawing.draw(found, 8.4, 9), lambda found: trip_drawing.draw(found, 4.4, 8))}
+# Diagrams from the sources, by the name of their file.
+DIAGRAMS = {"node_interface": node_drawing.drawing, "node_interface_narrow": node_drawing.narrow_drawing,
+            "layers": lambda: layer_drawing.drawing(layer_drawing.WIDE),
+            "layers_narrow": lambda: layer_drawing.drawing(layer_drawing.NARROW)}
+
+
+def files_of(drawings):
+    """Each file of some drawings with the function that draws it, and the name of the drawing."""
+    return {name + ending: (name, draw) for name, (_, *draws) in drawings.items() for ending, draw in zip(("", "_narrow"), draws)}
 
 
 def main():
@@ -307,16 +323,25 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", default=os.path.join(ROOT, "build"), help="build folder")
     parser.add_argument("--data", help="folder of the measured recordings: draws what needs them")
+    parser.add_argument("--play", action="store_true", help="draw what needs the node: the trips that are played to it")
     parser.add_argument("--out", default=os.path.join(ROOT, "docs", "pictures"))
     parser.add_argument("--only", help="name of one drawing")
     args = parser.parse_args()
-    sof = program(args.build, "sof")
+    sof, drawn = program(args.build, "sof"), 0
     with tempfile.TemporaryDirectory(prefix="drawings_") as folder:
-        for drawings, needs in ((SIMULATED, ()), (MEASURED, (args.data,))):
-            for name, (shown, draw) in drawings.items():
-                if all(needs) and args.only in (None, name):
-                    numbers = kept(shown(sof, folder, *needs))
-                    save(draw(numbers), numbers, os.path.join(args.out, name + ".svg"))
-    if args.only in (None, DIAGRAM):
-        write_text(os.path.join(args.out, DIAGRAM + ".svg"), node_drawing.drawing())
+        node = program(args.build, "battery_sof_node") if args.play else None
+        for drawings, parts in ((SIMULATED, (sof, folder)), (MEASURED, (sof, folder, args.data)), (PLAYED, (sof, node, folder))):
+            for name, (shown, *_) in drawings.items():
+                if all(parts) and args.only in (None, name):
+                    drawn += 1
+                    numbers = kept(shown(*parts))
+                    for file, (of, draw) in files_of(drawings).items():
+                        if of == name:
+                            save(draw(numbers), numbers, os.path.join(args.out, file + ".svg"))
+    for name, drawing in DIAGRAMS.items():
+        if args.only in (None, name, name.replace("_narrow", "")):
+            drawn += 1
+            write_text(os.path.join(args.out, name + ".svg"), drawing())
+    if not drawn:
+        raise SystemExit(f"page_drawings: {args.only} is not drawn; there is no such drawing, or it needs --data or --play")
     print(f"drawings are in {args.out}")

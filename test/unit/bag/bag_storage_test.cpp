@@ -200,7 +200,7 @@ TEST_F(BagStorage, FilesThatAreNoBagsAreRefused) {
   for (const char* name : {"zeros.bag", "text.bag", "empty.bag", "absent.bag"}) {
     EXPECT_THAT(refusal(file(name)), HasSubstr(name));
   }
-  EXPECT_THAT(refusal(folder_), HasSubstr("no regular file, expected a bag"));
+  EXPECT_THAT(refusal(folder_), HasSubstr("not a regular file, expected a bag"));
 }
 
 TEST_F(BagStorage, BagOfUnusableMessagesIsRefusedWithTheirNumber) {

@@ -134,7 +134,7 @@ TEST_F(HardUsage, NumbersAreDecimal) {
       test::outcomeOf([](auto&... all) { return battery_sof_simulator::runSimulate(all...); },
                       {path("s.yaml"), path("o.csv"), "--seed", "-1"});
   EXPECT_EQ(seed.code, 2);
-  EXPECT_NE(seed.err.find("is no seed"), std::string::npos) << seed.err;
+  EXPECT_NE(seed.err.find("is not a seed"), std::string::npos) << seed.err;
 }
 
 TEST_F(HardUsage, ControlCharactersOfInputAreShownAsTheirCodes) {

@@ -71,7 +71,8 @@ TEST_F(Sof, SaysWhichWordOfTheUsageIsWrong) {
     EXPECT_EQ(outcome.code, 2);
     return outcome.err;
   };
-  EXPECT_NE(said({"crnk"}).find("crnk is no command, expected one of check,"), std::string::npos);
+  EXPECT_NE(said({"crnk"}).find("crnk is not a command, expected one of check,"),
+            std::string::npos);
   EXPECT_NE(said({"check", inputs_, "--json", ""}).find("--json"), std::string::npos);
   EXPECT_NE(said({"identify", inputs_, "--out", "-"}).find("expected the name of a file"),
             std::string::npos);

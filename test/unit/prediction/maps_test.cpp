@@ -61,10 +61,10 @@ TEST(Maps, BrokenOffHaveNoAnswersAndSayHowFarTheyCame) {
   const CrankingMap cranks =
       mapCranking(knownModel(), crank(), {-10.0, -20.0}, {1.0, 5.0}, 50.0, after_half);
   EXPECT_EQ(cranks.code, AnswerCode::kInvalidQuery);
-  EXPECT_EQ(cranks.message, "2 of 4 answers were there when time was up");
+  EXPECT_EQ(cranks.message, "stopped after 2 of 4 answers: time was up");
   EXPECT_TRUE(cranks.answers.empty());
   EXPECT_EQ(mapChargeAcceptance(knownModel(), {}, {13.0, 14.0}, {1.0}, 50.0, after_half).message,
-            "1 of 2 answers were there when time was up");
+            "stopped after 1 of 2 answers: time was up");
 }
 
 TEST(Maps, HaveNoAnswersFromAModelThatCannotBeUsed) {

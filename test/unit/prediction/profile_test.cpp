@@ -81,7 +81,7 @@ TEST(SimulateProfile, BreaksOffWhenItIsToldToAndSaysHowFarItCame) {
       model(), {1.0, 2.0, 3.0, 4.0}, {-20.0, -20.0, -20.0, -20.0},
       [&](double share) { return ++asked == 3 && share == 0.5 ? "time was up" : ""; });
   EXPECT_EQ(answer.code, AnswerCode::kInvalidQuery);
-  EXPECT_EQ(answer.message, "2 of 4 samples were done when time was up");
+  EXPECT_EQ(answer.message, "stopped after 2 of 4 samples: time was up");
   EXPECT_TRUE(answer.predicted.voltage.empty());
 }
 

@@ -119,7 +119,8 @@ TEST(DamagedModel, ADecimalCommaIsRefusedWhereverANumberStands) {
   EXPECT_GT(tried, 30);
   const std::string point = ": a comma ends a number, expected a decimal point";
   const std::string said = errorWith("parameters:", "std_error", "1,5");
-  EXPECT_NE(said.find("parameters.r_discharge.5 is no key with a value" + point), std::string::npos)
+  EXPECT_NE(said.find("parameters.r_discharge.5 is not a key with a value" + point),
+            std::string::npos)
       << said;
 }
 
@@ -234,9 +235,9 @@ TEST_F(ModelPosition, WhatIsNoRegularFileOrTooLargeIsRefusedAtOnce) {
   EXPECT_NE(refusal(path("loop")).find("loop: cannot be read"), std::string::npos)
       << refusal(path("loop"));
   EXPECT_NE(refusal(path(std::string(300, 'x'))).find("cannot be read"), std::string::npos);
-  EXPECT_NE(refusal(path("pipe")).find("is no regular file"), std::string::npos);
-  EXPECT_NE(refusal("/dev/zero").find("is no regular file"), std::string::npos);
-  EXPECT_NE(refusal(folder_.string()).find("is no regular file"), std::string::npos);
+  EXPECT_NE(refusal(path("pipe")).find("is not a regular file"), std::string::npos);
+  EXPECT_NE(refusal("/dev/zero").find("is not a regular file"), std::string::npos);
+  EXPECT_NE(refusal(folder_.string()).find("is not a regular file"), std::string::npos);
   EXPECT_NE(refusal(path("list.yaml")).find("is too large"), std::string::npos);
 }
 

@@ -133,9 +133,10 @@ TEST(ModelYaml, NamesFileFieldAndExpectationOfEveryFault) {
   // a part whose name is mistyped is not one that is absent
   EXPECT_NE(errorOf(with(good, "errors:", "error:")).find("errors is missing"), std::string::npos);
   EXPECT_NE(errorOf(with(good, "window:", "event_histry: {}\nwindow:"))
-                .find("event_histry is no key here, expected "),
+                .find("event_histry is not a known key here, expected "),
             std::string::npos);
-  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: 0.5\n  bta: 1")).find("fixed.bta is no key"),
+  EXPECT_NE(errorOf(with(good, "alpha: 0.5", "alpha: 0.5\n  bta: 1"))
+                .find("fixed.bta is not a known key"),
             std::string::npos);
   EXPECT_NE(errorOf(with(good, "correlation:\n", "correlation: []\nunused:\n")).find("correlation"),
             std::string::npos);

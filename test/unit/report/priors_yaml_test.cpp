@@ -56,10 +56,10 @@ TEST(PriorsYaml, WhatIsWrongIsNamedWithItsPlace) {
             std::string::npos);
   const std::string entries = "schema: battery_sof/priors/1\npriors:\n";
   EXPECT_NE(refusal(entries + "- {vehicle_type: '', effects: [], parameters: {bta: {value: 1}}}\n")
-                .find("priors[0].parameters.bta is no key here"),
+                .find("priors[0].parameters.bta is not a known key here"),
             std::string::npos);
   EXPECT_NE(refusal(entries + "- {vehicle_type: '', effects: [gasing], parameters: {}}\n")
-                .find("priors[0].effects are no model's"),
+                .find("priors[0].effects are not those of a model"),
             std::string::npos);
   const std::string entry = "- {vehicle_type: '', effects: [], parameters: {}}\n";
   EXPECT_NE(refusal(entries + entry + entry).find("priors[1].effects are those of an entry before"),

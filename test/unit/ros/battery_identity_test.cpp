@@ -21,7 +21,7 @@ TEST(BatteryIdentity, AnotherSerialNumberInARowIsAnotherBattery) {
   EXPECT_EQ(identity.observe(messageOf("A1")), Sample::kOfBattery);
   for (int k = 1; k < BatteryIdentity::kConvinced; ++k) {
     EXPECT_EQ(identity.observe(messageOf("B2")), Sample::kOfNone) << k;
-    EXPECT_EQ(identity.whyNone(), "samples of serial number B2 are left out, the battery's is A1");
+    EXPECT_EQ(identity.whyNone(), "samples with serial number B2 are ignored, the battery's is A1");
   }
   EXPECT_EQ(identity.observe(messageOf("B2")), Sample::kOfOther);
   EXPECT_EQ(identity.serialNumber(), "B2");
@@ -51,7 +51,8 @@ TEST(BatteryIdentity, AbsenceCountsOnceADriverSaidPresent) {
   BatteryIdentity identity;
   EXPECT_EQ(identity.observe(messageOf("", true)), Sample::kOfBattery);
   EXPECT_EQ(identity.observe(messageOf("", false)), Sample::kOfNone);
-  EXPECT_EQ(identity.whyNone(), "the battery is not present: its samples are left out");
+  EXPECT_EQ(identity.whyNone(),
+            "the battery is reported as not present, so its samples are ignored");
   EXPECT_EQ(identity.observe(messageOf("", true)), Sample::kOfBattery);
   EXPECT_EQ(identity.whyNone(), "");
 }

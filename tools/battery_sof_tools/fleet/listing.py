@@ -44,7 +44,7 @@ def read(path, how):
     except OSError as error:
         raise SystemExit(f"{path} cannot be read: {error.strerror}") from None
     except (csv.Error, yaml.YAMLError, ValueError, RecursionError) as fault:
-        raise SystemExit(f"{path} is no list of recordings: {' '.join(str(fault).split())}") from None
+        raise SystemExit(f"{path} is not a list of recordings: {' '.join(str(fault).split())}") from None
 
 
 def is_list(path):

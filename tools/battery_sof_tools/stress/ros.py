@@ -94,7 +94,7 @@ class Samples:
 class ResponseTimes:
     """What the node reports of its own times, by key; the longest delay of a sample [ms] over all reports since begin()."""
 
-    LONGEST = "sample delay longest since the last look [ms]"
+    LONGEST = "sample delay longest since the last report [ms]"
 
     def __init__(self, rospy):
         from diagnostic_msgs.msg import DiagnosticArray
