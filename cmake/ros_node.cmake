@@ -1,7 +1,7 @@
 # The node and the library behind it, and what is installed of a catkin package alone.
 file(GLOB ros_sources CONFIGURE_DEPENDS src/ros/*.cpp)
 list(FILTER ros_sources EXCLUDE REGEX "_main\\.cpp$")
-add_library(${PROJECT_NAME}_ros ${ros_sources})
+add_library(${PROJECT_NAME}_ros STATIC ${ros_sources})
 target_include_directories(${PROJECT_NAME}_ros SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
 target_link_libraries(${PROJECT_NAME}_ros PUBLIC ${PROJECT_NAME}_bag ${catkin_LIBRARIES} Threads::Threads)
 battery_sof_build_quickly(${PROJECT_NAME}_ros TOGETHER)
@@ -16,9 +16,6 @@ add_dependencies(${PROJECT_NAME}_node ${${PROJECT_NAME}_EXPORTED_TARGETS})
 
 export(TARGETS ${PROJECT_NAME} NAMESPACE ${PROJECT_NAME}::
   FILE ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_SHARE_DESTINATION}/cmake/${PROJECT_NAME}Targets.cmake)
-install(TARGETS ${PROJECT_NAME}_ros
-  ARCHIVE DESTINATION ${LIBRARY_DESTINATION}
-  LIBRARY DESTINATION ${LIBRARY_DESTINATION})
 install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${PROGRAM_DESTINATION})
 install(DIRECTORY completion config launch live DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 # These are whole in one file each: the package of the other scripts (tools/) is for this checkout, and catkin_python_setup()

@@ -1,27 +1,22 @@
-#include "simulator/recording_output.hpp"
-
-#include <rosbag/bag.h>
-#include <sensor_msgs/BatteryState.h>
-
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
+
+#include "bag/format/bag_writer.hpp"
+#include "simulator/recording_output.hpp"
 
 namespace battery_sof_simulator {
 namespace {
 
-constexpr char kTopic[] = "/battery_state";
-constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+constexpr std::uint64_t kSecond = 1000000000;  // [ns]
 
-sensor_msgs::BatteryState messageOf(const RecordedSample& sample, float temperature) {
-  sensor_msgs::BatteryState message;
-  message.header.stamp.fromNSec(static_cast<std::uint64_t>(std::llround(sample.time * 1e9)));
+battery_sof::BatteryStateMessage messageOf(const RecordedSample& sample, float temperature) {
+  const auto time = static_cast<std::uint64_t>(std::llround(sample.time * 1e9));
+  battery_sof::BatteryStateMessage message;
+  message.stamp = {static_cast<std::uint32_t>(time / kSecond),
+                   static_cast<std::uint32_t>(time % kSecond)};
   message.current = static_cast<float>(sample.current);
   message.voltage = static_cast<float>(sample.voltage);
   message.temperature = temperature;
-  message.charge = message.capacity = message.design_capacity = message.percentage = kUnknown;
-  message.present = 1;
   return message;
 }
 
@@ -29,19 +24,12 @@ sensor_msgs::BatteryState messageOf(const RecordedSample& sample, float temperat
 
 void writeBag(const std::filesystem::path& path, const std::vector<RecordedSample>& samples,
               const std::vector<double>& temperature) {
-  auto bag = std::make_unique<rosbag::Bag>(path.string(), rosbag::bagmode::Write);
-  try {
-    for (std::size_t n = 0; n < samples.size(); ++n) {
-      const auto message = messageOf(
-          samples[n], temperature.empty() ? kUnknown : static_cast<float>(temperature[n]));
-      bag->write(kTopic, std::max(message.header.stamp, ros::TIME_MIN), message);
-    }
-    bag->close();
-  } catch (...) {
-    // its destructor would write once more, throw and so end the program
-    static_cast<void>(bag.release());
-    throw;
-  }
+  constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+  std::vector<battery_sof::BatteryStateMessage> messages;
+  for (std::size_t n = 0; n < samples.size(); ++n)
+    messages.push_back(
+        messageOf(samples[n], temperature.empty() ? kUnknown : static_cast<float>(temperature[n])));
+  battery_sof::writeBatteryStates(path, "/battery_state", messages);
 }
 
 }  // namespace battery_sof_simulator

@@ -18,7 +18,7 @@ void writeWhole(const std::filesystem::path& path,
                 const std::function<void(const std::filesystem::path&)>& write);
 
 /// Writes a recording as a bag, as writeRecording() says.
-/// @throws std::exception when it cannot be written; of a build without ROS, which says so.
+/// @throws std::exception when it cannot be written.
 void writeBag(const std::filesystem::path& path, const std::vector<RecordedSample>& samples,
               const std::vector<double>& temperature);
 
@@ -29,7 +29,7 @@ enum class Digits { kSensor, kMany };
 /// Writes a recording; the file appears whole or not at all. .csv: time_s,current_a,voltage_v, and
 /// temperature_c where there is one for each sample [degC]. .bag:
 /// sensor_msgs/BatteryState on /battery_state, header stamps as the samples' times, other fields
-/// NaN; the bag's own record times are the stamps too, but at least rosbag's ros::TIME_MIN.
+/// NaN; the bag's own record times are the stamps too, but at least 1 ns.
 /// @throws std::invalid_argument for another extension; std::runtime_error when it cannot write.
 void writeRecording(const std::filesystem::path& path, const std::vector<RecordedSample>& samples,
                     Digits digits, const std::vector<double>& temperature = {});

@@ -1,5 +1,4 @@
 # Tests of the catkin package alone: what needs ROS, and what would say the same a second time in a build without it.
-battery_sof_gtest(bag_test FOLDERS unit/bag LINK battery_sof_bag ${catkin_LIBRARIES})
 battery_sof_gtest(node_options_test FOLDERS unit/ros LINK battery_sof_ros ${YAML_CPP_LIBRARIES})
 if(BATTERY_SOF_SANITIZE_THREADS)
   target_compile_options(node_options_test PRIVATE ${thread_sanitizer})

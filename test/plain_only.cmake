@@ -9,7 +9,7 @@ add_test(NAME outside_project
 set_tests_properties(outside_project PROPERTIES TIMEOUT 300)
 
 # What can differ from the catkin package, for `make test-core`; the other programs are the same sources once more.
-set(core_checks recording_test report_test cli_test)
+set(core_checks recording_test report_test bag_test cli_test)
 add_custom_target(core_checks DEPENDS ${core_checks} sof simulate_city_drive)
 set_tests_properties(${core_checks} outside_project PROPERTIES LABELS core_checks)
 if(BATTERY_SOF_PYTHON)

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "bag/bag_storage.hpp"
-#include "bag/battery_state_message.hpp"
 #include "ros/background_work.hpp"
 #include "util/text.hpp"
 

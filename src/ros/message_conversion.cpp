@@ -4,10 +4,21 @@
 #include <cmath>
 #include <utility>
 
-#include "bag/battery_state_message.hpp"
+#include "bag/battery_state_sample.hpp"
 #include "report/model_yaml.hpp"
 
 namespace battery_sof {
+
+RawSample rawSampleOf(const sensor_msgs::BatteryState& message) {
+  const ros::Time& stamp = message.header.stamp;
+  return rawSampleOf(BatteryStateMessage{
+      {stamp.sec, stamp.nsec}, message.voltage, message.temperature, message.current});
+}
+
+ros::Time rosTime(double time) {
+  const Stamp stamp = stampOf(time);
+  return {stamp.sec, stamp.nsec};
+}
 
 // ---------------------------------------------------------------------------------------------
 // questions

@@ -30,11 +30,19 @@
 #include <battery_sof/PredictStopTime.h>
 #include <battery_sof/SetStandingQuery.h>
 #include <battery_sof/SimulateProfile.h>
+#include <sensor_msgs/BatteryState.h>
 
 namespace battery_sof {
 
 // Messages read a result's description (report/descriptions.hpp): each field of a message that the
 // description names gets its number, all others stay. A number that is missing is NaN.
+
+/// @return current [A], voltage [V], temperature [K] of a message, as a bag's: see
+/// bag/battery_state_sample.hpp.
+RawSample rawSampleOf(const sensor_msgs::BatteryState& message);
+
+/// @throws std::invalid_argument for a time [s] that stampOf() refuses.
+ros::Time rosTime(double time);
 
 inline double orNan(const std::optional<double>& value) { return value.value_or(kNan); }
 

@@ -92,6 +92,22 @@ TEST(Architecture, TheCoreReadsNoRosHeaderAtAll) {
   fs::remove(all);
 }
 
+TEST(Architecture, BagsAndTheCommandNameNoRosHeader) {
+  for (const auto& folder : {"src/bag", "src/cli", "simulator", "python"})
+    for (const auto& file : sourcesIn(kRoot / folder))
+      for (const auto& include : includesOf(file))
+        EXPECT_FALSE(std::regex_search("/" + include, kRosHeader)) << file << ": " << include;
+}
+
+TEST(Architecture, TheFormatOfBagsReadsNothingOfTheCore) {
+  for (const auto& file : sourcesOf("bag/format"))
+    for (const auto& include : includesOf(file))
+      EXPECT_TRUE(include.rfind("bag/format/", 0) == 0 ||
+                  include == "battery_sof/recording_error.hpp" ||
+                  !fs::exists(kRoot / "src" / include))
+          << file << " includes " << include;
+}
+
 TEST(Architecture, TheWallWouldSeeARosHeader) {
   // The guard above must be able to fail: a file that does read a ROS header is seen.
   const fs::path file = fs::temp_directory_path() / "battery_sof_wall_test.cpp";
@@ -119,11 +135,12 @@ TEST(Architecture, PublicHeadersAreFewAndReadNoOthers) {
           << header << " includes " << include;
 }
 
-TEST(Architecture, TheSimulatorIncludesNothingOfTheProduct) {
+TEST(Architecture, TheSimulatorIncludesNothingOfTheProductButTheFormatOfBags) {
   ASSERT_FALSE(sourcesIn(kRoot / "simulator").empty());
   for (const auto& file : sourcesIn(kRoot / "simulator"))
     for (const auto& include : includesOf(file)) {
-      const bool own = include.rfind("simulator/", 0) == 0 && fs::exists(kRoot / include);
+      const bool own = (include.rfind("simulator/", 0) == 0 && fs::exists(kRoot / include)) ||
+                       include.rfind("bag/format/", 0) == 0;
       EXPECT_TRUE(own || !(fs::exists(kRoot / include) || fs::exists(kRoot / "src" / include) ||
                            fs::exists(kRoot / "include" / include)))
           << file << " includes " << include;

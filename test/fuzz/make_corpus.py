@@ -41,6 +41,11 @@ def connection():
     return record(data, op=b"\x07", conn=number, topic=fields["topic"])
 
 
+def lz4_frame(content):
+    """A frame of LZ4 with one block that is stored as it is; 0x82 is the checksum of the two bytes before it."""
+    return struct.pack("<IBBBI", 0x184D2204, 0x60, 0x40, 0x82, len(content) | 1 << 31) + content + struct.pack("<I", 0)
+
+
 def bag(messages, compression):
     chunk, entries = connection(), b""
     for time, data in messages:
@@ -48,7 +53,7 @@ def bag(messages, compression):
         entries += stamp + struct.pack("<I", len(chunk))
         chunk += record(data, op=b"\x02", conn=struct.pack("<I", 0), time=stamp)
     count = struct.pack("<I", len(messages))
-    packed = bz2.compress(chunk) if compression == b"bz2" else chunk
+    packed = {b"none": bytes, b"bz2": bz2.compress, b"lz4": lz4_frame}[compression](chunk)
     begin = lambda index: b"#ROSBAG V2.0\n" + record(
         b"  ", op=b"\x03", index_pos=struct.pack("<Q", index), conn_count=struct.pack("<I", 1), chunk_count=struct.pack("<I", 1))
     chunk_at = len(begin(0))
@@ -72,7 +77,7 @@ def main():
     full = message(2.5, -200.0, 10.5, (2.1, 2.1), (25.0,), ("battery", "boot", "7"))
     write("message", "plain", plain)
     write("message", "full", full)
-    for compression in (b"none", b"bz2"):
+    for compression in (b"none", b"bz2", b"lz4"):
         write("bag", compression.decode(), bag([(1.5, plain), (2.5, full)], compression))
     dice = random.Random(1)
     for target, size in (("query", 120), ("session", 200)):

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
-#include <sensor_msgs/BatteryState.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "bag/format/bag_reader.hpp"
+#include "bag/format/battery_state_message.hpp"
 #include "simulator/simulate_command.hpp"
 #include "support/commands.hpp"
 
@@ -26,17 +26,18 @@ class SimulatedBag : public battery_sof::test::InFolder {
 
 TEST_F(SimulatedBag, WritesABagOfBatteryStatesStampedWithTheTime) {
   ASSERT_EQ(simulate({scenario_, path("out.bag")}).code, 0);
-  rosbag::Bag bag(path("out.bag"), rosbag::bagmode::Read);
-  rosbag::View view(bag, rosbag::TopicQuery("/battery_state"));
-  ASSERT_EQ(view.size(), 2000u);
+  const battery_sof::BagReader bag(path("out.bag"));
+  ASSERT_EQ(bag.connections().size(), 1u);
+  EXPECT_EQ(bag.connections().front().topic, "/battery_state");
   std::uint64_t n = 0;
-  for (const auto& instance : view) {
-    const auto message = instance.instantiate<sensor_msgs::BatteryState>();
-    ASSERT_NE(message, nullptr);
-    ASSERT_EQ(message->header.stamp.toNSec(), 10000000ULL * n++);
-    ASSERT_GT(message->voltage, 9.0f);
-    ASSERT_TRUE(std::isnan(message->temperature) && std::isnan(message->charge));
-  }
+  bag.read(bag.connections().front(), [&n](std::uint64_t time, std::string_view bytes) {
+    const auto message = battery_sof::BatteryStateMessage::deserialized(bytes);
+    EXPECT_EQ(time, std::max<std::uint64_t>(1, 10000000ULL * n));
+    EXPECT_EQ(message.stamp.nsec, 10000000ULL * n++ % 1000000000ULL);
+    EXPECT_GT(message.voltage, 9.0f);
+    EXPECT_TRUE(std::isnan(message.temperature));
+  });
+  EXPECT_EQ(n, 2000u);
 }
 
 }  // namespace

@@ -1,11 +1,6 @@
 #pragma once
 
-#include <ros/time.h>
-#include <sensor_msgs/BatteryState.h>
-
-#include <cstdint>
-#include <vector>
-
+#include "bag/format/battery_state_message.hpp"
 #include "battery_sof/intake.hpp"
 
 namespace battery_sof {
@@ -22,27 +17,19 @@ namespace battery_sof {
  * judged here: see Intake. A stamp whose nanoseconds make a second or more is no time; it becomes
  * one that Intake counts as out of range.
  */
-RawSample rawSampleOf(const sensor_msgs::BatteryState& message);
+RawSample rawSampleOf(const BatteryStateMessage& message);
 
-/**
- * @brief A serialized message, its lengths checked against its bytes first: roscpp allocates what a
- * list's length says.
- * @throws std::invalid_argument when they do not fit.
- */
-sensor_msgs::BatteryState batteryStateIn(std::vector<std::uint8_t>& bytes);
-
-/// @return the message of one sample; every field that is not measured is NaN.
-/// @throws std::invalid_argument for a time rosTime() refuses.
-sensor_msgs::BatteryState batteryStateOf(const RawSample& sample);
+/// @return the message of one sample. @throws std::invalid_argument for a time stampOf() refuses.
+BatteryStateMessage batteryStateOf(const RawSample& sample);
 
 /**
  * @return stamp rounded to the nanosecond.
  * @throws std::invalid_argument when time [s] is not finite, negative, or beyond a stamp's 2^32 s.
  */
-ros::Time rosTime(double time);
+Stamp stampOf(double time);
 
-/// @return the double nearest to the stamp [s]; rosTime() of it is the stamp again to within 1 ns
+/// @return the double nearest to the stamp [s]; stampOf() of it is the stamp again to within 1 ns
 /// up to 2^22 s, and to within the double's own step (0.24 us at 2^30 s) above.
-double secondsOf(const ros::Time& stamp);
+double secondsOf(const Stamp& stamp);
 
 }  // namespace battery_sof
