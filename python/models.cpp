@@ -130,15 +130,19 @@ DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to
 
 /// @return JSON and text of a comparison. @param from, to of the recording; references are whole.
 std::pair<std::string, std::string> diagnoseChangeHeld(
-    const HeldRecording& held, const std::vector<const HeldRecording*>& references, Seconds from,
-    Seconds to, bool anyway) {
+    const HeldRecording& held, const std::vector<const HeldRecording*>& recordings,
+    const std::vector<Model>& models, Seconds from, Seconds to, bool anyway) {
   const py::gil_scoped_release released;
   ChangeOptions options;
   options.anyway = anyway;
-  std::vector<Series> then;
+  ChangeReference then;
   std::vector<std::string> names;
-  for (const HeldRecording* one : references) {
-    then.push_back(one->fitted);
+  for (const Model& model : models) {
+    then.models.push_back(model.fitted());
+    names.push_back(model.fitted().provenance.recording);
+  }
+  for (const HeldRecording* one : recordings) {
+    then.recordings.push_back(one->fitted);
     names.push_back(one->recording.name);
   }
   const ChangeDiagnosis found =

@@ -208,11 +208,11 @@ def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
 
 
 @overload
-def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recording]], from_s: Optional[float] = None,
-             to_s: Optional[float] = None, anyway: bool = False) -> ChangeDiagnosis: ...
+def diagnose(recording: Recording, *, reference: Union[Recording, Model, Sequence[Union[Recording, Model]]],
+             from_s: Optional[float] = None, to_s: Optional[float] = None, anyway: bool = False) -> ChangeDiagnosis: ...
 
 
-def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recording], None] = None,
+def diagnose(recording: Recording, *, reference: Union[Recording, Model, Sequence[Union[Recording, Model]], None] = None,
              from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
              series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
@@ -225,8 +225,9 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
     changes no result. anyway: also diagnose a recording with a problem, as in identify(). crank_current_a, capacity_ah: as in
     identify().
 
-    reference: one or more recordings of the same battery from when it was sound. What has changed since is found instead, as
-    `sof diagnose --reference` does, and a ChangeDiagnosis comes back; from_s, to_s and anyway alone go with it.
+    reference: one or more recordings of the same battery from when it was sound, or models that were identified from such. What
+    has changed since is found instead, as `sof diagnose --reference` does, and a ChangeDiagnosis comes back; from_s, to_s and
+    anyway alone go with it.
 
     Raises ValueError for a range without samples, an unknown id, or an option that is out of range.
     """
@@ -235,10 +236,12 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Sequence[Recor
                 0.25, [], [], 1.0, None, 50.0):
             raise ValueError("reference is given, expected without holdout_share, hypotheses, given, series_blocks, "
                              "crank_current_a and capacity_ah")
-        references = [reference] if isinstance(reference, Recording) else list(reference)
+        references = [reference] if isinstance(reference, (Recording, Model)) else list(reference)
         if not references:
-            raise ValueError("reference is empty, expected at least one recording")
-        answer, text = _core.diagnose_change(recording._core, [one._core for one in references], from_s, to_s, anyway)
+            raise ValueError("reference is empty, expected at least one recording or model")
+        recordings = [one._core for one in references if isinstance(one, Recording)]
+        models = [one._core for one in references if isinstance(one, Model)]
+        answer, text = _core.diagnose_change(recording._core, recordings, models, from_s, to_s, anyway)
         told = json.loads(answer)
         return made(ChangeDiagnosis, told, changes=[made(Change, one) for one in told["changes"]], text=text, details=told)
     core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), series_blocks,

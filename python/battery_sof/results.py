@@ -218,7 +218,7 @@ class Change:
 
 @dataclass(frozen=True)
 class ChangeDiagnosis:
-    """What has changed in a battery or its instruments since a reference recording."""
+    """What has changed in a battery or its instruments since a reference."""
 
     verdict: str  #: no_change, changed, another_battery or insufficient_data
     summary: str

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "diagnosis/diagnose.hpp"
+#include "diagnosis/response_table.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/questions.hpp"
 #include "recording/resample.hpp"
@@ -89,7 +90,11 @@ Model identify(const Recording& recording, const IdentifyRequest& request) {
   FittedModel model = fitPlanned(series, plan);
   model.provenance.fit_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  if (isUsable(model.fit)) carryToEnd(model, series, fit);
+  if (isUsable(model.fit)) {
+    carryToEnd(model, series, fit);
+    model.responses =
+        responseTable(slice(series, samplesBetween(series, fit.from, fit.to)), fit.anyway);
+  }
   nameOrigin(model, recording, request);
   return Model(std::move(model));
 }

@@ -109,36 +109,71 @@ Recordings recordingsOf(const std::vector<Stretch>& stretches) {
   return all;
 }
 
-/// The references as they are: --from and --to are of the recordings that are diagnosed.
-std::vector<Stretch> referencesOf(const DiagnoseArguments& arguments) {
-  for (const std::string& path : arguments.references)
-    if (const auto ending = std::filesystem::path(path).extension();
-        ending == ".yaml" || ending == ".yml")
-      throw UsageError("--reference: is " + path +
-                       ", a model file; expected the recording that it was fitted to: a change of "
-                       "the instruments cannot be told from a model alone");
-  DiagnoseArguments of = arguments;
-  of.paths = arguments.references;
-  of.window = {};
-  return stretchesOf(of);
+bool isModelFile(const std::string& path) {
+  const auto ending = std::filesystem::path(path).extension();
+  return ending == ".yaml" || ending == ".yml";
+}
+
+/// What --reference names: the recordings as a whole (--from and --to are of the recordings that
+/// are diagnosed), and model files.
+struct References {
+  ChangeReference reference;
+  std::vector<std::string> names;
+};
+
+void requireNotOneOf(const std::vector<Stretch>& stretches, const DiagnoseArguments& arguments,
+                     const std::string& hash, const std::string& path, const char* what) {
+  for (std::size_t k = 0; k < stretches.size(); ++k)
+    if (stretches[k].hash == hash)
+      throw UsageError("--reference: " + path + what + arguments.paths[k]);
+}
+
+FittedModel referenceModel(const std::string& path, double series_blocks) {
+  FittedModel model = readModelFile(path);
+  if (model.fit.series_blocks != series_blocks)
+    throw UsageError(
+        format("--reference: %s is a model of %g blocks in series, the recording is "
+               "read as one of %g (--series-blocks)",
+               path.c_str(), model.fit.series_blocks, series_blocks));
+  return model;
+}
+
+References referencesOf(const DiagnoseArguments& arguments, const std::vector<Stretch>& stretches) {
+  References all;
+  DiagnoseArguments recordings = arguments;
+  recordings.paths.clear();
+  recordings.window = {};
+  for (const std::string& path : arguments.references) {
+    if (!isModelFile(path)) {
+      recordings.paths.push_back(path);
+      continue;
+    }
+    all.reference.models.push_back(referenceModel(path, arguments.recording.series_blocks));
+    all.names.push_back(std::filesystem::path(path).filename().string());
+    requireNotOneOf(stretches, arguments, all.reference.models.back().provenance.recording_hash,
+                    path, " is a model of the same recording as ");
+  }
+  const std::vector<Stretch> read = stretchesOf(recordings);
+  for (std::size_t k = 0; k < read.size(); ++k)
+    requireNotOneOf(stretches, arguments, read[k].hash, recordings.paths[k],
+                    " is the same recording as ");
+  const Recordings found = recordingsOf(read);
+  all.reference.recordings = found.series;
+  all.names.insert(all.names.end(), found.names.begin(), found.names.end());
+  return all;
 }
 
 int runChange(const CommandLine& line, const DiagnoseArguments& arguments) {
   Progress progress(line.err);
   const std::vector<Stretch> stretches = stretchesOf(arguments);
-  const std::vector<Stretch> references = referencesOf(arguments);
-  for (std::size_t k = 0; k < stretches.size(); ++k)
-    for (std::size_t j = 0; j < references.size(); ++j)
-      if (stretches[k].hash == references[j].hash)
-        throw UsageError("--reference: " + arguments.references[j] + " is the same recording as " +
-                         arguments.paths[k]);
+  const References then = referencesOf(arguments, stretches);
   ChangeOptions options;
   options.anyway = arguments.options.anyway;
   options.runs_models = !arguments.responses_only;
   options.progress = [&](const std::string& stage) { progress.stage(stage); };
   const Interruption interruption(progress);
-  const Recordings now = recordingsOf(stretches), then = recordingsOf(references);
-  const ChangeDiagnosis found = diagnoseChange(now.series, then.series, options);
+  const Recordings now = recordingsOf(stretches);
+  const ChangeDiagnosis found = diagnoseChange(now.series, then.reference, options);
   progress.end();
   emit(line, resultText(found), resultJson(found, now.names, then.names), arguments.json);
   if (found.verdict != ChangeVerdict::kInsufficientData) return kExitDone;
@@ -191,8 +226,8 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   addWindowOptions(options, values.window);
   CLI::Option* reference =
       addFile(options, kReadFile, "--reference", values.references,
-              "recording of the same battery from when it was sound: reports what has changed "
-              "since (docs/changes.md); repeatable")
+              "recording of the same battery from when it was sound, or the MODEL.yaml of one: "
+              "reports what has changed since (docs/changes.md); repeatable")
           ->allow_extra_args(false);
   options
       .add_flag(

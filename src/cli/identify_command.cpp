@@ -1,6 +1,7 @@
 #include <chrono>
 
 #include "command.hpp"
+#include "diagnosis/response_table.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/pipeline.hpp"
 #include "recording/checks.hpp"
@@ -63,6 +64,12 @@ FittedModel fit(const Series& series, const FitRequest& request) {
   return model;
 }
 
+/// What a later recording is compared with: of everything between --from and --to.
+std::shared_ptr<const ResponseTable> responsesOf(const Series& series, const FitRequest& request) {
+  return responseTable(slice(series, samplesBetween(series, request.from, request.to)),
+                       request.anyway);
+}
+
 int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   FitRequest request;
   request.options = optionsOf(arguments);
@@ -82,7 +89,10 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   FittedModel model = fit(series, request);
   model.provenance.recording = recording.name;
   model.provenance.recording_hash = hash;
-  if (isUsable(model.fit)) carryToEnd(model, series, request);
+  if (isUsable(model.fit)) {
+    carryToEnd(model, series, request);
+    model.responses = responsesOf(series, request);
+  }
   const auto& priors = request.options.priors;
   if (!priors.empty() && knownOf(priors, model.fit.effects).empty())
     line.err

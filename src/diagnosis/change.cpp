@@ -22,8 +22,10 @@ constexpr double kAnotherBattery = 1.0;  // mean of ln ratios of errors
 // of D, what a shift of the channels may leave where they look as if the sign were wrong: five times
 // what chance leaves of twelve quantities
 constexpr double kExplained = 60.0;
-constexpr std::size_t kFewestRows = 300;
-constexpr std::size_t kFewestFeatures = 8;
+constexpr char kNoResponses[] =
+    "the reference is a model file without the responses of its recording. It is of an older "
+    "version, or its recording has too few changes of current. Identify again (sof identify), or "
+    "give the recording itself";
 
 /// What no current and voltage can tell from a change, whatever is recorded.
 std::vector<std::string> alwaysAlike(ChangeKind kind, double strength) {
@@ -135,6 +137,30 @@ std::vector<Series> changed(std::vector<Series> all, const WeighedChange& by) {
   return all;
 }
 
+/// NOW as its instruments would have shown it without the change. A lag is put into the other
+/// channel too: what both channels have does not show, and a lag that is taken out adds noise.
+Series without(const WeighedChange& change, const Series& now, double reference_interval) {
+  const ChangeKind kind = change.candidate->kind;
+  double opposite = -change.strength;
+  if (kind == ChangeKind::kGain) opposite = 1.0 / (1.0 + change.strength) - 1.0;
+  if (change.candidate->isInRows()) opposite *= reference_interval / medianInterval(now);
+  return changed({now}, {change.candidate, opposite}).front();
+}
+
+/// Fits NOW and runs the reference's model on it, without the change too.
+void runReferenceModel(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
+                       const FittedModel& reference, const WeighedChange* change) {
+  const auto present = fitted(now);
+  if (!present || !isUsable(reference.fit)) return;
+  Series as_then = present->series;
+  if (change) as_then = without(*change, present->series, reference.responses->interval);
+  diagnosis.own_model = lastQuarter(present->model, present->series);
+  diagnosis.reference_model = lastQuarter(reference, present->series);
+  diagnosis.changed_model = lastQuarter(reference, as_then);
+  diagnosis.model_distance =
+      lossOf(shareOf(reference, as_then), shareOf(present->model, present->series));
+}
+
 /// Fits both, the reference with the change in it too, and runs them on each other's recording.
 void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
                const std::vector<Series>& then, const WeighedChange* change,
@@ -225,9 +251,20 @@ std::vector<ComparedFeature> comparedOf(const ResponseComparison& comparison) {
   return all;
 }
 
-void requireBoth(const std::vector<Series>& now, bool has_reference) {
+void requireBoth(const std::vector<Series>& now, const ChangeReference& then) {
   if (now.empty()) throw std::invalid_argument("diagnoseChange: no recording of now");
-  if (!has_reference) throw std::invalid_argument("diagnoseChange: no reference");
+  if (then.recordings.empty() && then.models.empty())
+    throw std::invalid_argument("diagnoseChange: no reference");
+}
+
+/// @return without a table where a model has none.
+std::optional<ResponseReference> referenceOf(const ChangeReference& then) {
+  ResponseReference reference{then.recordings, {}};
+  for (const FittedModel& model : then.models) {
+    if (!model.responses) return std::nullopt;
+    reference.tables.push_back(model.responses);
+  }
+  return reference;
 }
 
 std::string nothingText(const ChangeDiagnosis& diagnosis) {
@@ -258,9 +295,9 @@ std::string toString(ChangeVerdict verdict) {
   return "insufficient_data";
 }
 
-ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector<Series>& then,
+ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeReference& then,
                                const ChangeOptions& options) {
-  requireBoth(now, !then.empty());
+  requireBoth(now, then);
   const auto stage = [&](const char* what) {
     if (options.progress) options.progress(what);
   };
@@ -271,16 +308,18 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector
     conclude(diagnosis, ChangeVerdict::kInsufficientData, "No comparison: " + why + ".");
     return diagnosis;
   };
-  for (const std::string& why : {tooShort(now, kNow), tooShort(then, kThen)})
+  for (const std::string& why : {tooShort(now, kNow), tooShort(then.recordings, kThen)})
     if (!why.empty()) return refuse(why);
+  const auto reference = referenceOf(then);
+  if (!reference) return refuse(kNoResponses);
   const Problems problems = options.anyway ? Problems() : problemsOf(now);
-  const Problems before = options.anyway ? Problems() : problemsOf(then);
+  const Problems before = options.anyway ? Problems() : problemsOf(then.recordings);
   for (const std::string& why :
        {problemText(problems.others, kNow), problemText(before.others, kThen),
         problemText(before.sign, kThen)})
     if (!why.empty()) return refuse(why);
   stage("comparing responses");
-  const ResponseComparison comparison(now, then);
+  const ResponseComparison comparison(now, *reference);
   diagnosis.compared = comparedOf(comparison);
   if (comparison.compared().size() < kFewestFeatures)
     return refuse("too few changes of current of 8 A and more are in both recordings");
@@ -295,7 +334,13 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector
     return refuse(problemText(problems.sign, kNow));
   diagnosis.detection_limits = limitsOf(comparison);
 
-  if (options.runs_models) runModels(diagnosis, now, then, has_changed ? &best : nullptr, options);
+  const WeighedChange* stated = has_changed ? &best : nullptr;
+  if (options.runs_models && !then.recordings.empty()) {
+    runModels(diagnosis, now, then.recordings, stated, options);
+  } else if (options.runs_models) {
+    stage("fitting the recording");
+    runReferenceModel(diagnosis, now, then.models.front(), stated);
+  }
   if (diagnosis.model_distance && *diagnosis.model_distance > kAnotherBattery) {
     conclude(diagnosis, ChangeVerdict::kAnotherBattery,
              format("This is another battery, or another vehicle: each one's model misses the "

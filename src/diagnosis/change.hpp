@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "diagnosis/response_features.hpp"
 #include "state/fitted_model.hpp"
 
 namespace battery_sof {
@@ -76,6 +75,13 @@ struct ChangeOptions {
   std::function<void(const std::string&)> progress = nullptr;
 };
 
+/// What NOW is compared with: recordings of the battery when it was sound, and models of such
+/// recordings with what their files keep of them (FittedModel::responses).
+struct ChangeReference {
+  std::vector<Series> recordings;
+  std::vector<FittedModel> models;
+};
+
 /**
  * @brief What has changed in a battery or its instruments since a reference.
  *
@@ -94,15 +100,17 @@ struct ChangeOptions {
  *
  * Two models are fitted, of THEN (with the change in it) and of NOW, and run on each other's
  * recording. Where they miss it by more than those of one battery do (kAnotherBattery) it is another
- * battery, or another vehicle.
+ * battery, or another vehicle. A reference that is a model alone has no recording to run the other
+ * one on, and no change is put into it: it runs on NOW with the change taken out.
  *
- * @param now, then recordings at the rate models are fitted at (atDesignRate()); several of one
- * battery each.
+ * @param now recordings at the rate models are fitted at (atDesignRate()), of one battery.
+ * @param then of the same battery, at least one; recordings at that rate, too.
  * @return kInsufficientData with the reason in the summary where nothing can be compared; never
  * throws for poor data.
- * @throws std::invalid_argument for no recording on one side.
+ * @throws std::invalid_argument for no recording of now or no reference, and for references that
+ * cannot be averaged.
  */
-ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const std::vector<Series>& then,
+ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeReference& then,
                                const ChangeOptions& options = {});
 
 }  // namespace battery_sof

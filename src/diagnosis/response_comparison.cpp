@@ -3,9 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <utility>
-
-#include "recording/fit_mask.hpp"
+#include <stdexcept>
 
 namespace battery_sof {
 namespace {
@@ -23,13 +21,6 @@ constexpr double kFastTapSpread = 0.12, kFastRow = 0.25;  // [1], [s]
 constexpr double kNinety = 2.71;  // of D, the 90 % interval of one strength
 constexpr double kPower = 1.28;   // standard errors above a limit in nine of ten cases
 
-void lag(std::vector<double>& values, const std::vector<double>& time, double constant) {
-  for (std::size_t n = 1; n < values.size(); ++n) {
-    const double kept = std::exp(-(time[n] - time[n - 1]) / constant);
-    values[n] = kept * values[n - 1] + (1.0 - kept) * values[n];
-  }
-}
-
 /// Variance between two sound trips. @param interval [s], between rows. @param trips half of 1/number
 /// of the one + 1/number of the other.
 Eigen::MatrixXd betweenTrips(const Eigen::VectorXd& then, double interval, double trips) {
@@ -44,6 +35,16 @@ Eigen::MatrixXd betweenTrips(const Eigen::VectorXd& then, double interval, doubl
     spread(kFirstTap + tap, kFirstTap + tap) =
         std::pow(interval < kFastRow ? kFastTapSpread : kTapSpread[tap], 2);
   return trips * (spread + together * together.transpose());
+}
+
+/// Features of references are averaged: they must be taken in the same way.
+void requireSameScale(const ResponseScale& one, const ResponseScale& other) {
+  constexpr double kSameCurrent = 0.1;  // [1], of the thresholds: features hardly depend on them
+  if (one.moved == other.moved && std::abs(one.current / other.current - 1.0) < kSameCurrent)
+    return;
+  throw std::invalid_argument(
+      "the references cannot be averaged: their ranges of current or the delays between their "
+      "channels differ");
 }
 
 double gridScale(const ResponseComparison& comparison, const CandidateChange& candidate) {
@@ -128,59 +129,13 @@ double bound(const ResponseComparison& comparison, const WeighedChange& of, bool
 
 }  // namespace
 
-const std::vector<CandidateChange>& candidateChanges() {
-  static const std::vector<CandidateChange> all = {
-      {ChangeKind::kContact,
-       "contact_resistance",
-       "ohm",
-       0.005,
-       {-0.004, -0.002, -0.001, -0.0005, 0.0005, 0.001, 0.002, 0.003, 0.004, 0.006, 0.009, 0.014,
-        0.02}},
-      {ChangeKind::kGain,
-       "current_gain",
-       "1",
-       0.1,
-       {-0.3, -0.2, -0.14, -0.1, -0.06, -0.03, 0.03, 0.06, 0.1, 0.14, 0.2, 0.3}},
-      {ChangeKind::kOffset,
-       "current_offset",
-       "A",
-       2.0,
-       {-5.0, -3.0, -2.0, -1.2, -0.8, -0.4, 0.4, 0.8, 1.2, 2.0, 3.0, 5.0}},
-      {ChangeKind::kSkew, "time_skew", "s", HUGE_VAL, {-3, -2, -1, 1, 2, 3}, false},
-      // > 0: the voltage lags; < 0: the current
-      {ChangeKind::kLag, "sensor_lag", "s", HUGE_VAL, {-5, -3, -2, -1.3, -0.7, 0.7, 1.3, 2, 3, 5}},
-  };
-  return all;
-}
-
-ResponseRows withChange(ResponseRows rows, ChangeKind kind, double strength) {
-  switch (kind) {
-    case ChangeKind::kContact:
-      for (std::size_t n = 0; n < rows.size(); ++n) rows.voltage[n] += strength * rows.current[n];
-      break;
-    case ChangeKind::kGain:
-      for (double& current : rows.current) current *= 1.0 + strength;
-      break;
-    case ChangeKind::kOffset:
-      for (double& current : rows.current) current += strength;
-      break;
-    case ChangeKind::kSkew:  // d > 0: the voltage comes late, the current early
-      return withCurrentMoved(std::move(rows), -static_cast<int>(std::lround(strength)));
-    case ChangeKind::kLag:
-      lag(strength > 0.0 ? rows.voltage : rows.current, rows.time,
-          std::abs(strength) * rows.interval);
-      // A current that lags does not reach the end of the sensor's range.
-      for (char& excluded : rows.excluded)
-        if (strength < 0.0 && excluded == static_cast<char>(SampleFault::kClipped)) excluded = 0;
-      break;
-  }
-  return rows;
-}
-
 ResponseComparison::ResponseComparison(const std::vector<Series>& now,
-                                       const std::vector<Series>& then) {
-  for (const Series& one : then) then_.push_back(responseRows(one));
-  scale_ = responseScale(then_.front());
+                                       const ResponseReference& then)
+    : tables_(then.tables) {
+  for (const Series& one : then.recordings) then_.push_back(responseRows(one));
+  scale_ = tables_.empty() ? responseScale(then_.front()) : tables_.front()->scale;
+  interval_ = tables_.empty() ? then_.front().interval : tables_.front()->interval;
+  for (const auto& table : tables_) requireSameScale(table->scale, scale_);
   std::vector<ResponseFeatures> features;
   for (const Series& one : now) features.push_back(responseFeatures(responseRows(one), scale_));
   now_ = meanOf(features);
@@ -214,6 +169,8 @@ ResponseFeatures ResponseComparison::featuresWith(ChangeKind kind, double streng
   for (const ResponseRows& rows : then_)
     features.push_back(
         responseFeatures(strength == 0.0 ? rows : withChange(rows, kind, strength), scale_));
+  for (const auto& table : tables_)
+    features.push_back(battery_sof::featuresWith(*table, kind, strength));
   return meanOf(features);
 }
 

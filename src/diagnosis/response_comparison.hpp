@@ -1,41 +1,21 @@
 #pragma once
 
-#include <string>
+#include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "battery_sof/series.hpp"
-#include "diagnosis/response_features.hpp"
+#include "diagnosis/response_changes.hpp"
+#include "diagnosis/response_table.hpp"
 
 namespace battery_sof {
 
-/// What may have changed between two recordings, as far as it can be put into one exactly.
-enum class ChangeKind {
-  kContact,  ///< [Ohm], v + R i
-  kGain,     ///< [1], (1 + g) i
-  kOffset,   ///< [A], i + i_o
-  kSkew,     ///< [rows], > 0: the voltage comes late, < 0: the current
-  kLag,  ///< [rows], time constant of a first-order lag; > 0: of the voltage, < 0: of the current
+/// What a comparison is with: recordings, and what model files keep of recordings.
+struct ResponseReference {
+  std::vector<Series> recordings;
+  std::vector<std::shared_ptr<const ResponseTable>> tables;
+  std::size_t size() const { return recordings.size() + tables.size(); }
 };
-
-/// A kind of change with the strengths that are tried.
-struct CandidateChange {
-  ChangeKind kind;
-  const char* id;            ///< of the effect
-  const char* unit;          ///< of the effect's strength
-  double typical;            ///< standard deviation of its prior, as of ChangeKind; infinite: flat
-  std::vector<double> grid;  ///< ascending, as of ChangeKind
-  bool continuous = true;    ///< whether strengths between those of the grid are meant
-
-  /// Whether strengths count in rows of the recording; else in `unit`.
-  bool isInRows() const { return kind == ChangeKind::kSkew || kind == ChangeKind::kLag; }
-};
-
-/// @return all of them.
-const std::vector<CandidateChange>& candidateChanges();
-
-/// @return what the recording would be had its instruments been changed so. @param strength as of
-/// ChangeKind.
-ResponseRows withChange(ResponseRows rows, ChangeKind kind, double strength);
 
 /**
  * @brief NOW's features against those of the reference with a change put in.
@@ -47,15 +27,16 @@ ResponseRows withChange(ResponseRows rows, ChangeKind kind, double strength);
  */
 class ResponseComparison {
  public:
-  /// @param now, then at least one recording each.
-  ResponseComparison(const std::vector<Series>& now, const std::vector<Series>& then);
+  /// @param now at least one recording. @param then at least one recording or table.
+  /// @throws std::invalid_argument for tables of different scales.
+  ResponseComparison(const std::vector<Series>& now, const ResponseReference& then);
 
   const std::vector<int>& compared() const { return compared_; }  ///< features known in both
   const ResponseFeatures& now() const { return now_; }
   const ResponseFeatures& reference() const { return reference_; }
-  double interval() const { return then_.front().interval; }  ///< [s], between rows
-  double currentScale() const { return scale_.current; }      ///< ResponseScale::current
-  double spreadOf(int feature) const;                         ///< between sound trips
+  double interval() const { return interval_; }           ///< [s], between rows of the reference
+  double currentScale() const { return scale_.current; }  ///< ResponseScale::current
+  double spreadOf(int feature) const;                     ///< between sound trips
 
   double nothing() const;  ///< D of no change
   /// D(c, s) and the strength's prior, (s / typical)^2
@@ -68,6 +49,8 @@ class ResponseComparison {
   double distance(const ResponseFeatures& expected, const ResponseFeatures& seen) const;
 
   std::vector<ResponseRows> then_;
+  std::vector<std::shared_ptr<const ResponseTable>> tables_;
+  double interval_ = 1.0;
   ResponseScale scale_;
   ResponseFeatures now_, reference_;
   double trips_ = 1.0, level_ = 0.0;

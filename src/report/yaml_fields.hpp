@@ -24,11 +24,12 @@ namespace battery_sof {
 // Numbers go through text in the classic locale: yaml-cpp's own conversions obey
 // std::locale::global().
 
-/// @return a number in the digits that read back exactly.
+/// @return a number in as few digits as read back exactly, 15 or 17.
 inline YAML::Node scalar(double value) {
   if (!std::isfinite(value))
     return YAML::Node(std::isnan(value) ? ".nan" : value > 0.0 ? ".inf" : "-.inf");
-  return YAML::Node(format("%.17g", value));
+  const std::string brief = format("%.15g", value);
+  return YAML::Node(numberOf(brief) == value ? brief : format("%.17g", value));
 }
 
 /// @return a number of a document, where .inf and .nan are numbers that are not finite; none for

@@ -21,6 +21,8 @@
 
 namespace battery_sof {
 
+struct ResponseTable;  // diagnosis/response_table.hpp
+
 /// An event of the battery's own past, and what was to be expected of it.
 struct PastEvent {
   enum class Kind { kCrank, kCharge, kStop };
@@ -238,6 +240,8 @@ struct FittedModel {
   LiveState state;             ///< moves with every sample
   IntervalLearning intervals;  ///< moves with every crank, charge and (at a source) stop
   Provenance provenance;
+  /// what a later recording is compared with; none: nothing was kept of the recording
+  std::shared_ptr<const ResponseTable> responses;
 };
 
 /// Rows of a base model's covariance behind the parameters (BaseRow).

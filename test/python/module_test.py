@@ -311,7 +311,11 @@ class TestDiagnosis(Drive):
         told = self.sof("diagnose", csv, "--reference", self.csv)
         self.assertEqual(change.verdict, told["verdict"])
         self.assertAlmostEqual(change.changes[0].now, told["changes"][0]["now"], places=5)
-        with self.assertRaisesRegex(ValueError, "reference is empty, expected at least one recording"):
+        model = battery_sof.identify(self.recording)
+        from_model = battery_sof.diagnose(now, reference=model)
+        self.assertEqual(from_model.changes[0].id, "contact_resistance")
+        self.assertAlmostEqual(from_model.changes[0].now, change.changes[0].now, delta=0.001)
+        with self.assertRaisesRegex(ValueError, "reference is empty, expected at least one recording or model"):
             battery_sof.diagnose(now, reference=[])
         with self.assertRaisesRegex(ValueError, "expected without holdout_share"):
             battery_sof.diagnose(now, reference=self.recording, given=["cpe2"])

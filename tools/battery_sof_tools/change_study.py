@@ -1,11 +1,11 @@
 """Changes put into measured recordings, and what `sof diagnose --reference` says of them.
 
-    change_study BUILD --data FOLDER [--pairs few|all] [--responses-only] [--json FILE] [--spread]
+    change_study BUILD --data FOLDER [--pairs few|all] [--responses-only] [--reference-models] [--json FILE] [--spread]
 
 Pairs of sound recordings of one battery: the halves of each recording of a vehicle, either one as the reference, and two trips of one car. A change is put exactly
 into the measured signals of the later one: a contact's resistance (v + R i), a gain and an offset of the current, a delay and a lag of one channel. Controls are the
 same pairs with nothing put in; pairs of different vehicles must be called another battery. A change counts as named where it is the first one or among those that
-look alike. `--spread` prints what the pairs differ by in each quantity that is compared, beside what is assumed: the table of src/diagnosis/change.cpp.
+look alike. `--reference-models` gives the reference as the model file that `sof identify` makes of it, in place of the recording. `--spread` prints what the pairs differ by in each quantity that is compared, beside what is assumed: the table of src/diagnosis/change.cpp.
 """
 
 import argparse
@@ -93,12 +93,15 @@ def sound_pairs(data):
     return pairs, whole
 
 
-def ask(binary, then, now, options=()):
-    """(answer, seconds) of sof diagnose NOW --reference THEN."""
+def ask(binary, then, now, options=(), model=False):
+    """(answer, seconds) of sof diagnose NOW --reference THEN, or the model file of THEN."""
     with tempfile.TemporaryDirectory(prefix="change_") as folder:
         paths = [os.path.join(folder, name) for name in ("now.csv", "then.csv", "answer.json")]
         recordings.write(paths[0], *now)
         recordings.write(paths[1], *then)
+        if model:
+            recording, paths[1] = paths[1], os.path.join(folder, "then.yaml")
+            sof.call([binary, "identify", recording, "--out", paths[1], "--anyway"])
         began = time.monotonic()
         sof.call([binary, "diagnose", paths[0], "--reference", paths[1], "--json", paths[2], *options])
         return sof.read_json(paths[2]), time.monotonic() - began
@@ -109,8 +112,8 @@ def is_named(answer, effect):
     return effect == first["id"] or effect in first["indistinguishable"]
 
 
-def row_of(binary, pair, change, options=()):
-    answer, seconds = ask(binary, pair.then, injected(pair.now, change) if change else pair.now, options)
+def row_of(binary, pair, change, options=(), model=False):
+    answer, seconds = ask(binary, pair.then, injected(pair.now, change) if change else pair.now, options, model)
     first = (answer["changes"] or [None])[0]
     scale = {"mOhm": 1e3, "%": 1e2}.get(change.unit, 1.0) if change else 1.0
     holds = None
@@ -185,6 +188,7 @@ def main():
     parser.add_argument("--data", required=True, help="folder of the measured recordings")
     parser.add_argument("--pairs", choices=("few", "all"), default="few", help="few: one pair a recording and half of the strengths, ten minutes; all: an hour")
     parser.add_argument("--responses-only", action="store_true", help="as of sof: no models, so other vehicles are left out")
+    parser.add_argument("--reference-models", action="store_true", help="the references are model files")
     parser.add_argument("--controls", action="store_true", help="nothing put in and other vehicles alone")
     parser.add_argument("--spread", action="store_true", help="what the quantities differ by between trips, beside what is assumed")
     parser.add_argument("--json", help="file to write every case to")
@@ -199,8 +203,8 @@ def main():
              for then, now in itertools.permutations(VEHICLES, 2) if not is_few or list(VEHICLES).index(now) == (list(VEHICLES).index(then) + 1) % len(VEHICLES)]
     cases = [(pair, change) for pair in pairs for change in changes]
     options = ["--responses-only"] * args.responses_only
-    rows = [row_of(binary, *case, options) for case in followed(cases, "compared")]
-    others = [] if args.responses_only else [row_of(binary, pair, None) for pair in followed(other, "other vehicles")]
+    rows = [row_of(binary, *case, options, args.reference_models) for case in followed(cases, "compared")]
+    others = [] if args.responses_only else [row_of(binary, pair, None, model=args.reference_models) for pair in followed(other, "other vehicles")]
     if args.json:
         write_json(args.json, {"rows": rows, "other_vehicles": others})
     print("\n".join(report(rows, others, args.spread)))

@@ -184,6 +184,49 @@ TEST_F(SofDiagnose, SaysWhatHasChangedSinceAReference) {
             json["explained"]["reference_model"]["share_percent"]);
 }
 
+TEST_F(SofDiagnose, TakesTheModelOfTheReferenceInItsPlace) {
+  const BatteryModel model({"fresh_sulphate"});
+  test::StartStopOptions options;
+  options.duration = 1500.0;
+  options.lowest = 12.6;
+  options.current_noise = 0.1;
+  options.voltage_noise = 0.01;
+  const Series then = test::startStopDrive(model, test::freshBattery(model), options).series;
+  options.seed = 2;
+  Series now = test::startStopDrive(model, test::freshBattery(model), options).series;
+  for (std::size_t n = 0; n < now.size(); ++n) now.voltage[n] += 0.008 * now.current[n];
+  writeCsv(path("then.csv"), then);
+  writeCsv(path("now.csv"), now);
+  ASSERT_EQ(sof({"identify", path("then.csv"), "--out", path("then.yaml")}).code, 0);
+  const Outcome outcome = sof({"diagnose", path("now.csv"), "--reference", path("then.yaml"),
+                               "--json", path("change.json")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(std::ifstream(path("change.json")));
+  ASSERT_EQ(json["verdict"], "changed") << json;
+  EXPECT_EQ(json["references"], nlohmann::json({"then.yaml"}));
+  EXPECT_EQ(json["changes"][0]["id"], "contact_resistance");
+  EXPECT_LT(json["changes"][0]["interval"][0], 0.008);
+  EXPECT_GT(json["changes"][0]["interval"][1], 0.008);
+  EXPECT_TRUE(json["explained"]["model_distance"].is_number());
+  const Outcome same = sof({"diagnose", path("then.csv"), "--reference", path("then.yaml")});
+  EXPECT_EQ(same.code, 2);
+  EXPECT_NE(same.err.find("is a model of the same recording as"), std::string::npos) << same.err;
+}
+
+TEST_F(SofDiagnose, AReferenceModelWithoutResponsesIsToBeIdentifiedAgain) {
+  writeCsv(path("then.csv"), test::baseDrive(1));
+  ASSERT_EQ(
+      sof({"identify", path("then.csv"), "--effects", "none", "--out", path("bare.yaml")}).code, 0);
+  std::ifstream in(path("bare.yaml"));
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  const auto at = text.find("responses:");
+  if (at != std::string::npos) std::ofstream(path("bare.yaml")) << text.substr(0, at);
+  writeCsv(path("other.csv"), test::baseDrive(3));
+  const Outcome outcome = sof({"diagnose", path("other.csv"), "--reference", path("bare.yaml")});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("Identify again (sof identify)"), std::string::npos) << outcome.err;
+}
+
 TEST_F(SofDiagnose, ReferencesThatCannotServeAreRefused) {
   const Outcome same = sof({"diagnose", stub_, "--reference", stub_});
   EXPECT_EQ(same.code, 2);

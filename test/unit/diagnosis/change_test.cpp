@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "diagnosis/response_table.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {
@@ -53,7 +54,7 @@ Series withLaggingCurrent(Series series, double constant) {
 ChangeDiagnosis responsesOf(const Series& now, const Series& then) {
   ChangeOptions options;
   options.runs_models = false;
-  return diagnoseChange({now}, {then}, options);
+  return diagnoseChange({now}, {{then}, {}}, options);
 }
 
 constexpr std::uint64_t kTrips = 10;
@@ -67,6 +68,40 @@ TEST(Changes, AreSaidOfAtMostOneInTenSoundTrips) {
     changed += found.verdict == ChangeVerdict::kChanged;
   }
   EXPECT_LE(changed, 1);
+}
+
+/// A model that holds what its file keeps of a recording, and nothing that could be run.
+FittedModel keptOf(const Series& series) {
+  FittedModel model;
+  model.responses = responseTable(series);
+  return model;
+}
+
+TEST(Changes, AgainstAModelFileAreThoseAgainstItsRecording) {
+  const Series then = trip(1);
+  const FittedModel kept = keptOf(then);
+  ASSERT_TRUE(kept.responses);
+  ChangeOptions options;
+  options.runs_models = false;
+  for (std::uint64_t seed = 2; seed < 6; ++seed)
+    for (const Series& now : {trip(seed), withContact(trip(seed), 0.004),
+                              withOffset(trip(seed), 1.2), withLateCurrent(trip(seed), 2)}) {
+      const ChangeDiagnosis one = responsesOf(now, then);
+      const ChangeDiagnosis other = diagnoseChange({now}, {{}, {kept}}, options);
+      EXPECT_EQ(one.verdict, other.verdict) << one.summary << "\n" << other.summary;
+      ASSERT_EQ(one.changes.size(), other.changes.size());
+      if (one.changes.empty()) continue;
+      EXPECT_EQ(one.changes[0].id, other.changes[0].id);
+      EXPECT_NEAR(one.changes[0].now, other.changes[0].now, 0.1 * std::abs(one.changes[0].now));
+    }
+}
+
+TEST(Changes, AgainstAModelFileWithoutResponsesAreNotJudged) {
+  const ChangeDiagnosis found = diagnoseChange({trip(1)}, {{}, {FittedModel()}});
+  EXPECT_EQ(found.verdict, ChangeVerdict::kInsufficientData);
+  EXPECT_NE(found.summary.find("a model file without the responses of its recording"),
+            std::string::npos)
+      << found.summary;
 }
 
 struct Named {
@@ -128,7 +163,7 @@ TEST(Changes, OfSeveralTripsAreNamedAtASmallerStrength) {
   const auto limitOf = [](const std::vector<Series>& now, const std::vector<Series>& then) {
     ChangeOptions options;
     options.runs_models = false;
-    for (const ChangeLimit& limit : diagnoseChange(now, then, options).detection_limits)
+    for (const ChangeLimit& limit : diagnoseChange(now, {then, {}}, options).detection_limits)
       if (limit.id == "contact_resistance") return limit.strength;
     return HUGE_VAL;
   };
@@ -145,7 +180,7 @@ TEST(Changes, OfAShortRecordingAreNotJudged) {
 }
 
 TEST(Changes, NeedARecordingAndAReference) {
-  EXPECT_THROW(diagnoseChange({}, {trip(1)}), std::invalid_argument);
+  EXPECT_THROW(diagnoseChange({}, {{trip(1)}, {}}), std::invalid_argument);
   EXPECT_THROW(diagnoseChange({trip(1)}, {}), std::invalid_argument);
 }
 
@@ -157,6 +192,35 @@ TEST(ResponseFeatures, FindTheResistanceAtEdgesAndTheRowOfTheLargestResponse) {
   const ResponseFeatures more = responseFeatures(rows, {});
   ASSERT_TRUE(plain.known[kEdgeResistance]);
   EXPECT_NEAR(more.value[kEdgeResistance] - plain.value[kEdgeResistance], 0.003, 2e-4);
+}
+
+TEST(ResponseTable, IsExactAtItsStrengthsAndCloseBetweenThem) {
+  const Series series = trip(3);
+  const auto table = responseTable(series);
+  ASSERT_TRUE(table);
+  const ResponseRows rows = responseRows(series);
+  for (const auto& [kind, strength] : {std::pair(ChangeKind::kContact, 0.004),
+                                       {ChangeKind::kContact, 0.0051},
+                                       {ChangeKind::kGain, -0.08},
+                                       {ChangeKind::kOffset, 1.0},
+                                       {ChangeKind::kSkew, 2.0},
+                                       {ChangeKind::kLag, -1.6},
+                                       {ChangeKind::kLag, 0.5}}) {
+    const ResponseFeatures exact = responseFeatures(withChange(rows, kind, strength), table->scale);
+    const ResponseFeatures kept = featuresWith(*table, kind, strength);
+    for (int k = 0; k < kResponseFeatures; ++k) {
+      if (!kept.known[k]) continue;
+      const double unit = k < kBlockedCurrent ? 4e-4 : k == kBlockedCurrent ? 0.1 : 0.03;
+      EXPECT_NEAR(kept.value[k], exact.value[k], unit) << featureId(k) << " " << strength;
+    }
+  }
+}
+
+TEST(ResponseTable, OfARecordingThatCannotServeIsNone) {
+  EXPECT_FALSE(responseTable(slice(trip(1), {0, 200})));
+  Series quiet = trip(1);
+  for (double& current : quiet.current) current = -5.0;
+  EXPECT_FALSE(responseTable(quiet, true));
 }
 
 TEST(ResponseFeatures, OfTooFewRowsAreUnknown) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "diagnosis/response_table.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/questions.hpp"
 #include "prediction/scores.hpp"
@@ -414,6 +415,58 @@ TEST(ModelYaml, HoldsTheBlocksOfARowAndNothingOfOneBlock) {
               std::string::npos)
         << error.what();
   }
+}
+
+/// A model of a start-stop drive with the responses of its recording.
+FittedModel modelWithResponses() {
+  const BatteryModel composition({"fresh_sulphate"});
+  test::StartStopOptions options;
+  options.duration = 1500.0;
+  FittedModel model = fittedModel();
+  model.responses = responseTable(
+      test::startStopDrive(composition, test::freshBattery(composition), options).series);
+  return model;
+}
+
+TEST(ModelYaml, KeepsTheResponsesOfItsRecording) {
+  const FittedModel model = modelWithResponses();
+  ASSERT_TRUE(model.responses);
+  const std::string text = modelYaml(model);
+  const FittedModel back = parseModelYaml(text, "model.yaml");
+  ASSERT_TRUE(back.responses);
+  EXPECT_EQ(modelYaml(back), text);
+  EXPECT_LT(text.size(), 60000u);
+  for (const auto& [kind, strength] : {std::pair(ChangeKind::kContact, 0.0),
+                                       {ChangeKind::kContact, 0.0033},
+                                       {ChangeKind::kSkew, -2.0},
+                                       {ChangeKind::kLag, 1.1}}) {
+    const ResponseFeatures one = featuresWith(*model.responses, kind, strength);
+    const ResponseFeatures other = featuresWith(*back.responses, kind, strength);
+    EXPECT_EQ(one.known, other.known);
+    EXPECT_TRUE(one.value.isApprox(other.value, 1e-12));
+    EXPECT_TRUE(one.covariance.isApprox(other.covariance, 1e-9));
+  }
+  EXPECT_FALSE(parseModelYaml(modelYaml(fittedModel()), "model.yaml").responses);
+}
+
+TEST(ModelYaml, NamesWhatIsWrongWithResponses) {
+  const std::string text = modelYaml(modelWithResponses());
+  const auto wrong = [&](const std::string& from, const std::string& to) {
+    const auto at = text.find("responses:");
+    return errorOf(text.substr(0, at) + with(text.substr(at), from, to));
+  };
+  EXPECT_EQ(wrong("version: 1", "version: 2"),
+            "model.yaml: responses.version is 2, expected 1: identify again");
+  EXPECT_EQ(wrong("features: [edge_resistance", "features: [edge_resistence"),
+            "model.yaml: responses.features must be ids of features in their order");
+  EXPECT_NE(wrong("strength: [-0.004, -0.002", "strength: [-0.002, -0.004")
+                .find("responses.changes.contact_resistance.strength must rise, without 0"),
+            std::string::npos);
+  EXPECT_NE(
+      wrong("current_gain:", "current_grain:").find("responses.changes.current_gain is missing"),
+      std::string::npos);
+  EXPECT_NE(wrong("interval_s: 1", "interval_s: 0").find("responses.interval_s is 0, expected"),
+            std::string::npos);
 }
 
 TEST(ReadModelFile, SaysThatAFileCannotBeRead) {

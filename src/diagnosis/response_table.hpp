@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "battery_sof/series.hpp"
+#include "diagnosis/response_changes.hpp"
+
+namespace battery_sof {
+
+/// Version of what features are taken by: of the thresholds in response_features.cpp and the changes
+/// in response_changes.cpp. A table of another version is not comparable.
+inline constexpr int kResponseVersion = 1;
+
+/// Features of a recording with one change of several strengths put in, a column a strength.
+struct TabulatedChange {
+  ChangeKind kind = ChangeKind::kContact;
+  std::vector<double> strength;  ///< as of ChangeKind, ascending, without 0
+  Eigen::MatrixXd value, std_error;
+};
+
+/**
+ * @brief What a recording has to say as the reference of a comparison, without its samples: what
+ * MODEL.yaml keeps of it.
+ *
+ * Features between two strengths are interpolated. Their covariance has the standard errors of the
+ * strength and the correlations of the recording as it is.
+ */
+struct ResponseTable {
+  double from = 0.0, to = 0.0;  ///< [s]
+  std::size_t samples = 0;
+  double interval = 1.0;  ///< [s], between rows
+  ResponseScale scale;
+  ResponseFeatures unchanged;
+  std::vector<TabulatedChange> changes;  ///< in the order of candidateChanges()
+};
+
+/**
+ * @return the table of a recording; none where it is too short for a comparison, knows fewer than
+ * kFewestFeatures, or has a problem (findProblems()).
+ * @param anyway a recording with a problem has one all the same.
+ */
+std::shared_ptr<const ResponseTable> responseTable(const Series& series, bool anyway = false);
+
+/// @return the features with a change put in; nothing known beyond a strength that left some
+/// unknown.
+ResponseFeatures featuresWith(const ResponseTable& table, ChangeKind kind, double strength);
+
+/// What a comparison needs.
+inline constexpr std::size_t kFewestRows = 300, kFewestFeatures = 8;
+
+}  // namespace battery_sof
