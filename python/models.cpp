@@ -47,9 +47,9 @@ Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool cho
                    const std::string& start, double series_blocks, int threads, bool anyway,
                    std::optional<double> crank_current, double capacity_ah) {
   const py::gil_scoped_release released;
-  return identify(held.recording, {from, to, chooses_window, effects, whiten, isPaperStart(start),
-                                   series_blocks, threads, held.hash, anyway, crank_current,
-                                   checkedCapacity(capacity_ah)});
+  return identify(held.recording,
+                  {from, to, chooses_window, effects, whiten, isPaperStart(start), series_blocks,
+                   threads, held.hash, anyway, crank_current, checkedCapacity(capacity_ah)});
 }
 
 py::dict arraysOf(const Series& part, const FollowedPrediction& course) {
@@ -123,9 +123,9 @@ DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to
                              int threads, bool anyway, std::optional<double> crank_current,
                              double capacity_ah) {
   const py::gil_scoped_release released;
-  return diagnose(held.recording, {from, to, holdout_share, hypotheses, given, series_blocks,
-                                   threads, nullptr, held.hash, anyway, crank_current,
-                                   checkedCapacity(capacity_ah)});
+  return diagnose(held.recording,
+                  {from, to, holdout_share, hypotheses, given, series_blocks, threads, nullptr,
+                   held.hash, anyway, crank_current, checkedCapacity(capacity_ah)});
 }
 
 /// @return JSON and text of a comparison. @param from, to of the recording; references are whole.

@@ -130,10 +130,11 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   options.add_flag("--auto", values.automatic,
                    "choose the window inside --from and --to even when both are given");
   addFile(options, kWrittenFile, "--out", values.out, "model file to write")->required();
-  addEffectIds(options, "--effects", fit.effects,
-               "effects to add to the circuit: comma-separated ids, which sof effects lists, or "
-               "none. Default: fresh_sulphate where a charger controls the voltage, ocv_soc where a "
-               "tenth of the capacity went one way, or there and back once; else none");
+  addEffectIds(
+      options, "--effects", fit.effects,
+      "effects to add to the circuit: comma-separated ids, which sof effects lists, or "
+      "none. Default: fresh_sulphate where a charger controls the voltage, ocv_soc where a "
+      "tenth of the capacity went one way, or there and back once; else none");
   addCapacityOption(options, fit.capacity,
                     "nominal capacity [Ah], of which the default of --effects depends");
   options.add_flag("--whiten", fit.whiten,

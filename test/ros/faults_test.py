@@ -120,7 +120,7 @@ class Faults(NodeTest):
     def test_a_model_that_is_not_finite_any_more_is_dropped_and_that_is_said(self):
         self.started("lost_node")
         self.publish(LOST)
-        wait_until(lambda: self.publish() and "the model was lost: its state was not finite" in self.status.newest().reason, 20,
+        wait_until(lambda: self.publish() and "the model was dropped because its state was not finite" in self.status.newest().reason, 20,
                    "the loss in the status")
         self.assertFalse(self.ask(-200.0).valid)
         self.goes_on()

@@ -120,10 +120,10 @@ TEST(DiscrepancyAnswers, ACrankFarBeyondWhatWasLearntOnIsNotVouchedForAndWider) 
   EXPECT_TRUE(inside.valid) << inside.message;
   EXPECT_FALSE(outside.valid);
   EXPECT_EQ(AnswerCode::kExtrapolation, outside.code);
-  EXPECT_THAT(outside.message, HasSubstr("the discrepancy is held at its range's end"));
+  EXPECT_THAT(outside.message, HasSubstr("the discrepancy is held at the end of its range"));
   EXPECT_GT(outside.u_min->upper - outside.u_min->lower, inside.u_min->upper - inside.u_min->lower);
   const StopTimeAnswer stop = predictStopTime(narrow, {-25.0, -200.0, 0.5, 7.2});
-  EXPECT_THAT(stop.message, HasSubstr("held at its range's end"));
+  EXPECT_THAT(stop.message, HasSubstr("held at the end of its range"));
 }
 
 TEST(DiscrepancyAnswers, AChargeIsAnsweredByTheSameForce) {

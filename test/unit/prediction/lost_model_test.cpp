@@ -58,7 +58,8 @@ TEST_F(LostModel, IsDroppedAndToldOfWhenItsNumbersAreNot) {
     pushUntil(time);
     if (session_.status().basis == AnswerBasis::kPopulation) said = session_.status().reason;
   }
-  EXPECT_NE(said.find("the model was lost: its state was not finite"), std::string::npos) << said;
+  EXPECT_NE(said.find("the model was dropped because its state was not finite"), std::string::npos)
+      << said;
 }
 
 TEST_F(LostModel, IsFollowedByAnotherIdentification) {

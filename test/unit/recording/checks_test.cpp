@@ -275,7 +275,7 @@ TEST(SignCheck, FindsChannelsThatDoNotBelongTogether) {
   series.voltage.assign(other.voltage.begin(), other.voltage.begin() + series.size());
   const auto found = findingsOf(series, "sign");
   ASSERT_EQ(found.size(), 1U) << idsOf(series);
-  EXPECT_TRUE(says(found[0].what, "does not answer"));
+  EXPECT_TRUE(says(found[0].what, "does not follow"));
 }
 
 Series withLateCurrent(const Series& series, int delay) {
