@@ -11,10 +11,10 @@ namespace battery_sof {
 
 namespace {
 
-constexpr std::size_t kChunkThreshold = 768 * 1024;  // [bytes], rosbag's
-constexpr std::size_t kHeaderRecordSize = 4096;      // [bytes], likewise: its data fill it
-constexpr std::uint32_t kTopicNumber = 0;            // the only one
-constexpr std::uint32_t kFormatVersion = 1;          // of indices, and of the list of chunks
+constexpr std::size_t kChunkThreshold = std::size_t{768} * 1024;  // [bytes], rosbag's
+constexpr std::size_t kHeaderRecordSize = 4096;  // [bytes], likewise: its data fill it
+constexpr std::uint32_t kTopicNumber = 0;        // the only one
+constexpr std::uint32_t kFormatVersion = 1;      // of indices, and of the list of chunks
 
 template <typename Value>
 std::string bytesOf(Value value) {
