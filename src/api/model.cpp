@@ -92,8 +92,7 @@ Model identify(const Recording& recording, const IdentifyRequest& request) {
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   if (isUsable(model.fit)) {
     carryToEnd(model, series, fit);
-    model.responses =
-        responseTable(slice(series, samplesBetween(series, fit.from, fit.to)), fit.anyway);
+    model.responses = responseTable(series, fit);
   }
   nameOrigin(model, recording, request);
   return Model(std::move(model));

@@ -129,10 +129,6 @@ void addCrankCurrentOption(CLI::App& command, RecordingArguments& arguments) {
       "repeated pulses, at most 150 A; sof check has it");
 }
 
-void addCapacityOption(CLI::App& command, double& capacity_ah, const std::string& help) {
-  addOption(command, "--capacity-ah", capacity_ah, help);
-}
-
 void requireCapacity(double capacity_ah) {
   if (!(capacity_ah > 0.0) || !std::isfinite(capacity_ah))
     throw UsageError(format("--capacity-ah is %g, expected above 0", capacity_ah));

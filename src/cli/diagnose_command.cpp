@@ -253,9 +253,10 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       ->excludes(hypotheses)
       ->excludes(reference);
   hypotheses->excludes(reference);
-  addCapacityOption(options, search.capacity,
-                    "nominal capacity [Ah]: a tenth of it moves the open-circuit voltage, which is "
-                    "then taken of equations that explain a recording as well");
+  addOption(options, "--capacity-ah", search.capacity,
+            "nominal capacity [Ah]: a tenth of it moves the open-circuit voltage, which is then "
+            "taken of equations that explain a recording as well")
+      ->excludes(reference);
   addOption(options, "--min-rmse", search.relevance.rmse,
             "smallest RMS effect that is reported [V]; half the noise if that is larger");
   addOption(options, "--min-crank", search.relevance.crank,

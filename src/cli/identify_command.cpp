@@ -64,12 +64,6 @@ FittedModel fit(const Series& series, const FitRequest& request) {
   return model;
 }
 
-/// What a later recording is compared with: of everything between --from and --to.
-std::shared_ptr<const ResponseTable> responsesOf(const Series& series, const FitRequest& request) {
-  return responseTable(slice(series, samplesBetween(series, request.from, request.to)),
-                       request.anyway);
-}
-
 int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   FitRequest request;
   request.options = optionsOf(arguments);
@@ -91,7 +85,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   model.provenance.recording_hash = hash;
   if (isUsable(model.fit)) {
     carryToEnd(model, series, request);
-    model.responses = responsesOf(series, request);
+    model.responses = responseTable(series, request);
   }
   const auto& priors = request.options.priors;
   if (!priors.empty() && knownOf(priors, model.fit.effects).empty())
@@ -135,8 +129,8 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
       "effects to add to the circuit: comma-separated ids, which sof effects lists, or "
       "none. Default: fresh_sulphate where a charger controls the voltage, ocv_soc where a "
       "tenth of the capacity went one way, or there and back once; else none");
-  addCapacityOption(options, fit.capacity,
-                    "nominal capacity [Ah], of which the default of --effects depends");
+  addOption(options, "--capacity-ah", fit.capacity,
+            "nominal capacity [Ah], of which the default of --effects depends");
   options.add_flag("--whiten", fit.whiten,
                    "whiten the residuals by a fitted noise model instead of weighting them as the "
                    "paper does; not where a charger controls the voltage");

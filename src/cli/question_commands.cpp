@@ -59,7 +59,7 @@ struct QueryArguments {
 
 void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
   addModelOption(command, arguments.model);
-  addCapacityOption(command, arguments.capacity_ah, "nominal capacity [Ah]");
+  addOption(command, "--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]");
   command.add_flag("--rested", arguments.rested,
                    "begin from a rested battery, not from the saved state");
   addJsonOption(command, arguments.json);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimation/identification.hpp"
 #include "recording/checks.hpp"
 
 namespace battery_sof {
@@ -81,6 +82,12 @@ std::shared_ptr<const ResponseTable> responseTable(const Series& series, bool an
   for (const CandidateChange& candidate : candidateChanges())
     table->changes.push_back(tabulated(rows, *table, candidate));
   return table;
+}
+
+std::shared_ptr<const ResponseTable> responseTable(const Series& series,
+                                                   const FitRequest& request) {
+  return responseTable(slice(series, samplesBetween(series, request.from, request.to)),
+                       request.anyway);
 }
 
 ResponseFeatures featuresWith(const ResponseTable& table, ChangeKind kind, double strength) {

@@ -10,6 +10,8 @@
 
 namespace battery_sof {
 
+struct FitRequest;  // estimation/identification.hpp
+
 /// Version of what features are taken by: of the thresholds in response_features.cpp and the changes
 /// in response_changes.cpp. A table of another version is not comparable.
 inline constexpr int kResponseVersion = 1;
@@ -43,6 +45,9 @@ struct ResponseTable {
  * @param anyway a recording with a problem has one all the same.
  */
 std::shared_ptr<const ResponseTable> responseTable(const Series& series, bool anyway = false);
+
+/// @return the table of what a model was identified from, between the request's from and to.
+std::shared_ptr<const ResponseTable> responseTable(const Series& series, const FitRequest& request);
 
 /// @return the features with a change put in; nothing known beyond a strength that left some
 /// unknown.

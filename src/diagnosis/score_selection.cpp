@@ -9,7 +9,7 @@
 #include "diagnosis/explanation_fits.hpp"
 #include "diagnosis/residuals.hpp"
 #include "estimation/fit_window.hpp"
-#include "recording/moved_charge.hpp"
+#include "estimation/moved_charge.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -20,7 +20,6 @@ constexpr std::size_t kScoreBlocks = 8;
 constexpr std::size_t kPromising = 4;    // candidates of a step that are scored
 constexpr std::size_t kTriedAgain = 10;  // candidates of a step that the next one looks at
 constexpr std::size_t kMaxMembers = 5;
-constexpr const char* kMovedByCharge = "ocv_soc";
 constexpr int kFirstSteps = 3, kFurtherSteps = 8;  // of a candidate's fit
 
 using Effects = std::vector<std::string>;

@@ -6,11 +6,11 @@
 
 #include "estimation/base_search.hpp"
 #include "estimation/fit_quality.hpp"
+#include "estimation/moved_charge.hpp"
 #include "estimation/window.hpp"
 #include "recording/checks.hpp"
 #include "recording/crank_current.hpp"
 #include "recording/fit_mask.hpp"
-#include "recording/moved_charge.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"
 #include "state/state_estimator.hpp"
@@ -23,7 +23,6 @@ namespace {
 constexpr double kMinCurrentSpan = 0.5;  // [A]
 constexpr double kMovingVoltage = 0.02;  // [V], which a battery moves by under a held current
 constexpr const char* kChargingPhysics = "fresh_sulphate";
-constexpr const char* kDeepPhysics = "ocv_soc";
 constexpr int kBoundRounds = 4;         // of a fit and the bounds that it violates
 constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
 
@@ -132,9 +131,9 @@ std::vector<std::vector<std::string>> compositionsToTry(const Series& series, In
     return {options.effects};
   const MovedCharge moved = movedCharge(series, range);
   const bool is_deep = moved.isDeep(options.capacity);
-  if (is_deep && moved.isOneCycle()) return {{kDeepPhysics}, {}};
+  if (is_deep && moved.isOneCycle()) return {{kMovedByCharge}, {}};
   if (!isVoltageControlled(options, range)) return {{}};
-  if (is_deep) return {{kChargingPhysics}, {kDeepPhysics}, {}};
+  if (is_deep) return {{kChargingPhysics}, {kMovedByCharge}, {}};
   return {{kChargingPhysics}, {}};
 }
 

@@ -25,6 +25,22 @@ class SofDiagnose : public test::InFolder {
     writeCsv(stub_, test::baseDrive(1, 2.0));
   }
 
+  /// then.csv and now.csv: two trips of one battery, 8 mOhm of contact in the second.
+  void writeTripsWithANewContact() {
+    const BatteryModel model({"fresh_sulphate"});
+    test::StartStopOptions options;
+    options.duration = 1500.0;
+    options.lowest = 12.6;
+    options.current_noise = 0.1;
+    options.voltage_noise = 0.01;
+    const Series then = test::startStopDrive(model, test::freshBattery(model), options).series;
+    options.seed = 2;
+    Series now = test::startStopDrive(model, test::freshBattery(model), options).series;
+    for (std::size_t n = 0; n < now.size(); ++n) now.voltage[n] += 0.008 * now.current[n];
+    writeCsv(path("then.csv"), then);
+    writeCsv(path("now.csv"), now);
+  }
+
   std::string stub_;  ///< two seconds: too short for any diagnosis
 };
 
@@ -154,18 +170,7 @@ TEST_F(SofDiagnose, WhatIsConfirmedIsGone) {
 }
 
 TEST_F(SofDiagnose, SaysWhatHasChangedSinceAReference) {
-  const BatteryModel model({"fresh_sulphate"});
-  test::StartStopOptions options;
-  options.duration = 1500.0;
-  options.lowest = 12.6;
-  options.current_noise = 0.1;
-  options.voltage_noise = 0.01;
-  const Series then = test::startStopDrive(model, test::freshBattery(model), options).series;
-  options.seed = 2;
-  Series now = test::startStopDrive(model, test::freshBattery(model), options).series;
-  for (std::size_t n = 0; n < now.size(); ++n) now.voltage[n] += 0.008 * now.current[n];
-  writeCsv(path("then.csv"), then);
-  writeCsv(path("now.csv"), now);
+  writeTripsWithANewContact();
   const Outcome outcome = sof({"diagnose", path("now.csv"), "--reference", path("then.csv"),
                                "--json", path("change.json")});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
@@ -185,18 +190,7 @@ TEST_F(SofDiagnose, SaysWhatHasChangedSinceAReference) {
 }
 
 TEST_F(SofDiagnose, TakesTheModelOfTheReferenceInItsPlace) {
-  const BatteryModel model({"fresh_sulphate"});
-  test::StartStopOptions options;
-  options.duration = 1500.0;
-  options.lowest = 12.6;
-  options.current_noise = 0.1;
-  options.voltage_noise = 0.01;
-  const Series then = test::startStopDrive(model, test::freshBattery(model), options).series;
-  options.seed = 2;
-  Series now = test::startStopDrive(model, test::freshBattery(model), options).series;
-  for (std::size_t n = 0; n < now.size(); ++n) now.voltage[n] += 0.008 * now.current[n];
-  writeCsv(path("then.csv"), then);
-  writeCsv(path("now.csv"), now);
+  writeTripsWithANewContact();
   ASSERT_EQ(sof({"identify", path("then.csv"), "--out", path("then.yaml")}).code, 0);
   const Outcome outcome = sof({"diagnose", path("now.csv"), "--reference", path("then.yaml"),
                                "--json", path("change.json")});
@@ -232,6 +226,9 @@ TEST_F(SofDiagnose, ReferencesThatCannotServeAreRefused) {
   EXPECT_EQ(same.code, 2);
   EXPECT_NE(same.err.find("is the same recording as"), std::string::npos) << same.err;
   EXPECT_EQ(sof({"diagnose", stub_, "--reference", path("none.csv")}).code, 2);
+  EXPECT_EQ(sof({"diagnose", stub_, "--capacity-ah", "20", "--reference", stub_}).code, 2);
+  EXPECT_NE(sof({"diagnose", stub_, "--capacity-ah", "0"}).err.find("--capacity-ah is 0"),
+            std::string::npos);
   writeCsv(path("then.csv"), test::baseDrive(2, 2.0));
   const Outcome brief = sof({"diagnose", stub_, "--reference", path("then.csv")});
   EXPECT_EQ(brief.code, 1);

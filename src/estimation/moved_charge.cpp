@@ -1,4 +1,4 @@
-#include "recording/moved_charge.hpp"
+#include "estimation/moved_charge.hpp"
 
 #include <algorithm>
 #include <cmath>

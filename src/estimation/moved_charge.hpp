@@ -4,6 +4,9 @@
 
 namespace battery_sof {
 
+/// The effect that a charge which moved a tenth of the capacity calls for.
+inline constexpr const char* kMovedByCharge = "ocv_soc";
+
 /**
  * @brief How far a battery's charge went in a window, and over what distance.
  *
