@@ -217,7 +217,7 @@ class BagReader::Walk {
       const std::uint64_t time =
           numberAt(record.data, at) * kSecond + numberAt(record.data, at + 4);
       has_damaged_index_ |= time >= kEndOfTime;
-      if (time > 0) index.entries.push_back({time, offset});
+      index.entries.push_back({time, offset});
     }
     const auto connection = record.number<std::uint32_t>("conn");
     has_damaged_index_ |= !connection || record.number<std::uint32_t>("ver") != kIndexVersion;

@@ -1,11 +1,9 @@
 #include "bag/format/bag_writer.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <map>
 #include <stdexcept>
-#include <tuple>
 
 namespace battery_sof {
 
@@ -56,11 +54,8 @@ class BagWriter {
   }
 
   void add(const Stamp& time, const std::string& message) {
-    const auto earlier = [](const Stamp& a, const Stamp& b) {
-      return std::tie(a.sec, a.nsec) < std::tie(b.sec, b.nsec);
-    };
-    begin_ = count_ == 0 ? time : std::min(begin_, time, earlier);
-    end_ = count_ == 0 ? time : std::max(end_, time, earlier);
+    if (count_ == 0) begin_ = time;
+    end_ = time;
     index_ += bytesOf(time) + bytesOf(static_cast<std::uint32_t>(chunk_.size()));
     chunk_ += recordOf('\x02', {{"conn", bytesOf(kTopicNumber)}, {"time", bytesOf(time)}}, message);
     ++count_;

@@ -27,7 +27,7 @@ FittedModel fullModel() {
   rule.voltage_noise = 0.01;
   model.fit.source = rule;
   model.fit.baseline.voltage_from_current =
-      BaselineLine{12.5, 0.006, 0.02, -0.03, 0.03, -10.5, 20.5, 1000};
+      BaselineLine{12.5, 0.006, 0.02, -0.03, 0.03, -10.0, 20.0, 1000};
   model.fit.baseline.cranks =
       BaselineCranks{{-200.0, 10.5}, {-210.0, 10.4}, 11.0, 0.006, -0.1, 0.1, 5};
   model.intervals.event_history.cranks = {
