@@ -12,7 +12,7 @@ namespace {
 constexpr double kDigits = 1e5;  // a table's numbers have six: errors are above a thousandth
 
 /// Rounded, so that a file has few digits and reads back to the same number.
-double shortened(double value) {
+double sixDigits(double value) {
   if (value == 0.0 || !std::isfinite(value)) return 0.0;
   const double scale = kDigits / std::pow(10.0, std::floor(std::log10(std::abs(value))));
   return std::round(value * scale) / scale;
@@ -40,7 +40,7 @@ TabulatedChange tabulated(const ResponseRows& rows, const ResponseTable& of,
   std::vector<ResponseFeatures> all;
   const double scale = candidate.kind == ChangeKind::kOffset ? of.scale.current : 1.0;
   for (const double in_grid : candidate.grid) {
-    const double strength = shortened(scale * in_grid);
+    const double strength = sixDigits(scale * in_grid);
     ResponseFeatures features =
         responseFeatures(withChange(rows, candidate.kind, strength), of.scale);
     bool knows_all = true;
@@ -54,8 +54,8 @@ TabulatedChange tabulated(const ResponseRows& rows, const ResponseTable& of,
   change.std_error = change.value;
   for (std::size_t j = 0; j < all.size(); ++j) {
     const auto column = static_cast<Eigen::Index>(j);
-    change.value.col(column) = all[j].value.unaryExpr(&shortened);
-    change.std_error.col(column) = standardErrors(all[j]).unaryExpr(&shortened);
+    change.value.col(column) = all[j].value.unaryExpr(&sixDigits);
+    change.std_error.col(column) = standardErrors(all[j]).unaryExpr(&sixDigits);
   }
   return change;
 }
@@ -71,13 +71,13 @@ std::shared_ptr<const ResponseTable> responseTable(const Series& series, bool an
   table->samples = series.size();
   table->interval = rows.interval;
   table->scale = responseScale(rows);
-  table->scale.current = shortened(table->scale.current);
+  table->scale.current = sixDigits(table->scale.current);
   ResponseFeatures& unchanged = table->unchanged;
   unchanged = responseFeatures(rows, table->scale);
   if (unchanged.count() < kFewestFeatures) return nullptr;
-  const Eigen::VectorXd error = standardErrors(unchanged).unaryExpr(&shortened);
+  const Eigen::VectorXd error = standardErrors(unchanged).unaryExpr(&sixDigits);
   const Eigen::MatrixXd correlation = correlationOf(unchanged);
-  unchanged.value = unchanged.value.unaryExpr(&shortened).eval();
+  unchanged.value = unchanged.value.unaryExpr(&sixDigits).eval();
   unchanged.covariance = error.asDiagonal() * correlation * error.asDiagonal();
   for (const CandidateChange& candidate : candidateChanges())
     table->changes.push_back(tabulated(rows, *table, candidate));
