@@ -20,7 +20,6 @@ catkin_package(
   INCLUDE_DIRS include
   LIBRARIES ${PROJECT_NAME}
   CATKIN_DEPENDS actionlib actionlib_msgs diagnostic_msgs diagnostic_updater message_runtime roscpp sensor_msgs std_msgs
-  DEPENDS EIGEN3
   CFG_EXTRAS ${PROJECT_NAME}-extras.cmake)
 
 set(LIBRARY_DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
