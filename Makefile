@@ -1,4 +1,4 @@
-# make demo | test | test-slow | test-all | test-core | tidy | docs | deb | try-deb | sanitize | fuzz | tsan | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
+# make demo | test | test-slow | test-all | test-core | tidy | docs | deb | try-deb | try-wheel | sanitize | fuzz | tsan | soak | stress | build | bench | reproduce | study | calibrate | proof | proof-quick | clean. Each installs what is missing first; each is safe to run twice.
 BUILD ?= build
 BUILD_CORE ?= $(BUILD)/core
 BUILD_SANITIZED ?= $(BUILD)/sanitized
@@ -13,7 +13,7 @@ CONFIGURE = bash scripts/with_ros cmake -S . -B "$(BUILD)" $(CMAKE_FLAGS)
 COMPILE = bash scripts/with_ros cmake --build "$(BUILD)" -j$(JOBS)
 CTEST = cd "$(BUILD)" && CTEST_OUTPUT_ON_FAILURE=1 bash "$(CURDIR)/scripts/with_ros" ctest -j$(JOBS) --no-tests=error
 
-.PHONY: build demo docs deb try-deb test test-slow test-all tests test-core tidy sanitized sanitize fuzz tsan soak stress bench reproduce study calibrate proof proof-quick clean
+.PHONY: build demo docs deb try-deb try-wheel test test-slow test-all tests test-core tidy sanitized sanitize fuzz tsan soak stress bench reproduce study calibrate proof proof-quick clean
 
 # The packages of a target: scripts/install_dependencies has the lists.
 deps-%:
@@ -55,6 +55,10 @@ deb: deps-deb
 
 try-deb: deps-deb
 	@root=$$(mktemp -d) && bash scripts/try_dockerfile --file debian/try.Dockerfile --context "$(BUILD)/deb" "$$root" && rm -rf --one-file-system "$$root"
+
+# The wheel in build/wheel, by Debian's Python and without ROS, installed in a virtual environment and asked.
+try-wheel: deps-wheel
+	@CMAKE_BUILD_PARALLEL_LEVEL=$(JOBS) bash scripts/try_wheel "$(BUILD)/wheel"
 
 # The build without ROS (docs/cpp-and-python.md), and what can differ in it: files and commands, the installed package, Python. Each file
 # is compiled by itself, as it stands.

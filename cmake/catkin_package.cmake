@@ -3,7 +3,7 @@ if(CMAKE_INSTALL_PREFIX_INITIALIZED_TO_DEFAULT)
   set(CMAKE_INSTALL_PREFIX ${CMAKE_BINARY_DIR}/install CACHE PATH "install space" FORCE)
 endif()
 find_package(catkin REQUIRED COMPONENTS
-  actionlib actionlib_msgs diagnostic_msgs diagnostic_updater message_generation roscpp sensor_msgs std_msgs)
+  actionlib actionlib_msgs diagnostic_msgs diagnostic_updater message_generation roscpp sensor_msgs std_msgs std_srvs)
 
 # The Python module and the messages are one Python package. What catkin_python_setup() would say: its __init__.py is in the
 # sources (python/), so genpy installs none.
@@ -19,8 +19,7 @@ generate_messages(DEPENDENCIES actionlib_msgs std_msgs)
 catkin_package(
   INCLUDE_DIRS include
   LIBRARIES ${PROJECT_NAME}
-  CATKIN_DEPENDS actionlib actionlib_msgs diagnostic_msgs diagnostic_updater message_runtime roscpp sensor_msgs std_msgs
-  DEPENDS EIGEN3
+  CATKIN_DEPENDS actionlib actionlib_msgs diagnostic_msgs diagnostic_updater message_runtime roscpp sensor_msgs std_msgs std_srvs
   CFG_EXTRAS ${PROJECT_NAME}-extras.cmake)
 
 set(LIBRARY_DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})

@@ -1,8 +1,12 @@
-# The built packages on a bare Debian 12, to the first answers: of the command, then of the node. `make try-deb` runs these steps.
+# The built packages on a bare Debian 12: first the command alone, which brings no ROS, then one after the other, each tried by its
+# test of debian/tests/. `make try-deb` runs these steps.
 FROM debian:bookworm
-COPY battery-sof_*.deb /root/
+COPY . /root/battery-sof
+COPY *.deb /root/
+WORKDIR /root/battery-sof
 RUN apt-get update
-RUN apt-get install -y /root/battery-sof_*.deb
-RUN sof demo /root/drive.bag && sof identify /root/drive.bag --out /root/model.yaml && sof crank /root/model.yaml --i-load -20 --t-stop 30 --i-cranking -200 --u-required 7.2
-RUN python3 -c 'import battery_sof; print(battery_sof.crank(battery_sof.Model.read("/root/model.yaml"), i_load=-20, t_stop=30, i_cranking=-200))'
-RUN roslaunch battery_sof replay.launch bag:=/root/drive.bag rate:=20 >/root/node.log 2>&1 & node=$!; for attempt in $(seq 100); do rosservice call /battery_sof_node/predict_cranking '{i_load: -20, t_stop: 30, i_cranking: -200}' 2>/dev/null | tee /root/answer | grep -q 'valid: True' && break; sleep 0.3; done; cat /root/answer; kill $node; wait $node; grep -q 'valid: True' /root/answer
+RUN apt-get install -y --no-install-recommends /root/libbattery-sof0.3_*.deb /root/battery-sof_*.deb
+RUN debian/tests/command && ! dpkg-query -W -f='${Package}\n' | grep -E '^(lib|python3-)?ros'
+RUN apt-get install -y --no-install-recommends /root/python3-battery-sof_*.deb && debian/tests/python
+RUN apt-get install -y --no-install-recommends /root/libbattery-sof-dev_*.deb cmake g++ make pkg-config && debian/tests/library
+RUN apt-get install -y /root/ros-battery-sof_*.deb /root/libbattery-sof-msgs-dev_*.deb && debian/tests/node

@@ -5,7 +5,9 @@
 #include "command.hpp"
 #include "diagnosis/change.hpp"
 #include "diagnosis/diagnose.hpp"
+#include "diagnosis/response_table.hpp"
 #include "recording/series_blocks.hpp"
+#include "report/change_page.hpp"
 #include "report/change_results.hpp"
 #include "report/diagnosis_page.hpp"
 #include "report/model_yaml.hpp"
@@ -121,6 +123,20 @@ struct References {
   std::vector<std::string> names;
 };
 
+void writeChange(const DiagnoseArguments& arguments, const std::vector<Stretch>& stretches,
+                 ChangeDiagnosis& found, const ComparedSide& then, const ComparedSide& now) {
+  if (!arguments.report.empty())
+    writeFileAtomically(arguments.report, changePage(found, then, now));
+  if (arguments.out.empty() || !found.model) return;
+  FittedModel& model = *found.model;
+  const Stretch& of = stretches[found.modelled];
+  model.provenance.recording = of.recording.name;
+  model.provenance.recording_hash = of.hash;
+  model.fit.series_blocks = arguments.recording.series_blocks;
+  model.responses = responseTable(of.recording.series, arguments.options.anyway);
+  writeModelFile(arguments.out, model);
+}
+
 void requireNotOneOf(const std::vector<Stretch>& stretches, const DiagnoseArguments& arguments,
                      const std::string& hash, const std::string& path, const char* what) {
   for (std::size_t k = 0; k < stretches.size(); ++k)
@@ -173,7 +189,10 @@ int runChange(const CommandLine& line, const DiagnoseArguments& arguments) {
   options.progress = [&](const std::string& stage) { progress.stage(stage); };
   const Interruption interruption(progress);
   const Recordings now = recordingsOf(stretches);
-  const ChangeDiagnosis found = diagnoseChange(now.series, then.reference, options);
+  ChangeDiagnosis found = diagnoseChange(now.series, then.reference, options);
+  progress.stage("writing");
+  writeChange(arguments, stretches, found, {then.names, then.reference.recordings},
+              {now.names, now.series});
   progress.end();
   emit(line, resultText(found), resultJson(found, now.names, then.names), arguments.json);
   if (found.verdict != ChangeVerdict::kInsufficientData) return kExitDone;
@@ -229,18 +248,21 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
               "recording of the same battery from when it was sound, or the MODEL.yaml of one: "
               "reports what has changed since (docs/changes.md); repeatable")
           ->allow_extra_args(false);
-  options
-      .add_flag(
-          "--responses-only", values.responses_only,
-          "compare without fitting models: takes a second, but does not notice another battery")
-      ->needs(reference);
-  for (CLI::Option* page : {addFile(options, kWrittenFile, "--report", values.report,
-                                    "page to write: one HTML file that needs no network"),
-                            addFile(options, kWrittenFile, "--out", values.out,
-                                    "model file to write: the base model with what was found"),
-                            addFile(options, kWrittenFile, "--base-out", values.base_out,
-                                    "model file to write: the base model alone")})
-    page->excludes(reference);
+  CLI::Option* responses_only =
+      options
+          .add_flag(
+              "--responses-only", values.responses_only,
+              "compare without fitting models: takes a second, but does not notice another battery")
+          ->needs(reference);
+  addFile(options, kWrittenFile, "--report", values.report,
+          "page to write: one HTML file that needs no network");
+  addFile(options, kWrittenFile, "--out", values.out,
+          "model file to write: the base model with what was found; with --reference the one that "
+          "is fitted to REC")
+      ->excludes(responses_only);
+  addFile(options, kWrittenFile, "--base-out", values.base_out,
+          "model file to write: the base model alone")
+      ->excludes(reference);
   addOption(options, "--holdout", search.holdout_share,
             "share of the samples, at the end, that is kept for the comparison");
   CLI::Option* hypotheses =

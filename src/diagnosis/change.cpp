@@ -79,10 +79,15 @@ struct Modelled {
   FittedModel model;
 };
 
+std::size_t longestOf(const std::vector<Series>& all) {
+  const auto longest = std::max_element(
+      all.begin(), all.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  return static_cast<std::size_t>(longest - all.begin());
+}
+
 /// The longest of the recordings, fitted as a whole; none where it cannot be.
 std::optional<Modelled> fitted(const std::vector<Series>& all) {
-  const Series& longest = *std::max_element(
-      all.begin(), all.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  const Series& longest = all[longestOf(all)];
   FitRequest request;
   request.from = longest.time.front();
   request.to = longest.time.back();
@@ -137,6 +142,12 @@ std::vector<Series> changed(std::vector<Series> all, const WeighedChange& by) {
   return all;
 }
 
+void keep(ChangeDiagnosis& diagnosis, const std::optional<Modelled>& present,
+          const std::vector<Series>& now) {
+  if (present) diagnosis.model = present->model;
+  diagnosis.modelled = longestOf(now);
+}
+
 /// NOW as its instruments would have shown it without the change. A lag is put into the other
 /// channel too: what both channels have does not show, and a lag that is taken out adds noise.
 Series without(const WeighedChange& change, const Series& now, double reference_interval) {
@@ -151,14 +162,13 @@ Series without(const WeighedChange& change, const Series& now, double reference_
 void runReferenceModel(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
                        const FittedModel& reference, const WeighedChange* change) {
   const auto present = fitted(now);
+  keep(diagnosis, present, now);
   if (!present || !isUsable(reference.fit)) return;
   Series as_then = present->series;
   if (change) as_then = without(*change, present->series, reference.responses->interval);
   diagnosis.own_model = lastQuarter(present->model, present->series);
   diagnosis.reference_model = lastQuarter(reference, present->series);
   diagnosis.changed_model = lastQuarter(reference, as_then);
-  diagnosis.model_distance =
-      lossOf(shareOf(reference, as_then), shareOf(present->model, present->series));
 }
 
 /// Fits both, the reference with the change in it too, and runs them on each other's recording.
@@ -172,6 +182,7 @@ void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
   const auto reference = fitted(then);
   stage("fitting the recording");
   const auto present = fitted(now);
+  keep(diagnosis, present, now);
   std::optional<Modelled> with_change = reference;
   if (change) {
     stage("fitting the reference with the change");
@@ -245,7 +256,7 @@ std::vector<ComparedFeature> comparedOf(const ResponseComparison& comparison) {
   const ResponseFeatures &then = comparison.reference(), &now = comparison.now();
   std::vector<ComparedFeature> all;
   for (const int k : comparison.compared())
-    all.push_back({featureId(k), featureUnit(k), then.value[k], now.value[k],
+    all.push_back({featureId(k), featureUnit(k), then.value[k], now.value[k], std::nullopt,
                    std::sqrt(now.covariance(k, k) + then.covariance(k, k)),
                    comparison.spreadOf(k)});
   return all;
@@ -283,6 +294,42 @@ std::string changedText(const Change& change) {
   return text + ".";
 }
 
+void refuse(ChangeDiagnosis& diagnosis, const std::string& why) {
+  conclude(diagnosis, ChangeVerdict::kInsufficientData, "No comparison: " + why + ".");
+}
+
+/// Every candidate, the likeliest first; none where too little can be compared.
+std::vector<WeighedChange> weighed(ChangeDiagnosis& diagnosis,
+                                   const ResponseComparison& comparison) {
+  diagnosis.compared = comparedOf(comparison);
+  if (comparison.compared().size() < kFewestFeatures) {
+    refuse(diagnosis, "too few changes of current of 8 A and more are in both recordings");
+    return {};
+  }
+  diagnosis.distance = comparison.nothing();
+  std::vector<WeighedChange> all = weighChanges(comparison);
+  diagnosis.gain = diagnosis.distance - all.front().distance;
+  return all;
+}
+
+bool hasChanged(const ChangeDiagnosis& diagnosis) { return diagnosis.gain > kLeastGain; }
+
+/// States the likeliest change, or that there is none.
+void state(ChangeDiagnosis& diagnosis, const ResponseComparison& comparison,
+           std::vector<WeighedChange> candidates) {
+  if (!hasChanged(diagnosis)) {
+    conclude(diagnosis, ChangeVerdict::kNoChange, nothingText(diagnosis));
+    return;
+  }
+  WeighedChange& best = candidates.front();
+  addInterval(comparison, best);
+  const ResponseFeatures with_change = comparison.featuresWith(best.candidate->kind, best.strength);
+  for (std::size_t k = 0; k < diagnosis.compared.size(); ++k)
+    diagnosis.compared[k].with_change = with_change.value[comparison.compared()[k]];
+  diagnosis.changes = changesOf(comparison, candidates);
+  conclude(diagnosis, ChangeVerdict::kChanged, changedText(diagnosis.changes.front()));
+}
+
 }  // namespace
 
 std::string toString(ChangeVerdict verdict) {
@@ -304,37 +351,32 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
   ChangeDiagnosis diagnosis;
   constexpr const char* kNow = "the recording";
   constexpr const char* kThen = "the reference";
-  const auto refuse = [&](const std::string& why) {
-    conclude(diagnosis, ChangeVerdict::kInsufficientData, "No comparison: " + why + ".");
+  const auto refused = [&](const std::string& why) {
+    refuse(diagnosis, why);
     return diagnosis;
   };
   for (const std::string& why : {tooShort(now, kNow), tooShort(then.recordings, kThen)})
-    if (!why.empty()) return refuse(why);
+    if (!why.empty()) return refused(why);
   const auto reference = referenceOf(then);
-  if (!reference) return refuse(kNoResponses);
+  if (!reference) return refused(kNoResponses);
   const Problems problems = options.anyway ? Problems() : problemsOf(now);
   const Problems before = options.anyway ? Problems() : problemsOf(then.recordings);
   for (const std::string& why :
        {problemText(problems.others, kNow), problemText(before.others, kThen),
         problemText(before.sign, kThen)})
-    if (!why.empty()) return refuse(why);
+    if (!why.empty()) return refused(why);
   stage("comparing responses");
   const ResponseComparison comparison(now, *reference);
-  diagnosis.compared = comparedOf(comparison);
-  if (comparison.compared().size() < kFewestFeatures)
-    return refuse("too few changes of current of 8 A and more are in both recordings");
-  diagnosis.distance = comparison.nothing();
   stage("weighing changes");
-  std::vector<WeighedChange> weighed = weighChanges(comparison);
-  WeighedChange& best = weighed.front();
-  diagnosis.gain = diagnosis.distance - best.distance;
-  const bool has_changed = diagnosis.gain > kLeastGain;
+  const std::vector<WeighedChange> candidates = weighed(diagnosis, comparison);
+  if (candidates.empty()) return diagnosis;
+  const WeighedChange& best = candidates.front();
   if (!problems.sign.empty() &&
-      !(has_changed && best.candidate->isInRows() && best.distance < kExplained))
-    return refuse(problemText(problems.sign, kNow));
+      !(hasChanged(diagnosis) && best.candidate->isInRows() && best.distance < kExplained))
+    return refused(problemText(problems.sign, kNow));
   diagnosis.detection_limits = limitsOf(comparison);
 
-  const WeighedChange* stated = has_changed ? &best : nullptr;
+  const WeighedChange* stated = hasChanged(diagnosis) ? &best : nullptr;
   if (options.runs_models && !then.recordings.empty()) {
     runModels(diagnosis, now, then.recordings, stated, options);
   } else if (options.runs_models) {
@@ -348,13 +390,18 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
                     std::exp(*diagnosis.model_distance)));
     return diagnosis;
   }
-  if (!has_changed) {
-    conclude(diagnosis, ChangeVerdict::kNoChange, nothingText(diagnosis));
-    return diagnosis;
-  }
-  addInterval(comparison, best);
-  diagnosis.changes = changesOf(comparison, weighed);
-  conclude(diagnosis, ChangeVerdict::kChanged, changedText(diagnosis.changes.front()));
+  state(diagnosis, comparison, candidates);
+  return diagnosis;
+}
+
+ChangeDiagnosis diagnoseChange(std::shared_ptr<const ResponseTable> reference) {
+  ChangeDiagnosis diagnosis;
+  const RecentResponses since = reference->since.value();
+  const ResponseComparison comparison(since, std::move(reference));
+  const std::vector<WeighedChange> candidates = weighed(diagnosis, comparison);
+  if (candidates.empty()) return diagnosis;
+  diagnosis.detection_limits = limitsOf(comparison);
+  state(diagnosis, comparison, candidates);
   return diagnosis;
 }
 

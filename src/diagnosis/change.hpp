@@ -1,11 +1,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "battery_sof/series.hpp"
+#include "diagnosis/response_table.hpp"
 #include "state/fitted_model.hpp"
 
 namespace battery_sof {
@@ -37,8 +39,9 @@ struct Change {
 struct ComparedFeature {
   std::string id, unit;
   double then = 0.0, now = 0.0;
-  double std_error = 0.0;  ///< of the difference, from both recordings
-  double spread = 0.0;     ///< standard deviation of the difference of two sound trips
+  std::optional<double> with_change;  ///< the reference's with the change that is stated put in
+  double std_error = 0.0;             ///< of the difference, from both recordings
+  double spread = 0.0;                ///< standard deviation of the difference of two sound trips
 };
 
 /// Strength from which an effect is named in nine cases of ten.
@@ -65,6 +68,10 @@ struct ChangeDiagnosis {
   double distance = 0.0, gain = 0.0;
   /// [1], mean of ln(error of the other's model / error of the own one), both ways
   std::optional<double> model_distance;
+  /// fitted to the longest recording of now, which is number `modelled` of them; none where no model
+  /// could be, or was to be, fitted
+  std::optional<FittedModel> model;
+  std::size_t modelled = 0;
 };
 
 struct ChangeOptions {
@@ -101,7 +108,8 @@ struct ChangeReference {
  * Two models are fitted, of THEN (with the change in it) and of NOW, and run on each other's
  * recording. Where they miss it by more than those of one battery do (kAnotherBattery) it is another
  * battery, or another vehicle. A reference that is a model alone has no recording to run the other
- * one on, and no change is put into it: it runs on NOW with the change taken out.
+ * one on, and no change is put into it: it runs on NOW, and on NOW with the change taken out. That
+ * says how much it explains, and not whether it is another battery.
  *
  * @param now recordings at the rate models are fitted at (atDesignRate()), of one battery.
  * @param then of the same battery, at least one; recordings at that rate, too.
@@ -112,5 +120,9 @@ struct ChangeReference {
  */
 ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeReference& then,
                                const ChangeOptions& options = {});
+
+/// The same of drives whose samples are gone, by their responses alone. @param reference with
+/// ResponseTable::since.
+ChangeDiagnosis diagnoseChange(std::shared_ptr<const ResponseTable> reference);
 
 }  // namespace battery_sof

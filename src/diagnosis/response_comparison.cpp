@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace battery_sof {
 namespace {
@@ -139,8 +140,22 @@ ResponseComparison::ResponseComparison(const std::vector<Series>& now,
   std::vector<ResponseFeatures> features;
   for (const Series& one : now) features.push_back(responseFeatures(responseRows(one), scale_));
   now_ = meanOf(features);
-  reference_ = featuresWith(ChangeKind::kOffset, 0.0);
   trips_ = 0.5 * (1.0 / static_cast<double>(now.size()) + 1.0 / static_cast<double>(then.size()));
+  begin();
+}
+
+ResponseComparison::ResponseComparison(const RecentResponses& now,
+                                       std::shared_ptr<const ResponseTable> then)
+    : tables_{std::move(then)},
+      interval_(tables_.front()->interval),
+      scale_(tables_.front()->scale),
+      now_(now.mean),
+      trips_(0.5 * (now.squares + 1.0)) {
+  begin();
+}
+
+void ResponseComparison::begin() {
+  reference_ = featuresWith(ChangeKind::kOffset, 0.0);
   for (int k = 0; k < kResponseFeatures; ++k)
     if (now_.known[k] && reference_.known[k]) compared_.push_back(k);
   ResponseFeatures alike = now_;

@@ -30,6 +30,8 @@ class ResponseComparison {
   /// @param now at least one recording. @param then at least one recording or table.
   /// @throws std::invalid_argument for tables of different scales.
   ResponseComparison(const std::vector<Series>& now, const ResponseReference& then);
+  /// Drives since a reference.
+  ResponseComparison(const RecentResponses& now, std::shared_ptr<const ResponseTable> then);
 
   const std::vector<int>& compared() const { return compared_; }  ///< features known in both
   const ResponseFeatures& now() const { return now_; }
@@ -41,11 +43,13 @@ class ResponseComparison {
   double nothing() const;  ///< D of no change
   /// D(c, s) and the strength's prior, (s / typical)^2
   double withChangeOf(const CandidateChange& candidate, double strength) const;
+  /// The reference's features with a change put in.
+  ResponseFeatures featuresWith(ChangeKind kind, double strength) const;
   /// By how much D would fall if a change of this strength were all that has changed.
   double visible(ChangeKind kind, double strength) const;
 
  private:
-  ResponseFeatures featuresWith(ChangeKind kind, double strength) const;
+  void begin();  ///< with now_, trips_ and what the reference is made of
   double distance(const ResponseFeatures& expected, const ResponseFeatures& seen) const;
 
   std::vector<ResponseRows> then_;

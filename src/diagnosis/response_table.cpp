@@ -62,6 +62,21 @@ TabulatedChange tabulated(const ResponseRows& rows, const ResponseTable& of,
 
 }  // namespace
 
+void RecentResponses::add(const ResponseFeatures& drive) {
+  const double newest = std::max(1.0 / static_cast<double>(++drives), 1.0 / kMostDrives);
+  squares = drives == 1 ? 1.0 : std::pow(1.0 - newest, 2) * squares + std::pow(newest, 2);
+  Eigen::VectorXd old_weight = Eigen::VectorXd::Zero(kResponseFeatures);
+  for (std::size_t k = 0; k < kResponseFeatures; ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    if (mean.known[k]) old_weight[row] = drive.known[k] ? 1.0 - newest : 1.0;
+    mean.known[k] = mean.known[k] || drive.known[k];
+  }
+  const Eigen::VectorXd new_weight = Eigen::VectorXd::Ones(kResponseFeatures) - old_weight;
+  mean.value = old_weight.cwiseProduct(mean.value) + new_weight.cwiseProduct(drive.value);
+  mean.covariance = old_weight.asDiagonal() * mean.covariance * old_weight.asDiagonal();
+  mean.covariance += new_weight.asDiagonal() * drive.covariance * new_weight.asDiagonal();
+}
+
 std::shared_ptr<const ResponseTable> responseTable(const Series& series, bool anyway) {
   if (series.size() < kFewestRows || (!anyway && !findProblems(series).empty())) return nullptr;
   const ResponseRows rows = responseRows(series);

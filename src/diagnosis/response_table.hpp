@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "battery_sof/series.hpp"
@@ -23,6 +24,19 @@ struct TabulatedChange {
   Eigen::MatrixXd value, std_error;
 };
 
+/// Mean of the responses of a battery's drives since a reference; the older one is, the less it
+/// weighs: w of the newest, 1 - w of all before.
+struct RecentResponses {
+  static constexpr double kMostDrives = 5.0;  ///< 1 / least w
+
+  ResponseFeatures mean;
+  std::size_t drives = 0;
+  double squares = 1.0;  ///< [1], sum of squared weights: of a mean of n equal ones 1/n
+
+  /// w = 1/n of drive n, at least 1 / kMostDrives. A feature that the drive does not know stays.
+  void add(const ResponseFeatures& drive);
+};
+
 /**
  * @brief What a recording has to say as the reference of a comparison, without its samples: what
  * MODEL.yaml keeps of it.
@@ -37,6 +51,8 @@ struct ResponseTable {
   ResponseScale scale;
   ResponseFeatures unchanged;
   std::vector<TabulatedChange> changes;  ///< in the order of candidateChanges()
+  /// what the same battery's later drives showed, of the node's reference
+  std::optional<RecentResponses> since;
 };
 
 /**

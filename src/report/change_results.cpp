@@ -17,16 +17,6 @@ nlohmann::json namesJson(const std::vector<std::string>& names) {
   return json;
 }
 
-/// A value in the unit a reader expects: mOhm for Ohm, % for a share.
-std::string valueText(double value, const std::string& unit) {
-  if (unit == "ohm") return format("%.2f mOhm", 1e3 * value);
-  return unit == "1" ? format("%.3f", value) : format("%.2f %s", value, unit.c_str());
-}
-
-std::string strengthText(double value, const std::string& unit) {
-  return unit == "1" ? format("%.1f %%", 1e2 * value) : valueText(value, unit);
-}
-
 std::string shareText(const std::optional<double>& share) {
   return share ? format("%.0f %%", *share) : "-";
 }
@@ -36,12 +26,12 @@ std::string changesText(const ChangeDiagnosis& diagnosis) {
   for (const Change& change : diagnosis.changes) {
     text += format("\n%-20s %12s %12s %28s %12s\n", "change", "then", "now", "90 % interval",
                    "probability");
-    const std::string interval =
-        strengthText(change.lower, change.unit) + " to " + strengthText(change.upper, change.unit);
-    text +=
-        format("%-20s %12s %12s %28s %12.2f\n", change.id.c_str(),
-               strengthText(change.then, change.unit).c_str(),
-               strengthText(change.now, change.unit).c_str(), interval.c_str(), change.probability);
+    const std::string interval = changeStrengthText(change.lower, change.unit) + " to " +
+                                 changeStrengthText(change.upper, change.unit);
+    text += format("%-20s %12s %12s %28s %12.2f\n", change.id.c_str(),
+                   changeStrengthText(change.then, change.unit).c_str(),
+                   changeStrengthText(change.now, change.unit).c_str(), interval.c_str(),
+                   change.probability);
     if (!change.indistinguishable.empty())
       text += wrapped("looks alike  ", join(change.indistinguishable));
   }
@@ -53,10 +43,11 @@ std::string comparedText(const ChangeDiagnosis& diagnosis) {
   std::string text = format("\n%-22s %12s %12s %12s %16s\n", "compared", "then", "now",
                             "std. error", "between trips");
   for (const ComparedFeature& one : diagnosis.compared)
-    text +=
-        format("%-22s %12s %12s %12s %16s\n", one.id.c_str(), valueText(one.then, one.unit).c_str(),
-               valueText(one.now, one.unit).c_str(), valueText(one.std_error, one.unit).c_str(),
-               valueText(one.spread, one.unit).c_str());
+    text += format("%-22s %12s %12s %12s %16s\n", one.id.c_str(),
+                   changeValueText(one.then, one.unit).c_str(),
+                   changeValueText(one.now, one.unit).c_str(),
+                   changeValueText(one.std_error, one.unit).c_str(),
+                   changeValueText(one.spread, one.unit).c_str());
   return text;
 }
 
@@ -79,15 +70,24 @@ std::string limitsText(const ChangeDiagnosis& diagnosis) {
   if (diagnosis.detection_limits.empty()) return "";
   std::vector<std::string> limits;
   for (const ChangeLimit& limit : diagnosis.detection_limits)
-    limits.push_back(limit.id + " " + strengthText(limit.strength, limit.unit));
+    limits.push_back(limit.id + " " + changeStrengthText(limit.strength, limit.unit));
   return "\n" + wrapped("named from   ", join(limits));
 }
 
 }  // namespace
 
+std::string changeValueText(double value, const std::string& unit) {
+  if (unit == "ohm") return format("%.2f mOhm", 1e3 * value);
+  return unit == "1" ? format("%.3f", value) : format("%.2f %s", value, unit.c_str());
+}
+
+std::string changeStrengthText(double value, const std::string& unit) {
+  return unit == "1" ? format("%.1f %%", 1e2 * value) : changeValueText(value, unit);
+}
+
 DESCRIBED(ModelShare, MEMBERS("", share_percent, current_share_percent, voltage_share_percent))
 
-DESCRIBED(ComparedFeature, MEMBERS("", id, unit, then, now, std_error, spread))
+DESCRIBED(ComparedFeature, MEMBERS("", id, unit, then, now, with_change, std_error, spread))
 
 DESCRIBED(ChangeLimit, MEMBERS("", id, strength, unit))
 

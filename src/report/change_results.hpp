@@ -17,7 +17,7 @@ namespace battery_sof {
  *   ([low, high], 90 %), probability, indistinguishable (ids);
  * - explained: reference_model, changed_model, own_model, each share_percent, current_share_percent,
  *   voltage_share_percent on the last quarter; distance, gain, model_distance [1];
- * - compared: a list of id, unit, then, now, std_error, spread;
+ * - compared: a list of id, unit, then, now, with_change (null but for changed), std_error, spread;
  * - detection_limits: a list of id, strength, unit.
  *
  * @param recordings, references names of the files.
@@ -25,6 +25,10 @@ namespace battery_sof {
 nlohmann::json resultJson(const ChangeDiagnosis& diagnosis,
                           const std::vector<std::string>& recordings,
                           const std::vector<std::string>& references);
+
+/// @return a quantity or a strength as a reader expects it: mOhm for Ohm, % for a share.
+std::string changeValueText(double value, const std::string& unit);
+std::string changeStrengthText(double value, const std::string& unit);
 
 /// The same as plain text of at most 100 columns, verdict first.
 std::string resultText(const ChangeDiagnosis& diagnosis);

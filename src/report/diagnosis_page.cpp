@@ -113,10 +113,15 @@ std::string diagnosisPage(const Recording& recording, const Diagnosis& diagnosis
       effectsSection(diagnosis) + comparisonSection(diagnosis) + unexplainedSection(diagnosis) +
       detectionLimitsSection(diagnosis) + nextSection(diagnosis) + readingSection() +
       element("footer", "battery_sof " + escaped(version()) + ", sof diagnose");
-  return std::string(kHead) + element("title", "Diagnosis of " + escaped(recording.name)) + "\n" +
-         element("style", std::string(kDygraphsCss) + "\n" + kPageCss) + "\n</head>\n" +
-         element("body", "\n" + element("main", "\n" + body) + "\n" + scripts(zoomable)) +
-         "\n</html>\n";
+  return pageOf("Diagnosis of " + recording.name, body, scripts(zoomable),
+                std::string(kDygraphsCss) + "\n");
+}
+
+std::string pageOf(const std::string& title, const std::string& body, const std::string& scripts,
+                   const std::string& style) {
+  return std::string(kHead) + element("title", escaped(title)) + "\n" +
+         element("style", style + kPageCss) + "\n</head>\n" +
+         element("body", "\n" + element("main", "\n" + body) + "\n" + scripts) + "\n</html>\n";
 }
 
 std::string escaped(const std::string& text) {

@@ -77,6 +77,11 @@ std::string discrepancyHtml(const Diagnosis& diagnosis);
 std::string nextSection(const Diagnosis& diagnosis);
 std::string readingSection();
 
+/// @return a whole document. @param title plain text. @param body, scripts HTML; scripts behind the
+/// body, with what they need of style.
+std::string pageOf(const std::string& title, const std::string& body,
+                   const std::string& scripts = "", const std::string& style = "");
+
 /// @return <section id><h2>title</h2>body</section>; empty when the body is.
 std::string section(const std::string& id, const std::string& title, const std::string& body);
 

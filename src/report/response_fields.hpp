@@ -138,6 +138,14 @@ void describeResponses(File& file, Table& table) {
   if constexpr (File::kReads)
     for (const CandidateChange& candidate : candidateChanges())
       table.changes.push_back({candidate.kind, {}, {}, {}});
+  if constexpr (File::kReads)
+    if (file.has("since")) table.since.emplace();
+  if (table.since)
+    file.map("since", [&](auto& since) {
+      since.count("drives", table.since->drives);
+      since.number("squares", table.since->squares, {1e-3, 1.0});
+      describeFeatures(since, table.since->mean);
+    });
   file.map("changes", [&](auto& changes) {
     for (std::size_t k = 0; k < table.changes.size(); ++k)
       changes.map(candidateChanges()[k].id, [&](auto& change) {

@@ -61,6 +61,7 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
           [this](const Adoption& adoption, double from_driving) {
             ahead([&] { session_.fitWith(adoption.effects, from_driving, adoption.discrepancy); });
           }),
+      changes_(private_node_, options_.change_period),
       identify_server_(
           actions_.handleOf(private_node_), "identify",
           [this](const IdentifyServer::GoalHandle& goal) { onIdentifyGoal(goal); },
@@ -137,6 +138,7 @@ void BatterySofNode::loadStateFile() {
   }
   if (!result.model) return;
   session_.restore(*result.model);
+  changes_.restore(result.model->responses);
   battery_.expect(result.model->provenance.serial_number);
   stands_on_state_file_ = true;
 }
@@ -149,7 +151,9 @@ void BatterySofNode::saveStateFile(const FittedModel& model) {
 
 std::optional<FittedModel> BatterySofNode::modelToSave() const {
   std::optional<FittedModel> model = session_.modelToSave();
-  if (model) model->provenance.serial_number = battery_.serialNumber();
+  if (!model) return model;
+  model->provenance.serial_number = battery_.serialNumber();
+  model->responses = changes_.responses();
   return model;
 }
 
@@ -220,6 +224,7 @@ void BatterySofNode::beginOtherBattery() {
       "the serial number changed to " + battery_.serialNumber() + ": another battery is followed";
   ROS_WARN("%s", record_.other_battery.c_str());
   session_.beginAnew();
+  changes_.forget();
   if (stands_on_state_file_)
     ROS_WARN("the saved model belongs to the previous battery: %s", state_file_.setAside().c_str());
   stands_on_state_file_ = false;
@@ -241,6 +246,7 @@ void BatterySofNode::push(const RawSample& sample) {
     worker_.post([this, job = std::move(*job)] { onIdentification(job, 0); });
   }
   diagnoses_.beginIfDue(session_.series(), subscriber_.getTopic(), session_.driving());
+  changes_.beginIfDue(session_.series(), subscriber_.getTopic(), session_.driving());
   if (isStatusDue()) demandStatus();
 }
 

@@ -4,6 +4,7 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/BatteryState.h>
+#include <std_srvs/Trigger.h>
 
 #include <functional>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include "prediction/online_session.hpp"
 #include "ros/background_work.hpp"
 #include "ros/battery_identity.hpp"
+#include "ros/change_watch.hpp"
 #include "ros/diagnosis_runner.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/node_diagnostics.hpp"
@@ -80,8 +82,9 @@ class GoalServer : public actionlib::ActionServer<Action> {
  *   - samples: the global callback queue, nothing else;
  *   - questions: the three predictions, ~set_standing_query, ~status and /diagnostics, one after the other;
  *   - maps, profiles: one each for ~predict_map and ~simulate_profile, up to kLongestWork;
- *   - goals: the actions ~identify and ~diagnose, which begin and cancel work;
- *   - identifications and diagnoses themselves, which end their goals: a worker's each;
+ *   - goals: the actions ~identify and ~diagnose, which begin and cancel work, and ~set_reference;
+ *   - identifications and diagnoses themselves, which end their goals, and comparisons with the
+ *     reference: a worker's each;
  *   - the state file: a worker's, but for the last time, at the node's end.
  * `mutex_` guards the session and all that belongs to it. It is held to take a sample in, and to
  * copy what a question needs (OnlineSession::live()); never while a question is computed, a fit
@@ -164,6 +167,7 @@ class BatterySofNode {
   void beginRequested();
   void endRequested(int request, const IdentifyResult& result);
   void onDiagnoseGoal(DiagnoseServer::GoalHandle goal);
+  bool onSetReference(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
   // These need mutex_ held.
   IdentificationOutcome takenBack(IdentificationResult result, bool is_requested);
@@ -222,6 +226,7 @@ class BatterySofNode {
   BackgroundWorker worker_;
   BackgroundWorker saver_;  // of the state file, one writer at a time
   DiagnosisRunner diagnoses_;
+  ChangeWatch changes_;
   NodeDiagnostics diagnostics_;
   ros::Subscriber subscriber_;
   std::vector<ros::ServiceServer> services_;

@@ -75,6 +75,9 @@ void BatterySofNode::advertiseQuestions() {
   services_.push_back(
       questions_.handleOf(private_node_)
           .advertiseService("set_standing_query", &BatterySofNode::onSetStandingQuery, this));
+  services_.push_back(
+      actions_.handleOf(private_node_)
+          .advertiseService("set_reference", &BatterySofNode::onSetReference, this));
 }
 
 CrankingAnswer BatterySofNode::answered(const PredictCranking::Request& request) {
@@ -195,6 +198,32 @@ void BatterySofNode::onDiagnoseGoal(DiagnoseServer::GoalHandle goal) {
       refuse(DiagnoseResult::BUSY, "a diagnosis is running; its result will be on ~diagnosis");
   });
   if (!begins) goal.setRejected(refusal, refusal.message);
+}
+
+// ----------------------------------------------------------------------------------------------------
+// changes
+
+bool BatterySofNode::onSetReference(std_srvs::Trigger::Request&,
+                                    std_srvs::Trigger::Response& response) {
+  response.message = "setting the reference failed; /diagnostics says why";
+  guarded("setting the reference", [&] {
+    Series series;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      series = session_.series();
+    }
+    const ChangeWatch::Outcome outcome = changes_.setReference(series);
+    response.success = outcome.success;
+    response.message = outcome.message;
+  });
+  if (response.success) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      unsaved_.samples = true;
+    }
+    save(true);
+  }
+  return true;
 }
 
 }  // namespace battery_sof

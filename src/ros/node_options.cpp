@@ -179,6 +179,7 @@ Schema schemaOf(NodeOptions& options) {
   schema.map("identify", actionlibSchema());
   schema.map("diagnose", actionlibSchema());
   schema.number("diagnose_period_s", 0.0, 86400.0, options.diagnose_period);
+  schema.number("change_period_s", 0.0, 86400.0, options.change_period);
   schema.flag("use_diagnosis", options.use_diagnosis);
   schema.text("state_file", options.state_file);
   schema.text("priors", options.priors);
@@ -211,6 +212,9 @@ void findContradictions(const NodeOptions& options, Faults& faults) {
           "0 (at which the battery was charged lately) or " + shown(kMinBoost) + " to 100");
   require(!(period > 0.0 && period < 60.0), "diagnose_period_s", shown(period),
           "0 (only on request) or 60 to 86400");
+  const double change_period = options.change_period;
+  require(!(change_period > 0.0 && change_period < 60.0), "change_period_s", shown(change_period),
+          "0 (never) or 60 to 86400");
   require(!options.use_diagnosis || session.identify.start != FitStart::kPaper, "use_diagnosis",
           "true and ~fit/start paper", "robust: effects are not fitted otherwise");
   require(window <= session.buffer, "window_s", shown(window),

@@ -35,6 +35,7 @@ struct NodeOptions {
   StandingQueries standing;
   double diagnose_period = 0.0;  ///< [s] of driving; 0: only on request
   bool use_diagnosis = false;    ///< fits what is diagnosed to the next windows
+  double change_period = 900.0;  ///< [s] of driving between comparisons with the reference; 0: none
   std::string state_file;        ///< empty: the model is not kept
   /// PRIORS.yaml that session.identify.priors came from; empty: the catalogue's
   std::string priors;

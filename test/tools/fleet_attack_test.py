@@ -57,6 +57,9 @@ def answers(k):
                      "fit": {"base": {"train": {"rmse_v": 0.02}, "holdout": {"rmse_v": 0.03}}, "extended": None},
                      "effects": [{"id": "acid_transport", "mechanism": "acid", "probability": 0.7, "parameters": [parameter(1.0)]}],
                      "candidates": [{"id": "acid_transport", "mechanism": "acid", "evidence": 3.0, "probability": 0.7, "rejected_because": None}]},
+        "change": {"verdict": "changed", "summary": "words", "references": ["r0.csv"],
+                   "changes": [{"id": "contact_resistance", "mechanism": "instrument", "now": 1e-3 * k, "unit": "ohm", "interval": [0.0, 2e-3 * k], "probability": 0.9,
+                                "indistinguishable": ["r_discharge"]}]},
         "score": {"windows": [{"start_s": 0.0, "effects": [], "window_quality": 0.5, "parameters": [parameter(5e-3)], "baseline": both,
                                "model": {"current_share_percent": None, "voltage_share_percent": 50.0, **both}}]}}
 

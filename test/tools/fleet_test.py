@@ -181,6 +181,27 @@ class Run(Folder):
         self.assertNotRegex(text, "(src|href)=.https?:")
 
 
+class Changes(Folder):
+    def test_a_recording_is_compared_with_the_first_one_of_its_battery(self):
+        for name, seed, contact in (("one_day_1", 1, 0.0), ("one_day_2", 2, 0.01), ("two_day_1", 3, 0.0)):
+            t, i, u = drive(seed, 3200)
+            recordings.write(self.path(name + ".csv"), t, i, u + contact * i)
+        given = self.write("list.csv", "path,battery\none_day_2.csv,one\none_day_1.csv,one\ntwo_day_1.csv,two\n")
+        told = fleet("run", given, "--out", self.path("out"), "--steps", "check,change", "--jobs", "1", "--sof", SOF)
+        self.assertEqual(told.returncode, 0, told.stderr)
+        base = database.open_read(self.path("out"))
+        rows = base.execute("SELECT r.name, c.reference, c.verdict, c.id, c.mechanism, c.lower, c.upper FROM change c JOIN recording r USING (recording)").fetchall()
+        self.assertEqual([tuple(row)[:5] for row in rows], [("one_day_2.csv", "one_day_1.csv", "changed", "contact_resistance", "instrument")])
+        self.assertLess(rows[0]["lower"], 0.01)
+        self.assertGreater(rows[0]["upper"], 0.01)
+        reasons = {row[0]: row[1] for row in base.execute("SELECT r.name, s.reason FROM step s JOIN recording r USING (recording) WHERE s.step = 'change'")}
+        self.assertEqual(reasons["one_day_1.csv"], "not taken: it is its battery's first recording")
+        self.assertEqual({row[0] for row in base.execute("SELECT outcome FROM recording")}, {"done"})
+        shown = page.make(self.path("out"))
+        self.assertIn("1 recording shows a change since the first one of the battery, of 1 that were compared (1 battery).", shown)
+        self.assertIn("<code>contact_resistance</code>", shown)
+
+
 class Made(Folder):
     """A database of made verdicts and parameters."""
 

@@ -14,19 +14,19 @@ RIGHT = 585  # left edge of the boxes beside it
 FILL, EDGE, INK, GREY = "#eef4fa", "#0969a8", "#1b1f24", "#57606a"
 # What a service or topic is for; a name that is missing here is drawn without a purpose.
 USES = {
-    "status": "answers once a second", "model": "each accepted fit", "diagnosis": "each finished diagnosis", "/diagnostics": "rates, faults, errors",
+    "status": "answers once a second", "model": "each accepted fit", "diagnosis": "each finished diagnosis", "change": "since the reference", "/diagnostics": "rates, faults, errors",
     "predict_cranking": "SOF1", "predict_stop_time": "longest stop", "predict_charge_acceptance": "SOF2", "predict_map": "grids of both",
-    "simulate_profile": "voltage of a profile", "set_standing_query": "what ~status answers", "identify": "fit now", "diagnose": "diagnose now"}
+    "simulate_profile": "voltage of a profile", "set_standing_query": "what ~status answers", "set_reference": "compare with now", "identify": "fit now", "diagnose": "diagnose now"}
 
 
 def interface():
     """Names of the node's own topics, services and actions, each with its type; in the order of the sources."""
     text = "\n".join(read_text(path) for path in sorted(glob.glob(os.path.join(ROOT, "src", "ros", "*.[ch]pp"))))
-    topics = {name: kind for kind, name in re.findall(r'publisher_\W[^;]*?advertise<(\w+)>\("(\w+)"', text)}
+    topics = {name: kind for kind, name in re.findall(r'publisher_\W[^;]*?advertise<(?:\w+::)?(\w+)>\("(\w+)"', text)}
     aliases = dict(re.findall(r"using (\w+) = battery_sof::(\w+);", text))
     services = {name: kind for kind, name in re.findall(r'serve<(\w+)>\(\s*"(\w+)"', text)}
     for name, method in re.findall(r'advertiseService\("(\w+)",\s*&BatterySofNode::on(\w+)', text):
-        services[name] = method
+        services[name] = re.search(rf"on{method}\(\s*(?:\w+::)?(\w+)::Request", text).group(1)
     actions = {name: kind + "Action" for kind, name in ((name.capitalize(), name) for name in re.findall(r'_server_\(\s*[\w.()]+,\s*"(\w+)"', text))}
     return {"topics": {name: aliases.get(kind, kind).replace("Message", "") for name, kind in topics.items()}, "services": services, "actions": actions}
 

@@ -189,6 +189,11 @@ TEST_F(SofDiagnose, SaysWhatHasChangedSinceAReference) {
             json["explained"]["reference_model"]["share_percent"]);
 }
 
+std::string textOf(const std::string& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 TEST_F(SofDiagnose, TakesTheModelOfTheReferenceInItsPlace) {
   writeTripsWithANewContact();
   ASSERT_EQ(sof({"identify", path("then.csv"), "--out", path("then.yaml")}).code, 0);
@@ -201,7 +206,9 @@ TEST_F(SofDiagnose, TakesTheModelOfTheReferenceInItsPlace) {
   EXPECT_EQ(json["changes"][0]["id"], "contact_resistance");
   EXPECT_LT(json["changes"][0]["interval"][0], 0.008);
   EXPECT_GT(json["changes"][0]["interval"][1], 0.008);
-  EXPECT_TRUE(json["explained"]["model_distance"].is_number());
+  EXPECT_TRUE(json["explained"]["model_distance"].is_null());
+  EXPECT_GT(json["explained"]["changed_model"]["share_percent"],
+            json["explained"]["reference_model"]["share_percent"]);
   const Outcome same = sof({"diagnose", path("then.csv"), "--reference", path("then.yaml")});
   EXPECT_EQ(same.code, 2);
   EXPECT_NE(same.err.find("is a model of the same recording as"), std::string::npos) << same.err;
@@ -211,8 +218,7 @@ TEST_F(SofDiagnose, AReferenceModelWithoutResponsesIsToBeIdentifiedAgain) {
   writeCsv(path("then.csv"), test::baseDrive(1));
   ASSERT_EQ(
       sof({"identify", path("then.csv"), "--effects", "none", "--out", path("bare.yaml")}).code, 0);
-  std::ifstream in(path("bare.yaml"));
-  std::string text((std::istreambuf_iterator<char>(in)), {});
+  const std::string text = textOf(path("bare.yaml"));
   const auto at = text.find("responses:");
   if (at != std::string::npos) std::ofstream(path("bare.yaml")) << text.substr(0, at);
   writeCsv(path("other.csv"), test::baseDrive(3));
@@ -233,9 +239,37 @@ TEST_F(SofDiagnose, ReferencesThatCannotServeAreRefused) {
   const Outcome brief = sof({"diagnose", stub_, "--reference", path("then.csv")});
   EXPECT_EQ(brief.code, 1);
   EXPECT_NE(brief.err.find("samples, a comparison needs 300"), std::string::npos) << brief.err;
-  const Outcome page = sof({"diagnose", stub_, "--reference", stub_, "--report", path("x.html")});
-  EXPECT_EQ(page.code, 2);
-  EXPECT_NE(page.err.find("--reference"), std::string::npos) << page.err;
+  const Outcome base = sof({"diagnose", stub_, "--reference", stub_, "--base-out", path("x.yaml")});
+  EXPECT_EQ(base.code, 2);
+  EXPECT_NE(base.err.find("--reference"), std::string::npos) << base.err;
+}
+
+TEST_F(SofDiagnose, WritesThePageOfAChangeAndTheModelOfTheRecording) {
+  const BatteryModel model({"fresh_sulphate"});
+  test::StartStopOptions options;
+  options.duration = 1500.0;
+  const Series then = test::startStopDrive(model, test::freshBattery(model), options).series;
+  options.seed = 2;
+  Series now = test::startStopDrive(model, test::freshBattery(model), options).series;
+  for (std::size_t n = 0; n < now.size(); ++n) now.voltage[n] += 0.008 * now.current[n];
+  writeCsv(path("then.csv"), then);
+  writeCsv(path("now.csv"), now);
+  const Outcome outcome = sof({"diagnose", path("now.csv"), "--reference", path("then.csv"),
+                               "--report", path("page.html"), "--out", path("now.yaml")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const std::string page = textOf(path("page.html"));
+  for (const char* part :
+       {"<!DOCTYPE html>", "Something has changed", "<h3>contact_resistance</h3>", "<h3>Then</h3>",
+        "<h3>Now</h3>", "What contact_resistance explains", "then.csv", "now.csv",
+        "the reference with the change", "edge_resistance"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find("nan"), std::string::npos);
+  // The next comparison takes it as its reference.
+  const Outcome next = sof({"diagnose", path("then.csv"), "--reference", path("now.yaml"),
+                            "--responses-only", "--report", path("next.html")});
+  EXPECT_EQ(next.code, 0) << next.err;
+  EXPECT_NE(textOf(path("next.html")).find("A model file keeps"), std::string::npos);
 }
 
 }  // namespace

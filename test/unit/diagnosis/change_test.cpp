@@ -104,6 +104,47 @@ TEST(Changes, AgainstAModelFileWithoutResponsesAreNotJudged) {
       << found.summary;
 }
 
+/// The reference with the responses of drives since, each with a contact.
+std::shared_ptr<const ResponseTable> afterDrives(std::uint64_t first, std::uint64_t last,
+                                                 double contact) {
+  auto table = std::make_shared<ResponseTable>(*responseTable(trip(1)));
+  table->since.emplace();
+  for (std::uint64_t seed = first; seed <= last; ++seed)
+    table->since->add(
+        responseFeatures(responseRows(withContact(trip(seed), contact)), table->scale));
+  return table;
+}
+
+TEST(Changes, OfDrivesSinceAReferenceAreThoseOfTheirMean) {
+  EXPECT_EQ(diagnoseChange(afterDrives(2, 4, 0.0)).verdict, ChangeVerdict::kNoChange);
+  const ChangeDiagnosis found = diagnoseChange(afterDrives(2, 4, 0.004));
+  ASSERT_EQ(found.verdict, ChangeVerdict::kChanged) << found.summary;
+  EXPECT_EQ(found.changes[0].id, "contact_resistance");
+  EXPECT_LT(found.changes[0].lower, 0.004);
+  EXPECT_GT(found.changes[0].upper, 0.004);
+}
+
+TEST(RecentResponses, WeighTheNewestByAFifthAndForgetTheOldest) {
+  ResponseFeatures one;
+  one.known.fill(true);
+  one.covariance.setIdentity();
+  RecentResponses recent;
+  for (int drive = 0; drive < 3; ++drive) {
+    one.value.setConstant(drive);
+    recent.add(one);
+  }
+  EXPECT_DOUBLE_EQ(recent.mean.value[0], 1.0);
+  EXPECT_NEAR(recent.squares, 1.0 / 3.0, 1e-12);
+  EXPECT_NEAR(recent.mean.covariance(0, 0), 1.0 / 3.0, 1e-12);
+  one.value.setConstant(10.0);
+  one.known[kBlockedCurrent] = false;
+  for (int drive = 0; drive < 30; ++drive) recent.add(one);
+  EXPECT_NEAR(recent.mean.value[0], 10.0, 0.02);
+  EXPECT_DOUBLE_EQ(recent.mean.value[kBlockedCurrent], 1.0);
+  EXPECT_NEAR(recent.squares, 1.0 / 9.0, 1e-3);
+  EXPECT_EQ(recent.drives, 33u);
+}
+
 struct Named {
   int first_or_alike = 0, interval_holds = 0;
 };

@@ -116,7 +116,7 @@ TEST(DamagedModel, ADecimalCommaIsRefusedWhereverANumberStands) {
     EXPECT_NE(errorOf(std::string(text()).replace(at, 1, ",")), "")
         << text().substr(text().rfind('\n', at), 80);
   }
-  EXPECT_GT(tried, 30);
+  EXPECT_GT(tried, 25);
   const std::string point = ": a comma ends a number, expected a decimal point";
   const std::string said = errorWith("parameters:", "std_error", "1,5");
   EXPECT_NE(said.find("parameters.r_discharge.5 is not a key with a value" + point),

@@ -449,6 +449,21 @@ TEST(ModelYaml, KeepsTheResponsesOfItsRecording) {
   EXPECT_FALSE(parseModelYaml(modelYaml(fittedModel()), "model.yaml").responses);
 }
 
+TEST(ModelYaml, KeepsTheResponsesOfDrivesSinceAReference) {
+  FittedModel model = modelWithResponses();
+  auto table = std::make_shared<ResponseTable>(*model.responses);
+  table->since.emplace();
+  for (int drive = 0; drive < 2; ++drive) table->since->add(table->unchanged);
+  model.responses = table;
+  const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
+  ASSERT_TRUE(back.responses && back.responses->since);
+  EXPECT_EQ(back.responses->since->drives, 2u);
+  EXPECT_DOUBLE_EQ(back.responses->since->squares, 0.5);
+  EXPECT_TRUE(back.responses->since->mean.value.isApprox(table->unchanged.value, 1e-12));
+  EXPECT_TRUE(
+      back.responses->since->mean.covariance.isApprox(0.5 * table->unchanged.covariance, 1e-9));
+}
+
 TEST(ModelYaml, NamesWhatIsWrongWithResponses) {
   const std::string text = modelYaml(modelWithResponses());
   const auto wrong = [&](const std::string& from, const std::string& to) {

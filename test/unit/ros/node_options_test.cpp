@@ -72,6 +72,7 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
   EXPECT_EQ(shipped.session.identify.crank_current, built_in.session.identify.crank_current);
   EXPECT_EQ(shipped.session.identify.max_iterations, built_in.session.identify.max_iterations);
   EXPECT_EQ(shipped.diagnose_period, built_in.diagnose_period);
+  EXPECT_EQ(shipped.change_period, built_in.change_period);
   EXPECT_EQ(shipped.use_diagnosis, built_in.use_diagnosis);
   EXPECT_EQ(shipped.standing.cranking.i_load, built_in.standing.cranking.i_load);
   EXPECT_EQ(shipped.standing.cranking.t_stop, built_in.standing.cranking.t_stop);
@@ -140,6 +141,8 @@ TEST(NodeOptions, DiagnosisOptionsThatCannotBeAreNamedTogether) {
       refusal(parameters),
       AllOf(HasSubstr("~diagnose_period_s is 20, expected 0 (only on request) or 60 to 86400"),
             HasSubstr("~use_diagnosis is true and ~fit/start paper")));
+  EXPECT_THAT(refusal(with("change_period_s", 20.0)),
+              HasSubstr("~change_period_s is 20, expected 0 (never) or 60 to 86400"));
   EXPECT_THAT(refusal(with("use_diagnosis", 1)),
               HasSubstr("~use_diagnosis is an integer, expected true or false"));
 }

@@ -89,6 +89,29 @@ def mechanisms(base, told, judged, nulls):
     return section("mechanisms", "What is missing, and in how many batteries", table(("mechanism", "batteries", "mechanism right", "median probability", "which"), lines, (2, 3)), note)
 
 
+def changed_text(row):
+    """A strength as a reader expects it."""
+    scale, unit = {"ohm": (1e3, "mOhm"), "1": (1e2, "%")}.get(row["unit"], (1.0, row["unit"]))
+    return f"{scale * row['now']:.3g} {unit} <small>{scale * row['lower']:.3g} to {scale * row['upper']:.3g}</small>"
+
+
+def changes(base):
+    """What has changed in which battery since its first recording."""
+    compared = base.execute("SELECT count(*), count(DISTINCT r.battery) FROM change c JOIN recording r USING (recording) WHERE c.verdict != 'insufficient_data'").fetchone()
+    if not compared[0]:
+        return section("changes", "What has changed", "<p>No battery has a second recording that could be compared with its first one.</p>")
+    rows = base.execute("SELECT c.*, r.name, r.battery, EXISTS (SELECT 1 FROM file f WHERE f.recording = r.recording AND f.name = 'page.html') AS has_page FROM change c "
+                        "JOIN recording r USING (recording) WHERE c.verdict = 'changed' ORDER BY c.mechanism, c.id, c.probability DESC, r.battery, r.name").fetchall()
+    lines = [(html.escape(words(row["mechanism"])), f"<code>{html.escape(row['id'])}</code>", f"<b>{html.escape(row['battery'])}</b>", linked(row), changed_text(row),
+              f"{row['probability']:.2f}", html.escape(row["indistinguishable"].replace(",", ", "))) for row in rows[:MAX_ROWS]]
+    said = (f"<p>{count(len(rows), 'recording shows', 'recordings show')} a change since the first one of the battery, of {compared[0]} that were compared "
+            f"({count(compared[1], 'battery', 'batteries')}).</p>")
+    note = ('<p class="note">Each recording is compared with the first one of its battery, as sof diagnose --reference does. One in 25 sound recordings is said to have changed by '
+            "chance, so look for a change that stays.</p>")
+    shown = table(("mechanism", "change", "battery", "recording", "strength, 90 % interval", "probability", "looks alike"), lines, (4, 5)) if rows else ""
+    return section("changes", "What has changed", said, shown, note)
+
+
 def deviating(base, found, compared):
     """Who deviates from the fleet."""
     if not compared:
@@ -186,5 +209,5 @@ def make(folder, nulls=None):
     style = page_css + read_text(os.path.join(HERE, "page.css"))
     origin = f'<header><p class="origin">{html.escape(title)}, <strong>{html.escape(os.path.basename(os.path.abspath(folder)))}</strong></p><h1>{html.escape(headline(found, told, nulls is not None))}</h1>'
     parts = [origin, figures(base, found), "</header>", mechanisms(base, told, len(found), null_gains),
-             deviating(base, *outliers.outliers(base)), parameters(base), predictions(base), recordings(base, {one.name for one in found if one.found})]
+             changes(base), deviating(base, *outliers.outliers(base)), parameters(base), predictions(base), recordings(base, {one.name for one in found if one.found})]
     return read_text(os.path.join(HERE, "page.html")).format(title=html.escape(title), style=style, body="\n".join(parts), script=read_text(os.path.join(HERE, "page.js")))

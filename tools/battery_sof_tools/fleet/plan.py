@@ -8,7 +8,7 @@ from ..files import digest, require_regular, utf8, write_json
 from . import listing, stored
 
 SCHEMA = "battery_sof/fleet/1"
-STEPS = ("check", "convert", "identify", "predict", "diagnose", "score")
+STEPS = ("check", "convert", "identify", "predict", "diagnose", "change", "score")
 MEANT = ("discharge_positive", "from_s", "to_s", "effects", *listing.COLUMNS)  # what changes an answer
 GROUP_BYTES = 8e6  # of recordings in one job
 GROUP_MOST = 25    # recordings in one job
@@ -68,6 +68,15 @@ def load(folder):
     if kept["schema"] != SCHEMA or not set(kept["steps"]) <= set(STEPS):
         raise SystemExit(f"{path}: a fleet of another version ({kept['schema']}, this program knows {SCHEMA}); {REMEDY}")
     return kept, recordings_in(os.path.join(folder, "recordings.json"))
+
+
+def with_first(recordings):
+    """The recordings, each with `first`: its battery's first one, by age where that is given, else by path; None where it is that itself."""
+    firsts = {}
+    for one in sorted(recordings, key=lambda one: (one.get("age_years", 0.0), one["path"], one["key"])):
+        if not one["unreadable"]:
+            firsts.setdefault(one["battery"], one)
+    return [dict(one, first=None if firsts.get(one["battery"], one)["key"] == one["key"] else firsts[one["battery"]]) for one in recordings]
 
 
 def recordings_in(path):

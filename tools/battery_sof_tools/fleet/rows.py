@@ -21,10 +21,10 @@ def of_recording(entry, told):
 def outcome(told):
     """(done, partly or failed, and why): the first step that failed gives the reason; a step that is not needed or follows another's failure does not."""
     wanted = {step: told[step] for step in STEPS if step in told and step != "convert"}
-    bad = [step for step, one in wanted.items() if one["answer"] is None and not (step == "score" and one["exit"] is None)]
+    bad = [step for step, one in wanted.items() if one["answer"] is None and not (step in ("change", "score") and one["exit"] is None)]
     if not bad:
         return "done", None
-    return ("failed" if len(bad) == len([step for step in wanted if step != "score"]) else "partly"), f"{bad[0]}: {wanted[bad[0]]['reason']}"
+    return ("failed" if len(bad) == len([step for step in wanted if step not in ("change", "score")]) else "partly"), f"{bad[0]}: {wanted[bad[0]]['reason']}"
 
 
 def recording(entry, told, check):
@@ -55,6 +55,11 @@ def rows_of(step, answer):
                              len(answer.get("cranks") or ()), mixed.get("share_percent", answer.get("q_dyn_percent")), baseline.get("share_percent"), baseline.get("crank_mae_v"))
     elif step == "diagnose":
         yield from of_diagnosis(answer)
+    elif step == "change":
+        first = (answer["changes"] or [None])[0]
+        low, high = first["interval"] if first else (None, None)
+        told = (first["id"], first["mechanism"], first["now"], first["unit"], low, high, first["probability"], ",".join(first["indistinguishable"])) if first else (None,) * 8
+        yield "change", (",".join(answer["references"]), answer["verdict"], *told, answer.get("summary"))
     elif step == "score":
         for one in answer["windows"]:
             model, baseline = one["model"], one["baseline"]

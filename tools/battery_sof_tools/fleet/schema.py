@@ -1,6 +1,6 @@
 """The database of a fleet: tables, their columns, and the version (docs/fleet.md has what they mean)."""
 
-VERSION = 2
+VERSION = 3
 
 # Every table but `fleet` begins with the recording's key. Rows are in the order of the columns in ORDER.
 TABLES = {
@@ -16,6 +16,8 @@ TABLES = {
     "verdict": "recording TEXT PRIMARY KEY, verdict TEXT, mechanism TEXT, probability REAL, gain REAL, summary TEXT, base_rmse_v REAL, extended_rmse_v REAL",
     "mechanism": "recording TEXT, mechanism TEXT, probability REAL, effects TEXT, PRIMARY KEY (recording, mechanism)",
     "candidate": "recording TEXT, id TEXT, mechanism TEXT, evidence REAL, confidence REAL, rejected_because TEXT",
+    "change": "recording TEXT PRIMARY KEY, reference TEXT, verdict TEXT, id TEXT, mechanism TEXT, now REAL, unit TEXT, lower REAL, upper REAL, probability REAL, indistinguishable TEXT, "
+              "summary TEXT",
     "score": "recording TEXT, start_s REAL, effects TEXT, window_quality REAL, share_percent REAL, current_share_percent REAL, voltage_share_percent REAL, crank_mae_v REAL, "
              "baseline_share_percent REAL, baseline_crank_mae_v REAL",
     "cost": "recording TEXT, step TEXT, wall_s REAL, cpu_s REAL, PRIMARY KEY (recording, step)",
@@ -23,7 +25,7 @@ TABLES = {
 }
 # Columns that are never NULL, beside those of the tables' keys.
 REQUIRED = {"fleet": ("value",), "recording": ("name", "path", "bytes", "battery", "options", "outcome"), "finding": ("id", "severity", "what"), "window": ("effects",),
-            "parameter": ("source", "effects", "name"), "verdict": ("verdict",), "mechanism": ("effects",), "candidate": ("id", "mechanism"), "score": ("start_s", "effects"),
+            "parameter": ("source", "effects", "name"), "verdict": ("verdict",), "mechanism": ("effects",), "candidate": ("id", "mechanism"), "change": ("reference", "verdict"), "score": ("start_s", "effects"),
             "file": ("bytes", "content")}
 MEASURED = ("cost", "file")  # differ from run to run: times are in both
 

@@ -49,6 +49,7 @@ class Recording:
             "convert": ["convert", self.entry["path"], self.file("recording.csv"), *listing.column_options(self.entry)],
             "identify": ["identify", *read, *window, "--auto", "--out", model, *self.options()],
             "predict": ["predict", model, *read, *window],
+            "change": ["diagnose", self.entry["path"], *listing.column_options(self.entry), *window, "--responses-only", "--reference", (self.entry.get("first") or self.entry)["path"]],
             "diagnose": ["diagnose", *read, *window, "--threads", "1", *([] if self.setting["without_pages"] else ["--report", self.file("page.html")])],
         }[step]]
 
@@ -77,6 +78,15 @@ def called(command, patience_s):
     return told
 
 
+def no_reference(entry):
+    """Why a recording is not compared with its battery's first one, or None."""
+    if entry.get("first") is None:
+        return "not taken: it is its battery's first recording"
+    if listing.column_options(entry) != listing.column_options(entry["first"]):
+        return "not taken: its battery's first recording has other columns"
+    return None
+
+
 def answered(recording, step, patience_s):
     """(exit code, answer, reason) of a step."""
     reason = recording.entry["unreadable"] or plan.unreadable(recording.entry["path"])
@@ -84,6 +94,10 @@ def answered(recording, step, patience_s):
         return None, None, reason
     if step == "predict" and not os.path.exists(recording.file("model.yaml")):
         return None, None, "not taken: identify gave no model"
+    if step == "change":
+        reason = no_reference(recording.entry)
+        if reason:
+            return None, None, reason
     if step == "convert" and not recording.is_bag:
         return None, None, "not needed: the recording is CSV"
     if step == "convert":  # reports nothing in JSON
@@ -143,7 +157,7 @@ def main(folder, group, done):
     kept, recordings = plan.load(folder)
     setting = plan.setting_of(folder, kept)
     mine = set(stored.read(group, [stored.KEY], "sof-fleet run writes it again"))
-    taken = sum(alone(folder, one, setting) for one in recordings if one["key"] in mine)
+    taken = sum(alone(folder, one, setting) for one in plan.with_first(recordings) if one["key"] in mine)
     write_json(done, {"recordings": len(mine), "steps": taken})
 
 

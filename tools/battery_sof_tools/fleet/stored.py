@@ -37,6 +37,8 @@ ANSWERS = {
     "diagnose": {"verdict": str, "mechanism?": TEXT, "probability?": NUMBER, "summary?": TEXT, "fit?": ({"base?": FIT, "extended?": FIT}, None),
                  "evidence?": ({"base?": NUMBER, "extended?": NUMBER}, None), "effects?": ([{"id": str, "mechanism": str, "probability?": NUMBER, "parameters?": ([PARAMETER], None)}], None),
                  "candidates?": ([{"id": str, "mechanism": str, "evidence?": NUMBER, "confidence?": NUMBER, "rejected_because?": TEXT}], None)},
+    "change": {"verdict": str, "summary?": TEXT, "references": [str],
+               "changes": [{"id": str, "mechanism": str, "now": float, "unit": str, "interval": [float, float], "probability": float, "indistinguishable": [str]}]},
     "score": {"windows": [{"start_s": float, "effects": [str], "window_quality": NUMBER, "parameters": [PARAMETER], "baseline": SHARES,
                            "model": {"current_share_percent": NUMBER, "voltage_share_percent": NUMBER, **SHARES}}]},
 }
