@@ -60,6 +60,7 @@ battery_sof_script_test(strangers_count_right 120 out_of_model/out_of_model_test
 # What the scripts share, and the shell scripts.
 battery_sof_script_test(scripts_do_what_they_say 300 tools/tools_test.py)
 battery_sof_script_test(can_logs_are_read_by_their_dbc_file 60 tools/can_log_test.py)
+battery_sof_script_test(recordings_of_ros_2_are_read 60 tools/ros2_bag_test.py)
 battery_sof_script_test(tables_say_what_was_measured 60 tools/measures_test.py)
 battery_sof_script_test(pages_hold_the_figures_of_the_results 60 tools/results_test.py)
 battery_sof_script_test(json_is_what_its_schemas_say 300 tools/schemas_test.py)
@@ -96,6 +97,14 @@ add_test(NAME clients_of_the_pages_build_and_ask
     "-DWORK=${CMAKE_BINARY_DIR}/clients" "-DCXX=${CMAKE_CXX_COMPILER}" "-DPYTHON=${PYTHON_EXECUTABLE}"
     "-DROSTEST=${BATTERY_SOF_ROSTEST}" -DTEST=clients.test -P "${CMAKE_CURRENT_SOURCE_DIR}/examples/try.cmake")
 set_tests_properties(clients_of_the_pages_build_and_ask PROPERTIES TIMEOUT 300 RESOURCE_LOCK roscore)
+
+# The example of a node of ROS 2. Debian 12 has no rclcpp: what the example calls of it are stand-ins.
+add_executable(ros2_node_on_stand_ins EXCLUDE_FROM_ALL ${PROJECT_SOURCE_DIR}/examples/ros2_node/battery_sof_ros2_node.cpp)
+set_property(TARGET ros2_node_on_stand_ins APPEND PROPERTY INCLUDE_DIRECTORIES ${CMAKE_CURRENT_SOURCE_DIR}/examples/ros2_stand_ins)
+target_link_libraries(ros2_node_on_stand_ins battery_sof)
+add_dependencies(tests ros2_node_on_stand_ins)
+battery_sof_script_test(ros2_node_compiles_and_answers_on_stand_ins_for_rclcpp 300 examples/ros2_node_test.py
+  "${CMAKE_CXX_COMPILER}" $<TARGET_FILE:ros2_node_on_stand_ins>)
 
 # What takes long and is rarely the first to find something: `make test` leaves it to `make test-slow`, continuous integration runs both.
 set_tests_properties(proof_quick _ctest_${PROJECT_NAME}_rostest_rates live_page_in_a_browser live_page_under_attack
