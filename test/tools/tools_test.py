@@ -15,7 +15,7 @@ import unittest
 
 import numpy as np
 
-from battery_sof_tools import docs_site, files, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
+from battery_sof_tools import files, mkdocs_hooks, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
 from battery_sof_tools.benchmark import answers, laws, real, same
 from battery_sof_tools.benchmark.generator import Generator
 from battery_sof_tools.files import ROOT
@@ -156,18 +156,18 @@ class CliPage(unittest.TestCase):
 
 
 class Site(unittest.TestCase):
-    def test_links_are_made_to_fit(self):
-        outside = set()
-        self.assertEqual(docs_site.fitted("[a](docs/node.md#states) [b](LICENSE) [c](docs/decisions) [d](https://x.org/y.md) [e](#here)", "README.md", outside),
-                         "[a](node.md#states) [b](files/LICENSE.txt) c [d](https://x.org/y.md) [e](#here)")
-        self.assertEqual(outside, {"LICENSE"})
-        self.assertEqual(docs_site.fitted("![p](../pictures/circuit.svg) [r](../../README.md)", "docs/decisions/0001-robust-start.md", outside),
-                         "![p](../pictures/circuit.svg) [r](../index.md)")
-        self.assertEqual(docs_site.fitted('<source media="m" srcset="docs/pictures/a.svg">\n<img src="docs/pictures/b.svg" alt="b">', "README.md", outside),
+    def test_links_to_what_is_no_page_are_made_to_fit(self):
+        outside = []
+        self.assertEqual(mkdocs_hooks.fitted("[a](docs/node.md#states) [b](LICENSE) [c](docs/decisions) [d](https://x.org/y.md) [e](#here)", "README.md", outside.append),
+                         "[a](docs/node.md#states) [b](files/LICENSE.txt) c [d](https://x.org/y.md) [e](#here)")
+        self.assertEqual(outside, ["LICENSE"])
+        self.assertEqual(mkdocs_hooks.fitted("![p](../pictures/circuit.svg) [r](../../README.md) [l](../../LICENSE)", "docs/decisions/0001-robust-start.md", outside.append),
+                         "![p](../pictures/circuit.svg) [r](../../README.md) [l](../../files/LICENSE.txt)")
+        self.assertEqual(mkdocs_hooks.fitted('<source media="m" srcset="docs/pictures/a.svg">\n<img src="docs/pictures/b.svg" alt="b">', "README.md", outside.append),
                          '<source media="m" srcset="pictures/a.svg">\n<img src="pictures/b.svg" alt="b">')
 
     def test_a_link_to_nothing_is_left_for_mkdocs_to_refuse(self):
-        self.assertEqual(docs_site.fitted("[x](nowhere.md)", "README.md", set()), "[x](nowhere.md)")
+        self.assertEqual(mkdocs_hooks.fitted("[x](nowhere.md)", "README.md", self.fail), "[x](nowhere.md)")
 
 
 @unittest.skipIf(os.path.exists("/opt/ros/noetic"), "the packages are Debian's")
