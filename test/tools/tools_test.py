@@ -141,7 +141,7 @@ class CliPage(unittest.TestCase):
     def test_the_page_of_the_command_is_what_its_help_says(self):
         with open(os.path.join(ROOT, "docs", "cli.md")) as file:
             page = file.read()
-        self.assertEqual(page, pages_of_sof.with_part(page, "cli.md", pages_of_sof.cli(program(BUILD, "sof"))), "docs/cli.md is behind: run scripts/update_cli_page")
+        self.assertEqual(page, files.with_part(page, *pages_of_sof.MARKS["cli.md"], pages_of_sof.cli(program(BUILD, "sof"))), "docs/cli.md is behind: run scripts/update_cli_page")
 
     def test_every_subcommand_is_found(self):
         self.assertEqual(pages_of_sof.subcommands("sof\n\nSubcommands:\n  check    looks\n  stop-time   asks\n           more\n"), ["check", "stop-time"])
@@ -232,9 +232,11 @@ class Effects(unittest.TestCase):
         self.assertRaises(Failure, call, ["/bin/sh", "-c", "kill -SEGV $$"])
 
     def test_a_page_without_marks_is_refused(self):
-        page = "old\n".join(("before\n" + pages_of_sof.MARKS["effects.md"][0], pages_of_sof.MARKS["effects.md"][1] + "after\n"))
-        self.assertEqual(pages_of_sof.with_part(page, "effects.md", "new\n"), page.replace("old", "new"))
-        self.assertRaises(SystemExit, pages_of_sof.with_part, "no marks", "effects.md", "new")
+        marks = pages_of_sof.MARKS["effects.md"]
+        page = f"before\n{marks[0]}old\n{marks[1]}after\n"
+        self.assertEqual(files.with_part(page, *marks, "new\n"), page.replace("old", "new"))
+        for text in ("no marks", page.replace(marks[1], "")):
+            self.assertRaises(SystemExit, files.with_part, text, *marks, "new")
 
 
 class Recordings(unittest.TestCase):
