@@ -1,11 +1,10 @@
-"""Counts of cases of any benchmark, and the tables they are printed in."""
+"""Counts of cases of any benchmark, and the rows they are printed in."""
 
 import collections
 import statistics
 
-from ..rates import geometric_mean, interval, rate, spread
-from ..tables import table
-from .answers import BINS, OUTCOMES, SHORT, counted
+from ..rates import interval, rate, spread
+from .answers import BINS, SHORT, counted
 
 HALF, WORSE = 0.5, 1.02  # held-out error over the base's, that counts as half and as worse
 # A rate of k in n, or a value over n cases; level: of which cases.
@@ -77,17 +76,6 @@ def set_rows(cases):
             ("how many they are", "no case" if size is None else f"{size:.2f}")]
 
 
-def outcome_table(title, groups):
-    """One row a group (title, cases): outcomes, what was taken for it, what is left of the hold-out error."""
-    rows = []
-    for name, cases in groups:
-        counts = counted(cases)
-        taken = collections.Counter(mechanism for one in cases if one.outcome == "wrong" for mechanism in one.said)
-        rows.append([name, len(cases), *(counts[one] for one in OUTCOMES[:5]), ", ".join(f"{mechanism} {k}" for mechanism, k in taken.most_common()),
-                     *(f"{geometric_mean(over_base(cases, side)):.2f}" if over_base(cases, side) else "" for side in ("extended", "ridge"))])
-    return table([title, "cases", *OUTCOMES[:5], "taken for", "extended / base", "ridge / base"], rows)
-
-
 def reliability(cases):
     """(bin, claims that are right, claims) by stated probability; a mechanism that is named of a null is wrong."""
     claims, rows = [claim for one in cases for claim in one.claims], []
@@ -99,10 +87,3 @@ def reliability(cases):
 
 def reliability_rows(cases):
     return [(name, rate(k, n)) for name, k, n in reliability(cases)]
-
-
-def seconds_row(cases):
-    taken = sorted(one.seconds for one in cases if one.seconds is not None)
-    if not taken:
-        return "no case"
-    return f"median {statistics.median(taken):.1f}, nine in ten below {taken[int(0.9 * (len(taken) - 1))]:.1f}, longest {taken[-1]:.1f}"
