@@ -213,7 +213,7 @@ class Schemas(unittest.TestCase):
 
     def test_every_number_has_its_unit(self):
         for name in json_page.names():
-            for path, part in json_page.properties(schema_of(name)):
+            for path, part in properties(schema_of(name)):
                 unit = UNITS.get(path.rpartition("_")[2])
                 if unit and "integer" not in part["type"]:
                     self.assertIn(f"[{unit}]", json_page.meaning(schema_of(name), part), f"{name}: {path}")
@@ -223,6 +223,18 @@ class Page(unittest.TestCase):
     def test_is_what_the_schemas_say(self):
         page = read_text(json_page.PAGE)
         self.assertEqual(page, json_page.with_reference(page), "docs/json.md is behind: run scripts/update_json_page")
+
+
+def properties(whole):
+    """Path and schema of every property of a file, those of its definitions included."""
+    def of(part, path):
+        for key, each in part.get("properties", {}).items():
+            yield path + key, each
+            yield from of(each, path + key + ".")
+            yield from of(each.get("items", {}), path + key + "[].")
+    yield from of(whole, "")
+    for name, each in whole.get("$defs", {}).items():
+        yield from of(each, name + ".")
 
 
 def enums(part):

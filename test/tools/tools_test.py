@@ -15,7 +15,7 @@ import unittest
 
 import numpy as np
 
-from battery_sof_tools import docs_site, files, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
+from battery_sof_tools import files, mkdocs_hooks, pages_of_sof, progress, rates, recordings, stop_rules, tables, tidy
 from battery_sof_tools.benchmark import answers, laws, real, same
 from battery_sof_tools.benchmark.generator import Generator
 from battery_sof_tools.files import ROOT
@@ -141,7 +141,7 @@ class CliPage(unittest.TestCase):
     def test_the_page_of_the_command_is_what_its_help_says(self):
         with open(os.path.join(ROOT, "docs", "cli.md")) as file:
             page = file.read()
-        self.assertEqual(page, pages_of_sof.with_part(page, "cli.md", pages_of_sof.cli(program(BUILD, "sof"))), "docs/cli.md is behind: run scripts/update_cli_page")
+        self.assertEqual(page, files.with_part(page, *pages_of_sof.MARKS["cli.md"], pages_of_sof.cli(program(BUILD, "sof"))), "docs/cli.md is behind: run scripts/update_cli_page")
 
     def test_every_subcommand_is_found(self):
         self.assertEqual(pages_of_sof.subcommands("sof\n\nSubcommands:\n  check    looks\n  stop-time   asks\n           more\n"), ["check", "stop-time"])
@@ -156,18 +156,18 @@ class CliPage(unittest.TestCase):
 
 
 class Site(unittest.TestCase):
-    def test_links_are_made_to_fit(self):
-        outside = set()
-        self.assertEqual(docs_site.fitted("[a](docs/node.md#states) [b](LICENSE) [c](docs/decisions) [d](https://x.org/y.md) [e](#here)", "README.md", outside),
-                         "[a](node.md#states) [b](files/LICENSE.txt) c [d](https://x.org/y.md) [e](#here)")
-        self.assertEqual(outside, {"LICENSE"})
-        self.assertEqual(docs_site.fitted("![p](../pictures/circuit.svg) [r](../../README.md)", "docs/decisions/0001-robust-start.md", outside),
-                         "![p](../pictures/circuit.svg) [r](../index.md)")
-        self.assertEqual(docs_site.fitted('<source media="m" srcset="docs/pictures/a.svg">\n<img src="docs/pictures/b.svg" alt="b">', "README.md", outside),
+    def test_links_to_what_is_no_page_are_made_to_fit(self):
+        outside = []
+        self.assertEqual(mkdocs_hooks.fitted("[a](docs/node.md#states) [b](LICENSE) [c](docs/decisions) [d](https://x.org/y.md) [e](#here)", "README.md", outside.append),
+                         "[a](docs/node.md#states) [b](files/LICENSE.txt) c [d](https://x.org/y.md) [e](#here)")
+        self.assertEqual(outside, ["LICENSE"])
+        self.assertEqual(mkdocs_hooks.fitted("![p](../pictures/circuit.svg) [r](../../README.md) [l](../../LICENSE)", "docs/decisions/0001-robust-start.md", outside.append),
+                         "![p](../pictures/circuit.svg) [r](../../README.md) [l](../../files/LICENSE.txt)")
+        self.assertEqual(mkdocs_hooks.fitted('<source media="m" srcset="docs/pictures/a.svg">\n<img src="docs/pictures/b.svg" alt="b">', "README.md", outside.append),
                          '<source media="m" srcset="pictures/a.svg">\n<img src="pictures/b.svg" alt="b">')
 
     def test_a_link_to_nothing_is_left_for_mkdocs_to_refuse(self):
-        self.assertEqual(docs_site.fitted("[x](nowhere.md)", "README.md", set()), "[x](nowhere.md)")
+        self.assertEqual(mkdocs_hooks.fitted("[x](nowhere.md)", "README.md", self.fail), "[x](nowhere.md)")
 
 
 @unittest.skipIf(os.path.exists("/opt/ros/noetic"), "the packages are Debian's")
@@ -232,9 +232,11 @@ class Effects(unittest.TestCase):
         self.assertRaises(Failure, call, ["/bin/sh", "-c", "kill -SEGV $$"])
 
     def test_a_page_without_marks_is_refused(self):
-        page = "old\n".join(("before\n" + pages_of_sof.MARKS["effects.md"][0], pages_of_sof.MARKS["effects.md"][1] + "after\n"))
-        self.assertEqual(pages_of_sof.with_part(page, "effects.md", "new\n"), page.replace("old", "new"))
-        self.assertRaises(SystemExit, pages_of_sof.with_part, "no marks", "effects.md", "new")
+        marks = pages_of_sof.MARKS["effects.md"]
+        page = f"before\n{marks[0]}old\n{marks[1]}after\n"
+        self.assertEqual(files.with_part(page, *marks, "new\n"), page.replace("old", "new"))
+        for text in ("no marks", page.replace(marks[1], "")):
+            self.assertRaises(SystemExit, files.with_part, text, *marks, "new")
 
 
 class Recordings(unittest.TestCase):
@@ -375,9 +377,9 @@ class Laws(unittest.TestCase):
             self.assertRaisesRegex(Failure, "too weak", laws.with_strength, generator, beside, path, {"mechanism": "instrument", "form": "remanence", "seed": 1}, 1.0, folder)
 
 
-def told(*named, verdict="effect", parts=(), base=0.1, extended=0.05, ridge=0.08):
-    return {"verdict": verdict, "effects": [{"id": one, "mechanism": one, "probability": 0.95, "indistinguishable_from": []} for one in named], "limit_v": 0.01, "ridge_v": ridge,
-            "candidates": [{"mechanism": one, "rejected_because": ""} for one in parts], "holdout": {"base": {"rmse_v": base}, "extended": {"rmse_v": extended}}}
+def told(*named, verdict="effect", parts=()):
+    return {"verdict": verdict, "effects": [{"id": one, "mechanism": one, "probability": 0.95, "indistinguishable_from": []} for one in named], "limit_v": 0.01,
+            "candidates": [{"mechanism": one, "rejected_because": ""} for one in parts], "holdout": {"base": {"rmse_v": 0.1}, "extended": {"rmse_v": 0.05}}}
 
 
 def put_in(kind, answer, recording="a"):
@@ -414,11 +416,6 @@ class RealScore(unittest.TestCase):
     def test_a_new_part_of_what_is_unknown_is_told(self):
         rows = [put_in("acid", told("structure", verdict="unexplained", parts=["acid"])), put_in("ageing", told("structure", parts=["acid"]))]
         self.assertTrue(self.figures(rows)["put in: its mechanism newly named or a new part of what is unknown"].startswith("1 of 2"))
-
-    def test_the_ridge_stands_beside(self):
-        found = self.figures([put_in("acid", told()), put_in("acid", told(extended=0.1, ridge=0.02))])
-        self.assertEqual(found["hold-out error, ridge over base"], "median 0.500, geometric mean 0.400 (n = 2)")
-        self.assertTrue(found["extended better than ridge"].startswith("1 of 2"))
 
     def test_the_page_counts_what_could_not_be_drawn(self):
         rows = [put_in("acid", told("acid")), {"name": "y", "recording": "a", "kind": "ageing", "not_drawn": ["too weak"]},

@@ -36,14 +36,11 @@ class Signal(NamedTuple):
 
     def value(self, data):
         """The number in a frame; None where the frame is too short."""
-        if self.is_intel:
-            bits = range(self.start, self.start + self.length)
-        else:  # Motorola: from the highest bit on downwards, and on with the highest of the next byte
-            first = 8 * (self.start // 8) + 7 - self.start % 8
-            bits = [8 * (k // 8) + 7 - k % 8 for k in range(first + self.length - 1, first - 1, -1)]
-        if max(bits) >= 8 * len(data):
+        first = self.start if self.is_intel else 8 * (self.start // 8) + 7 - self.start % 8  # of Motorola counted from the highest bit of each byte
+        behind = 8 * len(data) - first - self.length
+        if behind < 0:
             return None
-        raw = sum((data[bit // 8] >> (bit % 8) & 1) << place for place, bit in enumerate(bits))
+        raw = int.from_bytes(data, "little" if self.is_intel else "big") >> (first if self.is_intel else behind) & (1 << self.length) - 1
         if self.is_signed and raw >> (self.length - 1):
             raw -= 1 << self.length
         return self.offset + self.scale * raw

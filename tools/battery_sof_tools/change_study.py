@@ -124,18 +124,15 @@ def row_of(binary, pair, change, options=(), model=False):
         holds = low - 1e-9 <= wanted <= high + 1e-9
     return {"pair": pair.name, "vehicle": pair.vehicle, "kind": change and change.kind, "strength": change and change.strength, "unit": change and change.unit,
             "verdict": answer["verdict"], "first": first and first["id"], "named": bool(change) and is_named(answer, change.effect), "interval_holds": holds,
-            "gain": answer["explained"]["gain"], "distance": answer["explained"]["distance"], "model_distance": answer["explained"]["model_distance"],
-            "shares": [answer["explained"][name]["share_percent"] for name in ("reference_model", "changed_model", "own_model")],
-            "limits": {limit["id"]: limit["strength"] for limit in answer["detection_limits"]}, "compared": answer["compared"], "seconds": seconds}
+            "gain": answer["explained"]["gain"], "model_distance": answer["explained"]["model_distance"], "compared": answer["compared"], "seconds": seconds}
 
 
 def power_table(rows):
     judged = [row for row in rows if row["verdict"] != "insufficient_data"]
-    groups = collections.OrderedDict()
+    groups, cells = {}, []
     for row in judged:
         if row["kind"]:
             groups.setdefault((row["kind"], row["strength"], row["unit"]), []).append(row)
-    cells = []
     for (kind, strength, unit), some in groups.items():
         held = [row["interval_holds"] for row in some if row["interval_holds"] is not None]
         cells.append([f"{kind} {strength:g} {unit}", rate(sum(row["named"] for row in some), len(some)),
@@ -175,10 +172,6 @@ def report(rows, others, with_spread):
     lines += ["", *table(("control", "verdict", "first", "gain", "model distance"),
                          [[row["pair"], row["verdict"], row["first"], f"{row['gain']:.1f}" if row["gain"] is not None else "-",
                            f"{row['model_distance']:.2f}" if row["model_distance"] is not None else "-"] for row in controls + others])]
-    shares = [row["shares"] for row in rows if row["kind"] and row["named"] and None not in row["shares"]]
-    if shares:
-        reference, with_change, own = np.median(np.array(shares), axis=0)
-        lines += ["", f"Explained on the last quarter, median of {len(shares)} named changes: reference {reference:.0f} %, with the change {with_change:.0f} %, fitted to itself {own:.0f} %"]
     return lines + (["", *spread_table(rows)] if with_spread else [])
 
 

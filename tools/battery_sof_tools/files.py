@@ -64,6 +64,15 @@ def write_text(path, text):
     os.replace(beside, path)
 
 
+def with_part(text, begin, end, part):
+    """A page with another part between two marks; SystemExit without them."""
+    head, is_there, rest = text.partition(begin)
+    _, is_whole, tail = rest.partition(end)
+    if not is_there or not is_whole:
+        raise SystemExit(f"the marks {begin.strip()} and {end.strip()} are missing in the page")
+    return head + begin + part + end + tail
+
+
 def lines_of(path):
     """One object a line; a last line that was cut off is left, a missing file has none."""
     if not os.path.exists(path):

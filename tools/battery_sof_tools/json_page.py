@@ -6,7 +6,7 @@ The schemas are JSON Schema, draft 2020-12. One file has all that it refers to i
 import glob
 import os
 
-from .files import ROOT, read_json, read_text, write_text
+from .files import ROOT, read_json, read_text, with_part, write_text
 from .tables import table
 
 FOLDER = os.path.join(ROOT, "docs", "schemas")
@@ -31,18 +31,6 @@ def referred(whole, part):
             name = each["$ref"].rpartition("/")[2]
             return name, whole["$defs"][name]
     return None, None
-
-
-def properties(whole):
-    """Path and schema of every property of a file, those of its definitions included."""
-    def of(part, path):
-        for key, each in part.get("properties", {}).items():
-            yield path + key, each
-            yield from of(each, path + key + ".")
-            yield from of(each.get("items", {}), path + key + "[].")
-    yield from of(whole, "")
-    for name, each in whole.get("$defs", {}).items():
-        yield from of(each, name + ".")
 
 
 def meaning(whole, part):
@@ -93,11 +81,8 @@ def section(name):
 
 
 def with_reference(text):
-    """A page with the reference between its marks; SystemExit without the marks."""
-    if BEGIN not in text or END not in text:
-        raise SystemExit(f"docs/json.md: the marks {BEGIN.strip()} and {END.strip()} are missing")
-    head, _, rest = text.partition(BEGIN)
-    return head + BEGIN + "\n" + "\n".join(map(section, names())) + "\n" + END + rest.partition(END)[2]
+    """A page with the reference between its marks."""
+    return with_part(text, BEGIN, END, "\n" + "\n".join(map(section, names())) + "\n")
 
 
 def main():

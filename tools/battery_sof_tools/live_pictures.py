@@ -5,7 +5,6 @@
 It has the digest of the page and of the status as the text "Description" (version_of_page()), so that a test finds a picture that is behind.
 """
 
-import base64
 import os
 import subprocess
 import sys
@@ -13,7 +12,7 @@ import tempfile
 import time
 
 from .files import ROOT, digest
-from .page_pictures import WIDTH, browser, with_summary
+from .page_pictures import browser, shoot
 from .sof import call, program
 from .stress.ros import Processes, free_port, is_listening, wait_until
 
@@ -30,15 +29,6 @@ def version_of_page():
 
 def text(driver, element):
     return driver.execute_script("return document.getElementById(arguments[0]).textContent", element)
-
-
-def take(driver, path):
-    """From the top of the page to the end of the past events."""
-    bottom = driver.execute_script("return document.getElementById('past-title').closest('section').getBoundingClientRect().bottom + scrollY")
-    clip = {"x": 0, "y": 0, "width": WIDTH, "height": bottom + 12, "scale": 1}
-    image = driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": clip})
-    with open(path, "wb") as file:
-        file.write(with_summary(base64.b64decode(image["data"]), version_of_page()))
 
 
 def main():
@@ -58,5 +48,6 @@ def main():
             wait_until(lambda: driver.execute_script("return document.querySelectorAll('#cranks tbody tr th').length") >= CRANKS, 90.0, "past cranks")
             driver.find_element("id", "hold").click()
             time.sleep(0.6)
-            take(driver, os.path.join(ROOT, "docs", "pictures", PICTURES[0]))
+            bottom = driver.execute_script("return document.getElementById('past-title').closest('section').getBoundingClientRect().bottom + scrollY")
+            shoot(driver, {"y": 0, "height": bottom + 12}, os.path.join(ROOT, "docs", "pictures", PICTURES[0]), version_of_page())
     print(f"docs/pictures/{PICTURES[0]} shows the live page")

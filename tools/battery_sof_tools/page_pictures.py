@@ -7,41 +7,33 @@ Each picture has the summary of its diagnosis as the text "Description" (summary
 """
 
 import base64
+import io
 import os
-import struct
 import sys
 import tempfile
-import zlib
+
+from PIL import Image, PngImagePlugin
 
 WIDTH = 1100
 # file: selector whose lowest end is the picture's, and whether it begins at the top of the page
 PICTURES = {"diagnosis_page.png": ("#drive .dygraph-rangesel-fgcanvas", True), "diagnosis_regimes.png": ("#where", False), "diagnosis_weighed.png": ("#evidence", False),
             "diagnosis_discrepancy.png": ("#unexplained", False), "diagnosis_before_after.png": ("#comparison", False)}
 WORKED = ("diagnosis_page.png", "diagnosis_weighed.png", "diagnosis_before_after.png")  # worked_*.png
-DESCRIPTION = b"Description\0"
+DESCRIPTION = "Description"
 
 
-def chunks(image):
-    """Type and content of each chunk of a PNG."""
-    place = 8
-    while place < len(image):
-        size, kind = struct.unpack(">I4s", image[place:place + 8])
-        yield kind, image[place + 8:place + 8 + size]
-        place += 12 + size
+def shoot(driver, clip, path, summary):
+    """A part of the page as a PNG file with a text."""
+    image = driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": {"x": 0, "width": WIDTH, "scale": 1, **clip}})
+    text = PngImagePlugin.PngInfo()
+    text.add_text(DESCRIPTION, summary)
+    Image.open(io.BytesIO(base64.b64decode(image["data"]))).save(path, pnginfo=text)
 
 
-def with_summary(image, summary):
-    """A PNG with a text in front of its pixels."""
-    text = DESCRIPTION + summary.encode("latin-1", "replace")
-    chunk = struct.pack(">I", len(text)) + b"tEXt" + text + struct.pack(">I", zlib.crc32(b"tEXt" + text))
-    header = 8 + 25  # signature and IHDR
-    return image[:header] + chunk + image[header:]
-
-
-def summary_of(image):
-    """What with_summary() put into a PNG; empty without it."""
-    texts = [content for kind, content in chunks(image) if kind == b"tEXt" and content.startswith(DESCRIPTION)]
-    return texts[0][len(DESCRIPTION):].decode("latin-1") if texts else ""
+def summary_of(path):
+    """The text of a PNG file; empty without one."""
+    with Image.open(path) as image:
+        return image.info.get(DESCRIPTION, "")
 
 
 def browser(profile):
@@ -60,13 +52,6 @@ def browser(profile):
     return driver
 
 
-def shoot(driver, top, bottom, path, summary):
-    clip = {"x": 0, "y": top, "width": WIDTH, "height": bottom - top + 8, "scale": 1}
-    image = driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True, "clip": clip})
-    with open(path, "wb") as file:
-        file.write(with_summary(base64.b64decode(image["data"]), summary))
-
-
 def main():
     if len(sys.argv) not in (3, 4) or sys.argv[3:] not in ([], ["worked"]):
         print(__doc__, file=sys.stderr)
@@ -81,5 +66,5 @@ def main():
             if not boxes:
                 raise SystemExit(f"page_pictures: {page} has no {selector}")
             top, bottom = 0 if whole else boxes[0][0], max(box[1] for box in boxes)
-            shoot(driver, top, bottom, os.path.join(folder, name.replace("diagnosis", "worked") if worked else name), summary)
+            shoot(driver, {"y": top, "height": bottom - top + 8}, os.path.join(folder, name.replace("diagnosis", "worked") if worked else name), summary)
     return 0

@@ -11,7 +11,7 @@ import os
 import re
 import sys
 
-from .files import ROOT, read_text, write_text
+from .files import ROOT, read_text, with_part, write_text
 from .sof import call, program
 
 # page: marks between which its part stands
@@ -84,19 +84,10 @@ def cli(sof):
     return text + "".join(section(name, told, common) for name, told in helps.items())
 
 
-def with_part(text, page, part):
-    """A page with another part between its marks; SystemExit without the marks."""
-    begin, end = MARKS[page]
-    parts = re.split(f"(?<={re.escape(begin)}).*(?={re.escape(end)})", text, flags=re.S)
-    if len(parts) != 2:
-        raise SystemExit(f"docs/{page}: the marks {begin.strip()} and {end.strip()} are missing")
-    return parts[0] + part + parts[1]
-
-
 def main():
     which, build = sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else os.path.join(ROOT, "build")
     sof, page = program(build, "sof"), which + ".md"
     part = cli(sof) if which == "cli" else call([sof, "effects", "--markdown"])
     path = os.path.join(ROOT, "docs", page)
-    write_text(path, with_part(read_text(path), page, part))
+    write_text(path, with_part(read_text(path), *MARKS[page], part))
     print(f"docs/{page} holds what sof prints")

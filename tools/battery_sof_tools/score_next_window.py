@@ -9,8 +9,7 @@ the model on through the successor. With --split the first part of the recording
 
 share: of the variation explained, 1 - RMS error / spread; both quantities together, of the current where a source controls the voltage, of the voltage elsewhere.
 10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. baseline: a line fit, median past charge, past
-cranks of the fitted window. "inside": share of events in their 90 % interval. "rank": Spearman's correlation of the window's window quality with the next window's
-share and crank error, inside the recording. Further options, such as --time-column, go to sof as they are.
+cranks of the fitted window. "inside": share of events in their 90 % interval.
 """
 
 import argparse
@@ -32,7 +31,6 @@ def arguments():
     parser.add_argument("recordings", nargs="+")
     parser.add_argument("--sof", default="sof", help="the command")
     parser.add_argument("--effects", help="ids for sof identify; without it sof's own choice")
-    parser.add_argument("--priors", help="PRIORS.yaml for sof identify")
     parser.add_argument("--window", type=float, default=900.0, help="[s] fitted, and predicted")
     parser.add_argument("--split", type=float, help="share of the recording's time that is fitted; the rest is predicted")
     parser.add_argument("--json", help="file to write every window's scores to")
@@ -120,14 +118,6 @@ def quartiles(values):
     return "{1:.1f} ({0:.0f} {2:.0f})".format(*np.percentile(values, [25, 50, 75]))
 
 
-def rank(found):
-    """Correlation of window quality with the next window's share, and with its cranks' mean error."""
-    from scipy.stats import spearmanr  # half a second, and not all that import this module rank
-    pairs = [[(f["window_quality"], f["model"][key]) for f in found if f["model"][key] is not None]
-             for key in ("share_percent", "crank_mae_v")]
-    return ["-" if len(some) < 5 else f"{spearmanr(*zip(*some)).statistic:+.2f}" for some in pairs]
-
-
 def summary(label, found):
     if not found:
         print(f"{label}: no window")
@@ -153,7 +143,7 @@ def summary(label, found):
 def main():
     args = arguments()
     columns = recordings.column_options(*recordings.columns_of(args))
-    options = [word for name in ("effects", "priors") if getattr(args, name) for word in ("--" + name, getattr(args, name))]
+    options = ["--effects", args.effects] if args.effects else []
     found = []
     for recording in args.recordings:
         t = recordings.read(recording, *recordings.columns_of(args))[0]
@@ -170,8 +160,6 @@ def main():
             else:
                 print("{} {:>7.0f} s  refused".format(name, ends[0]), flush=True)
         summary(name, mine)
-        if len(mine) > 4:
-            print("  rank of window quality  with the next share {}, with its crank error {}".format(*rank(mine)))
         found += mine
     if len(args.recordings) > 1:
         summary("all", found)

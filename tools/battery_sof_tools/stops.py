@@ -4,15 +4,12 @@
 
 Plays each recording through a session (stops_experiment). A stop is a discharge of at least 10 s between -2 and -75 A. Before it: the voltage 10 and 30 s later, by
 the model alone and with the correction by past stops. While it lasts: a profile of the currents that flow is queried 10 s or more into the stop; of its lower
-bounds nine and a half in ten hold where the interval is a 90 % one. Crank: the one that ends the stop, queried before it. Longest: `~predict_stop_time` for the
-load that flows, 7.2 V and 200 A.
+bounds nine and a half in ten hold where the interval is a 90 % one.
 """
 
 import argparse
 import os
 import tempfile
-
-import numpy as np
 
 from . import recordings, sof
 from .files import write_json
@@ -40,26 +37,16 @@ def intervals(rows):
 def figures(rows):
     kind = lambda name: [row for row in rows if row["kind"] == name]
     stops = [row for row in kind("stop") if row["basis"] == "this_trip"]  # a window of this trip was fitted before them
-    longest = [row for row in kind("longest") if row["look_s"] >= 10.0]
-    valid = [row for row in longest if row["valid"]]
     return {"before": intervals(stops), "modelled_rms": rms([row["measured"] - row["modelled"] for row in stops]),
-            "profile_before": intervals([row for row in kind("voltage") if row["look_s"] < 10.0]),
-            "during": intervals([row for row in kind("voltage") if row["look_s"] >= 10.0]),
-            "crank_before": intervals([row for row in kind("crank") if row["look_s"] < 10.0]),
-            "asked": len(longest), "answered_percent": 100.0 * len(valid) / len(longest) if longest else None,
-            "longest_s": float(np.median([row["expected"] for row in valid])) if valid else None}
+            "during": intervals([row for row in kind("voltage") if row["look_s"] >= 10.0])}
 
 
-HEAD = ("recording", "before: stops, model alone, corrected [mV], inside", "any basis: RMS [mV], inside", "during: RMS [mV], inside, lower bounds hold",
-        "crank, queried before: RMS [V], inside", "longest stop: answered, median")
+HEAD = ("recording", "before: stops, model alone, corrected [mV], inside", "during: RMS [mV], inside, lower bounds hold")
 
 
 def cells(name, one):
-    shown = lambda key, text, scale: text.format(**{**one[key], "rms": scale * one[key]["rms"]}, alone=scale * (one["modelled_rms"] or 0.0)) if one[key] else "-"
-    longest = f"{one['answered_percent']:.0f} %, {one['longest_s']:.0f} s" if one["longest_s"] is not None else "-"
-    return [name, shown("before", "{count}: {alone:.0f}, {rms:.0f}, {inside_percent:.0f} %", 1e3), shown("profile_before", "{count}: {rms:.0f}, {inside_percent:.0f} %", 1e3),
-            shown("during", "{count}: {rms:.0f}, {inside_percent:.0f} %, {above_percent:.0f} %", 1e3),
-            shown("crank_before", "{count}: {rms:.2f}, {inside_percent:.0f} %", 1.0), longest]
+    shown = lambda key, text: text.format(**{**one[key], "rms": 1e3 * one[key]["rms"]}, alone=1e3 * (one["modelled_rms"] or 0.0)) if one[key] else "-"
+    return [name, shown("before", "{count}: {alone:.0f}, {rms:.0f}, {inside_percent:.0f} %"), shown("during", "{count}: {rms:.0f}, {inside_percent:.0f} %, {above_percent:.0f} %")]
 
 
 def main(given=None):

@@ -13,7 +13,6 @@ METRICS = ("rmse_v", "q_dyn_percent", "crank_mae_v", "charge_bias_v", "charge_cu
 OF_EFFECT = ("id", "mechanism", "probability", "confidence", "evidence")
 OF_PARAMETER = ("name", "value", "lower", "upper", "at_bound")
 OF_CANDIDATE = ("id", "evidence", "mechanism", "holdout_gain_percent", "rejected_because")
-OF_EPISODE = ("from_s", "to_s", "regime", "mean_error_v")
 # Classes that no recording distinguishes (docs/physics.md#effects-that-cannot-be-distinguished): naming one names the other.
 ALIKE = [{"current_offset", "parasitic_load"}, {"fast_arc", "sensor_lag"}, {"inductance", "time_skew"}]
 LARGEST_CLASS = 3
@@ -32,7 +31,6 @@ def essentials(diagnosis):
         "candidates": [{key: one.get(key) for key in OF_CANDIDATE} for one in several("candidates")],
         "holdout": {side: {metric: held[side].get(metric) for metric in METRICS} for side in held} if fit else None,
         "hidden": [one["id"] for one in several("detection_limits") if not one["visible"]],
-        "mismatch": [[one[key] for key in OF_EPISODE] for one in several("mismatch")],
         "instrument": diagnosis.get("instrument"), "next_experiment": diagnosis.get("next_experiment"),
         "mechanism": diagnosis.get("mechanism"), "probability": diagnosis.get("probability"),
         "mechanisms": [one["id"] for one in several("mechanisms")]}

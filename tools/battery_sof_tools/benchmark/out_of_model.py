@@ -20,7 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one process a case
 from ..files import finished, lines_of, read_json, require_same, write_text
 from ..recordings import read_plain
 from ..sof import Failure, catalogue, program
-from ..tables import grouped, table
+from ..tables import table
 from . import scorers
 from .answers import Case, asked
 from .generator import Generator, as_planned, seed_of
@@ -138,21 +138,11 @@ def as_markdown(cases, failed):
         some = [one for one in cases if one.label["kind"] == kind]
         if some:
             add(f"{title} ({len(some)})", scorers.outcome_rows(some) + scorers.set_rows(some) + scorers.error_rows(some) if kind == OTHER else scorers.control_rows(some))
-        if some and kind == OTHER:
-            lines.extend([""] + mechanism_table(some))
     if any(one.claims for one in cases):
         add("Probability of mechanisms, and how many were right", scorers.reliability_rows(cases))
     else:
         lines.extend(["", "No answer names a mechanism with a probability."])
-    add("Time", [("seconds a case", scorers.seconds_row(cases))])
     return "\n".join(lines[1:] + ([""] + [f"Not judged: {one}" for one in failed] if failed else [])) + "\n"
-
-
-def mechanism_table(others):
-    """One row a mechanism and one a form."""
-    groups = grouped(others, lambda one: (one.label["mechanism"], ""))
-    groups.update(grouped(others, lambda one: (one.label["mechanism"], one.label["form"])))
-    return scorers.outcome_table("mechanism, form", [(f"- {form}" if form else f"**{mechanism}**", groups[mechanism, form]) for mechanism, form in sorted(groups)])
 
 
 def as_json(cases, failed):

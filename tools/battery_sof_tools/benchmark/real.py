@@ -25,7 +25,7 @@ from ..files import append, lines_of, require_same
 from ..rates import wilson
 from ..recordings import MEASURED
 from ..sof import Failure, catalogue, program
-from ..tables import grouped, table
+from ..tables import table
 from . import answers, laws, scorers
 from .generator import Generator, seed_of
 from .runner import ANSWERS, complete, diagnose_samples, kept_for
@@ -91,8 +91,8 @@ def stretch(t):
 
 
 def essentials(diagnosis):
-    """What is kept of an answer: what every benchmark keeps, the ridge regression, and what the answer says could be reported."""
-    return dict(answers.essentials(diagnosis), ridge_v=(diagnosis.get("baseline") or {}).get("rmse_v"), limit_v=diagnosis["relevance"]["limits"]["rmse_v"],
+    """What is kept of an answer: what every benchmark keeps, and what the answer says could be reported."""
+    return dict(answers.essentials(diagnosis), limit_v=diagnosis["relevance"]["limits"]["rmse_v"],
                 promised={one["id"]: one["strength"] for one in diagnosis["detection_limits"] if one["strength"] is not None})
 
 
@@ -217,7 +217,7 @@ class Case(answers.Case):
     """A row beside the answer to the recording without anything in it: what counts as named is what is named with it and not without."""
 
     def __init__(self, row, unchanged):
-        super().__init__(row, row["answer"], ridge_v=row["answer"]["ridge_v"])
+        super().__init__(row, row["answer"])
         self.before, self.said_before = unchanged, answers.mechanisms_of(unchanged, None)
         self.truth = None if row["kind"] == ZERO else row["kind"]
 
@@ -269,22 +269,7 @@ def figures(cases):
         ("put in: nothing new named", share(lambda one: one.outcome == "missed", judged), ""),
         ("put in: its mechanism newly named or a new part of what is unknown", share(lambda one: one.part, judged), ""),
         ("not judged, its mechanism is named without it too", f"{len(put_in) - len(judged)} of {len(put_in)}", ""),
-        ("of these still named", share(lambda one: one.truth in answers.mechanisms_of(one.answer, None), [one for one in put_in if not one.judged]), ""),
-        *((what, figure, "") for what, figure in scorers.error_rows(cases, wilson))]
-
-
-def by_group(cases, key, title):
-    """One row a group: of what is judged, what was named; what of nothing was named new."""
-    groups = grouped(cases, key)
-
-    def before(name):
-        return sum(one.truth is not None and not one.judged for one in groups[name])
-
-    def new(name):
-        zero = [one for one in groups[name] if one.truth is None]
-        return f"{sum(bool(one.said) for one in zero)} of {len(zero)}" if zero else ""
-    return scorers.outcome_table(title, [(name, [one for one in some if one.judged]) for name, some in groups.items()],
-                                 (("named before", before), ("zero: something new", new)))
+        ("of these still named", share(lambda one: one.truth in answers.mechanisms_of(one.answer, None), [one for one in put_in if not one.judged]), "")]
 
 
 def as_markdown(rows, unchanged):
@@ -292,9 +277,6 @@ def as_markdown(rows, unchanged):
     with_law = [one for one in cases if one.truth]
     lines = [f"{len(cases)} cases: {len(with_law)} with a law in them, {len(cases) - len(with_law)} at zero; {len(not_drawn)} could not be drawn, {len(failed)} failed.", ""]
     lines += table(["figure", "measured (95 %, Wilson)", "aim"], figures(cases)) + [""]
-    lines += by_group(with_law, lambda one: one.truth, "mechanism put in") + [""]
-    lines += by_group(cases, lambda one: one.label["recording"], "recording") + [""]
-    lines += table(["stated probability of a newly named mechanism", "share that is what was put in"], scorers.reliability_rows(with_law, wilson)) + [""]
     lines += table(["recording as it is", "verdict", "mechanisms", "too small to tell, below [mV]"],
                    [(name, answer["verdict"], ", ".join(answers.mechanisms_of(answer, None)), f"{1e3 * answer['limit_v']:.1f}")
                     for name, answer in sorted(unchanged.items()) if "failed" not in answer])

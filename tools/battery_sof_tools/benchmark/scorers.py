@@ -1,11 +1,10 @@
-"""Counts of cases of any benchmark, and the tables they are printed in."""
+"""Counts of cases of any benchmark, and the rows they are printed in."""
 
 import collections
 import statistics
 
-from ..rates import geometric_mean, interval, rate, spread
-from ..tables import table
-from .answers import BINS, OUTCOMES, SHORT, counted
+from ..rates import interval, rate, spread
+from .answers import BINS, SHORT, counted
 
 HALF, WORSE = 0.5, 1.02  # held-out error over the base's, that counts as half and as worse
 # A rate of k in n, or a value over n cases; level: of which cases.
@@ -34,18 +33,18 @@ def over_base(cases, side="extended"):
     return [one.over_base(side) for one in cases if one.over_base(side) is not None]
 
 
-def worse(cases, of):
-    return "extended worse than base by over 2 %", share(lambda one: one > WORSE, over_base(cases), of)
+def worse(cases):
+    return "extended worse than base by over 2 %", share(lambda one: one > WORSE, over_base(cases))
 
 
-def error_rows(cases, of=interval):
+def error_rows(cases):
     """Held-out errors of extended model, base model and ridge regression."""
     beside = [one for one in cases if one.over_base() is not None and one.over_base("ridge") is not None]
     return [("hold-out error, extended over base", spread(over_base(cases))),
-            ("at most half the base's", share(lambda one: one <= HALF, over_base(cases), of)),
-            worse(cases, of),
+            ("at most half the base's", share(lambda one: one <= HALF, over_base(cases))),
+            worse(cases),
             ("hold-out error, ridge over base", spread(over_base(beside, "ridge"))),
-            ("extended better than ridge", share(lambda one: one.held("extended") < one.held("ridge"), beside, of))]
+            ("extended better than ridge", share(lambda one: one.held("extended") < one.held("ridge"), beside))]
 
 
 def control_rows(cases):
@@ -54,7 +53,7 @@ def control_rows(cases):
     return [("alarms", share(lambda one: one.alarmed, judged)),
             ("insufficient data", share(lambda one: one.verdict == SHORT, cases)),
             ("a mechanism named", share(lambda one: one.said, judged)),
-            worse(cases, interval)]
+            worse(cases)]
 
 
 def outcome_rows(cases):
@@ -77,18 +76,6 @@ def set_rows(cases):
             ("how many they are", "no case" if size is None else f"{size:.2f}")]
 
 
-def outcome_table(title, groups, more=()):
-    """One row a group (title, cases): outcomes, what was taken for it, what is left of the hold-out error. more: (head, text of a title)."""
-    rows = []
-    for name, cases in groups:
-        counts = counted(cases)
-        taken = collections.Counter(mechanism for one in cases if one.outcome == "wrong" for mechanism in one.said)
-        rows.append([name, len(cases), *(counts[one] for one in OUTCOMES[:5]), ", ".join(f"{mechanism} {k}" for mechanism, k in taken.most_common()),
-                     *(f"{geometric_mean(over_base(cases, side)):.2f}" if over_base(cases, side) else "" for side in ("extended", "ridge")),
-                     *(text(name) for _, text in more)])
-    return table([title, "cases", *OUTCOMES[:5], "taken for", "extended / base", "ridge / base", *(head for head, _ in more)], rows)
-
-
 def reliability(cases):
     """(bin, claims that are right, claims) by stated probability; a mechanism that is named of a null is wrong."""
     claims, rows = [claim for one in cases for claim in one.claims], []
@@ -98,12 +85,5 @@ def reliability(cases):
     return rows
 
 
-def reliability_rows(cases, of=interval):
-    return [(name, rate(k, n, of)) for name, k, n in reliability(cases)]
-
-
-def seconds_row(cases):
-    taken = sorted(one.seconds for one in cases if one.seconds is not None)
-    if not taken:
-        return "no case"
-    return f"median {statistics.median(taken):.1f}, nine in ten below {taken[int(0.9 * (len(taken) - 1))]:.1f}, longest {taken[-1]:.1f}"
+def reliability_rows(cases):
+    return [(name, rate(k, n)) for name, k, n in reliability(cases)]

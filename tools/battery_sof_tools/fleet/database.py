@@ -73,15 +73,6 @@ def files_of(folder, key):
             yield key, name, len(content), zlib.compress(content, 6)
 
 
-def answers(base, step):
-    """(recording, what a step answered) of all recordings that it was asked of, without what the engine says of it; nothing where its file was damaged."""
-    for row in base.execute("SELECT * FROM file WHERE name = ? ORDER BY recording", (step + ".json",)):
-        try:
-            yield row["recording"], stored.parsed(content(row), {"answer": (stored.ANSWERS[step], None)})["answer"] or {}
-        except ValueError:
-            yield row["recording"], {}
-
-
 def content(row):
     """Of a file. SystemExit where it is not what was packed."""
     unpacking = zlib.decompressobj()

@@ -121,16 +121,6 @@ def wrong_before(case):
     return wrong_names(case, case.short)
 
 
-def weak_names(case, below=20.0):
-    """For every class that a name of tier P or I leads with little evidence, in every answer to the case: whether it holds a truth."""
-    right = []
-    for answer in case.answers.values():
-        classes = {frozenset(class_of(one)): one for one in reversed(answer["effects"])}  # its first name represents a class
-        right += [holds(class_of(one), case.true_names) for one in classes.values()
-                  if 0.0 < (one["evidence"] or 0.0) < below and case.catalogue.tier(one["id"]) in "PI"]
-    return right
-
-
 def names_without_structure(case):
     """Wrong names whose class offers no piece of structure either."""
     wrong = wrong_names(case)

@@ -10,13 +10,12 @@ from .. import scorers
 from ..answers import class_of, counted, first_class
 from ..scorers import Figure, entry, written
 from . import judged, levels
-from .judged import is_silent
 
 WITH_TRUTH = ("C1", "C2", "C3", "C4", "C5", "X1")
 
 
 def rates(key, level, text, right, target="", levels=None):
-    """A figure: how many of what right(case) lists are true, over the cases of the levels ("all": of every level)."""
+    """A figure: how many of what right(case) lists are true, over the cases of the levels."""
     def figure(cases):
         every = [bool(one) for case in of_levels(cases, levels or (level,)) for one in right(case)]
         return Figure(key, level, text, sum(every), len(every), None, target)
@@ -37,7 +36,7 @@ def middle(key, level, text, value, target="", levels=None, of=statistics.median
 
 
 def of_levels(cases, levels):
-    return cases if levels == ("all",) else [case for level in levels for case in cases if case.level == level]
+    return [case for level in levels for case in cases if case.level == level]
 
 
 def ratio(key, text, target):
@@ -48,56 +47,30 @@ def of_strength(part):
     return lambda case: (judged.strength_found(case) or (None, None))[part]
 
 
-def names_of_one():
-    for level, target in (("C1", ">= 97 %"), ("C2", ">= 85 %"), ("C3", ""), ("C4", ">= 75 %"), ("C5", ">= 95 %")):
-        yield count(f"first_{level}", level, "first name true", judged.first_true, ">= 90 %" if level == "C1" else "")
-        yield count(f"class_{level}", level, "truth in the first class, at most three names", judged.class_true, target)
-        yield count(f"wrong_{level}", level, "some name of tier P or I wrong", judged.wrong_names)
-        if level != "C4":
-            yield count(f"itself_{level}", level, "added effect named itself, first or not, without its companion's help", judged.named_itself)
-
-
-# Every metric of the benchmark (docs/physics.md#cases-with-known-truth), in its order.
+# Of every level what has a registered aim, or stands on a page, in the gate or in BOUNDS (docs/physics.md#cases-with-known-truth).
 FIGURES = (
     count("false_alarm", "N1", "false alarm: any verdict but no_mismatch", lambda c: c.verdict != "no_mismatch", "<= 1/60"),
     count("false_name", "N2", "false name: tier P or I, no true id in its class", judged.wrong_names, "<= 5 %"),
-    count("false_alone", "N2", "of these with no piece of structure in the class", judged.names_without_structure),
     count("false_physics", "N2", "a name of tier P, no true id in its class", judged.wrong_physics),
-    *names_of_one(),
+    count("first_C1", "C1", "first name true", judged.first_true, ">= 90 %"),
+    *(count(f"class_{level}", level, "truth in the first class, at most three names", judged.class_true, target)
+      for level, target in (("C1", ">= 97 %"), ("C2", ">= 85 %"), ("C3", ""), ("C4", ">= 75 %"), ("C5", ">= 95 %"))),
     middle("class_size", "C1", "mean size of the first class", lambda c: len(first_class(c.answer)) or None, "<= 1.5", of=statistics.mean),
     count("c1_unknown", "C1", "called unknown", lambda c: c.verdict == "unknown", "<= 5 %"),
-    count("c1_missed", "C1", "nothing said", lambda c: is_silent(c.answer)),
-    count("c2_missed", "C2", "nothing said", lambda c: is_silent(c.answer)),
     count("c3_short_wrong", "C3", "first five minutes: a wrong name", judged.wrong_before, "<= 3 %"),
-    count("c3_short_silent", "C3", "first five minutes: nothing said", lambda c: is_silent(c.short)),
-    count("c3_short_right", "C3", "first five minutes: truth in the first class", lambda c: judged.class_true(c, c.short)),
-    count("c3_hidden", "C3", "cases whose first five minutes leave z < 5", lambda c: c.label.get("z_short", 9.0) < 5.0),
-    count("c3_biased", "C3", "of these with a base parameter biased by 10 % or more there", lambda c: c.label.get("as_wanted")),
-    middle("c3_bias", "C3", "largest bias of a base parameter there, median", lambda c: abs(c.label["bias"]) if "bias" in c.label else None),
+    count("c3_biased", "C3", "first five minutes: a base parameter biased by 10 % or more", lambda c: c.label.get("as_wanted")),
     middle("c4_ratio", "C4", "RMS together over that of the larger part, median", lambda c: c.label.get("ratio"), "< 0.4"),
     count("c4_both", "C4", "both effects named", judged.both_named),
     count("c5_warned", "C5", "warned before", judged.warned, ">= 95 %"),
     count("c5_both", "C5", "warned before and named after", lambda c: judged.warned(c) and judged.class_true(c), ">= 95 %"),
-    count("c5_short_wrong", "C5", "a wrong name before", judged.wrong_before),
     count("decoy_physics", "D1", "fault named as physics", judged.wrong_physics, "<= 3 %"),
-    count("decoy_structure", "D1", "fault named as structure", lambda c: judged.wrong_names(c, tiers="S")),
-    count("decoy_found", "D1", "fault found: in a named class, or the instruments' screen speaks", judged.fault_found),
     count("unknown", "U1", "called unknown", lambda c: c.verdict == "unknown", ">= 85 %"),
-    # A falling C_2 counts as out of the catalogue, which has it as a drift (docs/physics.md#cases-with-known-truth).
-    count("unknown_or_drift", "U1", "called unknown, or a falling C_2 by the name that P10 has for it",
-          lambda c: c.verdict == "unknown" or c.label["id"] == "capacitance_fall" and first_class(c.answer) == ["parameter_drift"]),
-    count("unknown_named", "U1", "given a name of tier P",
-          lambda c: c.verdict != "unknown" and any(one["id"] in c.catalogue.physics for one in c.answer["effects"])),
     count("x1_class", "X1", "truth in some named class, at most three names", judged.any_class_true, ">= 75 %"),
     count("x1_wrong", "X1", "some name of tier P or I wrong", judged.wrong_names, "<= 5 %"),
     middle("rho", "C1, C4, X1", "recovered fraction of the held-out error, median", judged.recovered, ">= 0.85", WITH_TRUTH),
-    middle("rho_C1", "C1", "recovered fraction, median", judged.recovered),
-    middle("rho_X1", "X1", "recovered fraction, median", judged.recovered),
     ratio("charge_current_error_a", "charge current error", "<= 0.3"),
     ratio("crank_mae_v", "cranks' minima", "<= 0.3"),
-    ratio("rmse_v", "RMSE", ""),
     middle("strength_error", "C1, C2", "relative error of the strength, median", of_strength(0), "<= 10 %", ("C1", "C2")),
-    rates("weak_names", "all", "names of tier P or I with evidence below 20 that are right", judged.weak_names),
     rates("coverage", "C1, C2", "95 % interval holds the true strength",
           lambda c: [one for one in (of_strength(1)(c),) if one is not None], "90 to 98 %", ("C1", "C2")))
 # Bounds for a tenth of the benchmark, as a share of the cases: a set this small shows only what is clearly broken, and one case may always fail.
@@ -154,14 +127,6 @@ def mechanism_lines(of):
     return text + [""] + table(["stated probability of a mechanism", "right"], [(name, rate(k, n)) for name, k, n in of["reliability"]])
 
 
-def mechanism_entries(of):
-    """by_mechanism() for programs."""
-    return {"levels": {level: dict({key: entry(one[key], one["n"]) for key in COUNTS}, by_name=dict(entry(one["by_name"][1], one["n"]), what=one["by_name"][0]))
-                       for level, one in of["levels"].items()},
-            "alarms": {level: entry(k, n) for level, (k, n) in of["alarms"].items()},
-            "reliability": [dict(entry(k, n), probability=name) for name, k, n in of["reliability"]]}
-
-
 # ------------------------------------------------------------------------------------------------ case by case
 
 def confusion(cases):
@@ -209,7 +174,7 @@ def score(said, cases, failed):
 def as_json(report):
     """The figures for programs."""
     figures_of = {one.key: {"level": one.level, "what": one.text, "k": None, "n": one.n, "value": one.value, **entry(one.k, one.n)} for one in report["figures"]}
-    return json.dumps({"seal": report["seal"], "figures": figures_of, "mechanisms": mechanism_entries(report["mechanisms"])}, indent=2)
+    return json.dumps({"seal": report["seal"], "figures": figures_of}, indent=2)
 
 
 def confusion_lines(counts):
