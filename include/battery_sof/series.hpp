@@ -72,6 +72,7 @@ struct Recording {
   RejectedCounts rejected;
   std::size_t offered = 0;         ///< rows or messages, except those with a temperature alone
   double largest_step_back = 0.0;  ///< [s], of the clock; 0 if it never stepped back
+  std::size_t rejected_temperatures = 0;  ///< that no battery has; their samples are kept
 };
 
 /// @return median of the sampling intervals [s]; 0 for fewer than two samples.

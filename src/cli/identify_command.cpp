@@ -6,6 +6,7 @@
 #include "prediction/pipeline.hpp"
 #include "recording/checks.hpp"
 #include "recording/control_mode.hpp"
+#include "recording/events.hpp"
 #include "report/model_yaml.hpp"
 #include "report/results.hpp"
 #include "state/posterior.hpp"
@@ -104,7 +105,9 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   if (!why_none.empty())
     line.err
         << "warning: no question of a crank or a stop can be asked of this model: " << why_none
-        << "; choose a window with engine starts (sof check has their times), or record some\n";
+        << (detectCranks(series, {0, series.size()}, EventLimits{model.fit.crank_current}).empty()
+                ? "; the recording has no engine start\n"
+                : "; choose a window with engine starts (sof check has their times)\n");
   if (is_usable) return kExitDone;
   const bool is_refused = model.fit.status == FitStatus::kRefused;
   complain(line.err, "no model: " + model.fit.message + (is_refused ? kUnlessAnyway : ""));

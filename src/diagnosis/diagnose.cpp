@@ -8,6 +8,7 @@
 #include "diagnosis/model_selection.hpp"
 #include "diagnosis/parameter_bias.hpp"
 #include "diagnosis/verdict.hpp"
+#include "recording/checks.hpp"
 #include "recording/crank_current.hpp"
 #include "recording/deep_discharge.hpp"
 
@@ -56,8 +57,10 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& given) {
   options.crank_current = crankCurrentOf(recording.series, given.crank_current).current;
   const EventLimits limits{*options.crank_current};
   const Parts parts = partsOf(recording.series, options.holdout_share);
-  const std::string lack =
+  std::string lack =
       lackOf(slice(recording.series, parts.train), options.holdout_share, options.anyway);
+  // The sign and the units of a file may not show in the training part alone.
+  if (lack.empty() && !options.anyway) lack = format(findProblems(recording));
   if (!lack.empty()) return insufficient(recording.series, lack, limits);
   const Residuals residuals = residualsOf(recording, parts, options);
   if (!residuals.lack.empty()) return insufficient(recording.series, residuals.lack, limits);
@@ -75,7 +78,7 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& given) {
                                     last.at_edges ? residuals.base.noise : last.fit.noise);
   validate(recording, residuals, selected, options, found);
   found.summary = summaryOf(found);
-  found.next_experiment = nextExperiment(found);
+  found.next_experiment = nextExperiment(found, residuals.screened.skew);
   return found;
 }
 

@@ -18,6 +18,7 @@ struct Screening {
   /// ids of tier I: clipping, dropouts, quantisation, aliasing, time_skew
   std::vector<std::string> faults;
   std::vector<std::string> sentences;  ///< all findings worth telling, and on the first fit
+  std::optional<double> skew;          ///< [s], by which the checks found the voltage to come later
   double flicker_share = 1.0;          ///< of the current sensor's flicker that is the battery's
   std::ptrdiff_t late_samples = 0;     ///< that the current was moved by to meet the voltage
   bool slow = false;  ///< sampled too slowly, or too little left, to set edges aside

@@ -63,13 +63,17 @@ std::string missing(const std::string& what, const Diagnosis& diagnosis) {
 
 constexpr char kSecondInstrument[] = "Record again with a second instrument for each channel.";
 
-/// How to undo a shift between the channels. @param skew with its value, or as the checks found it.
-std::string afterShift(const NamedEffect& skew) {
-  std::string by = "by what sof check reads (sof convert IN OUT --shift-current S)";
-  for (const DiagnosedParameter& each : skew.parameters)
-    if (each.name == "channel_skew")
-      by = format("(sof convert IN OUT --shift-current %.3g)", each.value);
+/// How to undo a shift between the channels. @param skew [s], if it is known by how much.
+std::string afterShift(std::optional<double> skew) {
+  const std::string by = skew ? format("(sof convert IN OUT --shift-current %.3g)", *skew)
+                              : "by what sof check reads (sof convert IN OUT --shift-current S)";
   return "Move the current " + by + " and diagnose OUT: nothing else can be judged before.";
+}
+
+std::optional<double> skewOf(const NamedEffect& effect) {
+  for (const DiagnosedParameter& each : effect.parameters)
+    if (each.name == "channel_skew") return each.value;
+  return std::nullopt;
 }
 
 /// What to do about a fault of sensors or wiring, an effect of class I or what the checks found.
@@ -98,7 +102,7 @@ std::string afterFault(const NamedEffect& fault) {
        "Find where samples are lost or repeated (bus load, logger), and record again without it."},
       {"quantisation", "Record with finer steps of the channel: its raw values, or a finer range."},
       {"aliasing", "Record faster, or with a filter before the sampling, and diagnose again."}};
-  if (fault.id == "time_skew") return afterShift(fault);
+  if (fault.id == "time_skew") return afterShift(skewOf(fault));
   const auto known = kRemedies.find(fault.id);
   return known != kRemedies.end() ? known->second : kSecondInstrument;
 }
@@ -165,7 +169,8 @@ std::vector<std::string> outsideWhatSignalsShow() {
           "whether a constant small current is the sensor's offset or a load behind it"};
 }
 
-std::string nextExperiment(const Diagnosis& diagnosis) {
+std::string nextExperiment(const Diagnosis& diagnosis, std::optional<double> skew) {
+  if (skew) return afterShift(skew);
   switch (diagnosis.verdict) {
     case Verdict::kInsufficientData:
       return "Record at least five minutes of driving with both charge and discharge, a rest of a "

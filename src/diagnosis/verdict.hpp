@@ -44,8 +44,9 @@ Verdict withMechanism(Verdict verdict, const std::vector<SelectedTerm>& terms, M
 /// @return what no current and voltage can show (docs/physics.md#what-the-base-circuit-absorbs).
 std::vector<std::string> outsideWhatSignalsShow();
 
-/// @return what to record next, in one or two sentences.
-std::string nextExperiment(const Diagnosis& diagnosis);
+/// @param skew [s], by which the checks found the voltage to come later: to be undone first.
+/// @return what to do or record next, in one or two sentences.
+std::string nextExperiment(const Diagnosis& diagnosis, std::optional<double> skew = std::nullopt);
 
 /// @return one sentence that a workshop reads once: what is missing, how sure, what it costs, what
 /// the extended model gains.

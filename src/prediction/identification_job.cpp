@@ -109,9 +109,11 @@ IdentificationTrial tryFit(const Series& series, const JobWindow& window, Identi
   };
   const OpenLoopErrors errors = errorsOf(*trial.model);
   trial.recent_rmse = errors.voltage.rmse();
+  trial.recent_current_rmse = errors.current.rmse();
   if (!incumbent) return trial;
   const OpenLoopErrors before = errorsOf(*incumbent);
   trial.incumbent_rmse = before.voltage.rmse();
+  trial.incumbent_current_rmse = before.current.rmse();
   trial.worsening = worseningOf(errors, before);
   return trial;
 }

@@ -74,6 +74,8 @@ struct IdentificationTrial {
   double recent_rmse = 0.0;  ///< [V], of the model over the most recent window
   /// [V], of the incumbent over the same samples, driven in the same direction
   std::optional<double> incumbent_rmse = std::nullopt;
+  /// [A], of both where the voltage is the input; 0 where it is not
+  double recent_current_rmse = 0.0, incumbent_current_rmse = 0.0;
   /// [1], error of the model over the incumbent's: of each quantity where it is not the input, their
   /// geometric mean by samples; at most 1 where both are negligible
   double worsening = 1.0;

@@ -146,6 +146,7 @@ void OnlineSession::advance(const Sample& sample) {
 void OnlineSession::watchForDenial() {
   const bool is_denied = monitor_.holdsModel() && monitor_.isDenied();
   if (is_denied && !is_denied_) next_look_ = driving_;
+  if (is_denied) stream_.doubt();
   is_denied_ = is_denied;
 }
 
@@ -289,11 +290,15 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
   }
   if (!trial.incumbent_rmse || !may_compare) return {};
   if (trial.worsening <= kToleratedWorsening) return {};
-  return format(
+  std::string why = format(
       "on the most recent window the new model's error is %.2f times the old one's, RMSE %.4f V "
       "after %.4f V",
       trial.worsening, options_.series_blocks * trial.recent_rmse,
       options_.series_blocks * *trial.incumbent_rmse);
+  if (trial.incumbent_current_rmse > 0.0)
+    why +=
+        format(" and %.2f A after %.2f A", trial.recent_current_rmse, trial.incumbent_current_rmse);
+  return why;
 }
 
 void OnlineSession::install(const IdentificationResult& result) {

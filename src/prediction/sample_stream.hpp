@@ -73,6 +73,8 @@ class SampleStream {
   /// Accepted as they came, and waiting for the rate to be known; empty afterwards.
   const Series& waiting() const { return probe_; }
   StreamCounts counts() const;
+  /// The model that follows them misses their voltage: StreamWatch::doubt().
+  void doubt() { watch_.doubt(series_, max_gap_); }
   /// Why nothing that rests on these samples is valid at present (StreamWatch); empty when it may be.
   std::string whyNotValid() const { return watch_.whyNotValid(reasonsOf(counts())); }
 

@@ -18,6 +18,7 @@ namespace battery_sof {
 namespace {
 
 constexpr double kSameTime = 1e-6;        // [s]
+constexpr double kDatedFrom = 1e9;        // [s], times beyond count from 1970
 constexpr double kUnmovedCurrent = 1e-6;  // [A]
 // [s], samples that the first state is taken from
 constexpr double kStartSpan = 1.0;
@@ -87,21 +88,28 @@ FittedModel drivenByCurrent(FittedModel model) {
   return model;
 }
 
-double ageOf(const Fit& fit, double time) {
-  return fit.window.samples > 0 ? std::max(0.0, time - fit.window.to) : 0.0;
+double ModelAge::at(double time) const { return std::max(0.0, time - from); }
+
+ModelAge modelAge(const FittedModel& model, const Series& series) {
+  const FitWindow& window = model.fit.window;
+  if (window.samples == 0) return {true, HUGE_VAL};
+  const bool is_same_clock =
+      indexOfState(model, series) || std::min(window.to, series.time.front()) >= kDatedFrom;
+  return {is_same_clock, is_same_clock ? window.to : series.time.front()};
 }
 
 namespace {
 
-/// [V^2], by which the error of a voltage walked since the window.
-double walkedBy(const Fit& fit, double time) {
-  return fit.noise ? std::pow(fit.noise->walk_std, 2) * ageOf(fit, time) : 0.0;
+/// [V^2], by which the error of a voltage walked over an age [s].
+double walkedBy(const Fit& fit, double age) {
+  return fit.noise ? std::pow(fit.noise->walk_std, 2) * age : 0.0;
 }
 
-/// Of what a model misses of a current: the variance at an age in units of the window's.
-double ageing(const Fit& fit, double time) {
+/// Of what a model misses of a current or of a crank: the variance at an age [s] in units of the
+/// window's.
+double ageing(const Fit& fit, double age) {
   const double duration = fit.window.to - fit.window.from;
-  return duration > 0.0 ? 1.0 + ageOf(fit, time) / duration : 1.0;
+  return duration > 0.0 ? 1.0 + age / duration : 1.0;
 }
 
 }  // namespace
@@ -112,15 +120,16 @@ FollowedPrediction predictSeries(const FittedModel& model, const Series& series,
   const InputSequence inputs = inputsOf(start.fit, series, {first, range.last});
   const double own_current = std::pow(start.fit.scores.current_rmse.value_or(0.0), 2);
   const double own_voltage = std::pow(start.fit.scores.rmse, 2);
+  const ModelAge age = modelAge(model, series);
   StateEstimator estimator(start);
   FollowedPrediction predicted;
   for (std::size_t n = was_there ? first + 1 : first; n < range.last; ++n) {
     const FollowedSample at = estimator.predict(inputs.samples[n - first]);
     if (n < range.first) continue;
     const bool is_current = at.voltage_controlled;
-    const double time = estimator.state().time;
-    const double own = is_current ? own_current * ageing(start.fit, time)
-                                  : own_voltage + walkedBy(start.fit, time);
+    const double aged = age.at(estimator.state().time);
+    const double own = is_current ? own_current * ageing(start.fit, aged)
+                                  : own_voltage + walkedBy(start.fit, aged);
     const double deviation = std::sqrt(at.variance + own);
     const Interval voltage = ninetyPercent(at.voltage, is_current ? 0.0 : deviation),
                    current = ninetyPercent(at.current, is_current ? deviation : 0.0);
@@ -345,7 +354,19 @@ BothWaysScores bothWays(const Series& series, IndexRange range, const std::vecto
 
 namespace {
 
-/// A charge's interval that past ones replaced is of their age; one that they left has its own.
+/// The voltage of the equations alone, in an interval as wide as that of the whole.
+PredictedVoltage ofEquations(const FollowedPrediction& predicted) {
+  PredictedVoltage voltage{predicted.equations_voltage, predicted.voltage_lower,
+                           predicted.voltage_upper};
+  for (std::size_t n = 0; n < voltage.voltage.size(); ++n) {
+    const double corrected_by = predicted.voltage[n] - voltage.voltage[n];
+    voltage.lower[n] -= corrected_by;
+    voltage.upper[n] -= corrected_by;
+  }
+  return voltage;
+}
+
+/// An event's interval that past ones replaced is of their age; one that they left has its own.
 Interval agedAsExpected(const Interval& corrected, const Interval& expected, double factor) {
   const double width = corrected.upper - corrected.lower;
   if (std::abs(width - (expected.upper - expected.lower)) <= 1e-9 * width) return corrected;
@@ -357,18 +378,20 @@ Interval agedAsExpected(const Interval& corrected, const Interval& expected, dou
 
 BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, IndexRange range,
                              const FollowedPrediction& predicted) {
-  return bothWays(
-      series, range, overSeries(series, range, predicted.voltage_controlled), predicted,
-      {predicted.equations_voltage, predicted.voltage_lower, predicted.voltage_upper},
-      EventLimits{model.fit.crank_current},
-      [&](const EventComparison& event) -> std::optional<Interval> {
-        if (event.kind == PastEvent::Kind::kCrank)
-          return correctCrankPrediction(model, event.current, event.expected,
-                                        CurrentMeaning::kShown);
-        const Interval corrected = correctChargePrediction(
-            model, {event.voltage, event.first_voltage, event.duration}, event.expected);
-        return agedAsExpected(corrected, event.expected, std::sqrt(ageing(model.fit, event.time)));
-      });
+  const ModelAge age = modelAge(model, series);
+  return bothWays(series, range, overSeries(series, range, predicted.voltage_controlled), predicted,
+                  ofEquations(predicted), EventLimits{model.fit.crank_current},
+                  [&](const EventComparison& event) -> std::optional<Interval> {
+                    const Interval corrected =
+                        event.kind == PastEvent::Kind::kCrank
+                            ? correctCrankPrediction(model, event.current, event.expected,
+                                                     CurrentMeaning::kShown)
+                            : correctChargePrediction(
+                                  model, {event.voltage, event.first_voltage, event.duration},
+                                  event.expected);
+                    return agedAsExpected(corrected, event.expected,
+                                          std::sqrt(ageing(model.fit, age.at(event.time))));
+                  });
 }
 
 BothWaysScores scoreBaseline(const BaselinePredictor& baseline, const Series& series,
@@ -437,13 +460,17 @@ RangePrediction predictRange(FittedModel model, const Series& series, IndexRange
   FollowedPrediction from_current = predictSeries(drivenByCurrent(model), series, range);
   RangePrediction result;
   PredictionReport& report = result.report;
-  report.model_age = range.empty() ? 0.0 : ageOf(model.fit, series.time[range.last - 1]);
+  if (const ModelAge age = modelAge(model, series); age.is_known)
+    report.model_age = range.empty() ? 0.0 : age.at(series.time[range.last - 1]);
   report.from_current = scorePrediction(series, range, from_current.voltages(), limits);
   result.course = both_ways ? predictSeries(model, series, range) : std::move(from_current);
   if (both_ways) {
     report.both_ways = scoreBothWays(model, series, range, result.course);
     static_cast<CrankScores&>(report.from_current) = *report.both_ways;
   }
+  report.largest_discharge = std::min(model.fit.excited.min_current, 0.0);
+  for (const EventComparison& crank : report.from_current.cranks)
+    if (crank.current < kCurrentReach * report.largest_discharge) ++report.cranks_beyond_window;
   const BaselinePredictor& baseline = model.fit.baseline;
   report.baseline =
       scoreBaseline(baseline, series, range, result.course.voltage_controlled, limits);

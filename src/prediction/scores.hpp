@@ -31,14 +31,23 @@ FittedModel drivenByCurrent(FittedModel model);
  * first sample, whose state is taken from the first second's voltage (paper, eq. 5, median), so
  * inside a later range nothing is used but its inputs. Across gaps the battery is taken to rest.
  *
- * What the model misses by itself grows with its age (ageOf()). The error of a voltage walks as its
+ * What the model misses by itself grows with its age (modelAge()). The error of a voltage walks as its
  * noise model says. Of a current no noise is fitted: its mean square over the window's duration W is
  * taken for a walk's, sigma^2 (1 + age / W).
  */
 FollowedPrediction predictSeries(const FittedModel& model, const Series& series, IndexRange range);
 
-/// @return [s], by how much a time is later than the model's window; 0 inside or before it.
-double ageOf(const Fit& fit, double time);
+/// How old a model is at a recording's times.
+struct ModelAge {
+  bool is_known = true;          ///< else the model is older than at() by what nobody knows
+  double from = 0.0;             ///< [s], when it was made, on the recording's clock
+  double at(double time) const;  ///< [s], 0 before it was made
+};
+
+/// The recording is on the model's clock where it holds the sample at which the model's state stands,
+/// or where both count from 1970. On another one the model is at least as old as the recording has
+/// lasted.
+ModelAge modelAge(const FittedModel& model, const Series& series);
 
 /// How cranks were predicted.
 struct CrankScores {
@@ -131,8 +140,13 @@ struct PredictionReport {
   BothWaysScores baseline;
   /// of the baseline line; none without one
   std::optional<PredictionScores> baseline_from_current;
-  /// [s], from the end of the model's window to the end of the range; 0 inside the window
-  double model_age = 0.0;
+  /// [s], from the end of the model's window to the end of the range, 0 inside the window; none on
+  /// another clock (modelAge())
+  std::optional<double> model_age;
+  /// cranks that draw more than the model's window reaches (kCurrentReach): extrapolations, which no
+  /// answer would call valid
+  std::size_t cranks_beyond_window = 0;
+  double largest_discharge = 0.0;  ///< [A], of the model's window, <= 0
 };
 
 /// A model's course through a range of a recording, and how well it did.

@@ -59,9 +59,21 @@ void StreamWatch::judgeBlocks(const Sample& sample) {
 void StreamWatch::look(const Series& series, double max_gap) {
   if (series.empty()) return;
   const double now = series.time.back();
+  if (doubted_voltage_ && series.voltage.back() != *doubted_voltage_) doubted_voltage_.reset();
+  if (doubted_current_ && series.current.back() != *doubted_current_) doubted_current_.reset();
   if (looked_ && now >= *looked_ && now - *looked_ < kLookInterval) return;
   looked_ = now;
   frozen_ = frozenChannels(series, battery_.capacity, max_gap);
+}
+
+void StreamWatch::doubt(const Series& series, double max_gap) {
+  if (series.empty()) return;
+  const double now = series.time.back();
+  if (doubted_at_ && now >= *doubted_at_ && now - *doubted_at_ < kLookInterval) return;
+  doubted_at_ = now;
+  const RepeatingChannels repeating = repeatingChannels(series, battery_.capacity, max_gap);
+  if (repeating.current) doubted_current_ = series.current.back();
+  if (repeating.voltage) doubted_voltage_ = series.voltage.back();
 }
 
 void StreamWatch::forgetClock() {
@@ -70,12 +82,26 @@ void StreamWatch::forgetClock() {
   otherwise_since_.reset();
   looked_.reset();
   frozen_.clear();
+  doubted_current_.reset();
+  doubted_voltage_.reset();
+  doubted_at_.reset();
 }
 
 std::string StreamWatch::whyNotValid(const std::string& reasons) const {
   std::string why = whyRefused(reasons);
   if (why.empty()) why = whyOtherBlocks();
-  return why.empty() ? frozen_ : why;
+  if (why.empty()) why = frozen_;
+  return why.empty() ? whyDoubted() : why;
+}
+
+std::string StreamWatch::whyDoubted() const {
+  if (doubted_voltage_)
+    return format("the voltage has read exactly %g V of a block since the model missed it",
+                  *doubted_voltage_);
+  if (doubted_current_)
+    return format("the current has read exactly %g A since the model missed the voltage",
+                  *doubted_current_);
+  return {};
 }
 
 std::string StreamWatch::whyRefused(const std::string& reasons) const {

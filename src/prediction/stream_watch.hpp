@@ -23,7 +23,8 @@ struct StreamBattery {
  * - It is of another number of blocks: a block's voltage is above 16 V, or below 9 V (1.5 V a cell)
  *   while next to nothing flows (the 20 h rate). The first sample that can tell decides; from then
  *   on 10 s of samples that say otherwise, one after the other.
- * - A channel is frozen (frozenChannels()), looked at once a second.
+ * - A channel is frozen (frozenChannels()), looked at once a second; or it has repeated its value
+ *   since a model missed the voltage (doubt()).
  */
 class StreamWatch {
  public:
@@ -36,6 +37,9 @@ class StreamWatch {
   void accept(const Sample& sample, double max_gap);
   /// The past that is kept, of one block, after samples were added to it.
   void look(const Series& series, double max_gap);
+  /// A model misses the voltage that is measured: a channel that repeats its value at the same time
+  /// (repeatingChannels()) is taken for stuck until it moves. Looked at once a second.
+  void doubt(const Series& series, double max_gap);
   /// The clock jumped: stamps before it say nothing of those that come.
   void forgetClock();
 
@@ -48,6 +52,7 @@ class StreamWatch {
   void judgeBlocks(const Sample& sample);
   std::string whyRefused(const std::string& reasons) const;
   std::string whyOtherBlocks() const;
+  std::string whyDoubted() const;
 
   StreamBattery battery_;
   // [s] of stamps, faded by a factor of e in ten minutes
@@ -61,6 +66,8 @@ class StreamWatch {
   double voltage_ = 0.0;                   // [V] of a block, of the last sample that did not fit
   std::optional<double> looked_;           // [s]
   std::string frozen_;
+  std::optional<double> doubted_current_, doubted_voltage_;  // [A], [V], values that are repeated
+  std::optional<double> doubted_at_;                         // [s]
 };
 
 }  // namespace battery_sof

@@ -49,6 +49,7 @@ std::vector<Finding> findHeldValues(const Evidence& evidence);
 std::vector<Finding> findGaps(const Evidence& evidence);
 std::vector<Finding> findClock(const Evidence& evidence);
 std::vector<Finding> findRefused(const Evidence& evidence);
+std::vector<Finding> findImpossibleTemperatures(const Evidence& evidence);
 std::vector<Finding> findLost(const Evidence& evidence);
 
 std::vector<Finding> findQuantisation(const Evidence& evidence);

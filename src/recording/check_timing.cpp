@@ -204,12 +204,33 @@ std::vector<Finding> findClock(const Evidence& evidence) {
       step, "s", count}};
 }
 
+std::vector<Finding> findImpossibleTemperatures(const Evidence& evidence) {
+  const std::size_t count = evidence.recording->rejected_temperatures;
+  if (count == 0) return {};
+  return {Finding{"temperature",
+                  Severity::kWarning,
+                  counted(count, "temperature") + " out of range",
+                  "they are left out; from -60 to 150 degC are expected",
+                  {},
+                  "",
+                  count}};
+}
+
 std::vector<Finding> findRefused(const Evidence& evidence) {
   const RejectedCounts& rejected = evidence.recording->rejected;
   const std::size_t count = rejected.missing_value + rejected.not_finite + rejected.out_of_range,
                     offered = evidence.recording->offered;
   if (count == 0) return {};
+  constexpr double kMostly = 50.0;  // [%]
   const double percent = 100.0 * static_cast<double>(count) / static_cast<double>(offered);
+  if (percent > kMostly && rejected.out_of_range > count / 2)
+    return {
+        Finding{"missing", Severity::kProblem,
+                counted(rejected.out_of_range, "sample") + " of " + std::to_string(offered) +
+                    " refused: beyond anything a battery sensor shows",
+                "the rest is no recording of a battery; currents are expected in A and voltages "
+                "in V, not in mA or mV",
+                percent, "%", count}};
   return {
       Finding{"missing", percent > 1.0 ? Severity::kWarning : Severity::kNote,
               counted(count, "sample") + " of " + std::to_string(offered) + " refused: " +

@@ -17,11 +17,11 @@ namespace {
 
 using Part = std::vector<Finding> (*)(const Evidence&);
 
-constexpr Part kParts[] = {findVoltageLevel, findDeepDischarge, findSign,       findTimeUnit,
-                           findExcitation,   findSlowRate,      findUnevenRate, findHeldValues,
-                           findSkew,         findStuck,         findRepeated,   findClipping,
-                           findRefused,      findLost,          findClock,      findGaps,
-                           findQuantisation, findOffset,        findAliasing};
+constexpr Part kParts[] = {
+    findVoltageLevel, findDeepDischarge, findSign,       findTimeUnit, findExcitation,
+    findSlowRate,     findUnevenRate,    findHeldValues, findSkew,     findStuck,
+    findRepeated,     findClipping,      findRefused,    findLost,     findClock,
+    findGaps,         findQuantisation,  findOffset,     findAliasing, findImpossibleTemperatures};
 
 /// Those that find problems; they need no more than the series.
 constexpr Part kProblemParts[] = {findVoltageLevel, findSign, findTimeUnit, findExcitation};
@@ -129,6 +129,15 @@ std::vector<Finding> findProblems(const Series& series) {
   for (const check_parts::Part part : check_parts::kProblemParts)
     for (Finding& finding : part(evidence))
       if (finding.severity == Severity::kProblem) problems.push_back(std::move(finding));
+  return problems;
+}
+
+std::vector<Finding> findProblems(const Recording& recording) {
+  std::vector<Finding> problems = findProblems(recording.series);
+  if (recording.series.empty()) return problems;
+  const check_parts::Evidence evidence(recording.series, &recording);
+  for (Finding& finding : check_parts::findRefused(evidence))
+    if (finding.severity == Severity::kProblem) problems.push_back(std::move(finding));
   return problems;
 }
 

@@ -20,7 +20,7 @@ enum class Severity {
 /// One thing found in a recording, and what it means to somebody who is to use it.
 struct Finding {
   /// rate, gaps, clock, missing, clipping, quantisation, sign, offset, skew, stuck, aliasing,
-  /// voltage_level, deep_discharge, time_unit, excitation
+  /// voltage_level, deep_discharge, time_unit, excitation, temperature
   std::string id;
   Severity severity = Severity::kNote;
   std::string what;             ///< what was found, with numbers and units
@@ -90,6 +90,8 @@ CheckReport checkRecording(const Recording& recording,
  * @return nothing for an empty series.
  */
 std::vector<Finding> findProblems(const Series& series);
+/// The same of a recording: also that most of it was beyond anything a battery sensor shows.
+std::vector<Finding> findProblems(const Recording& recording);
 
 /// @return each problem with what follows from it, joined by "; "; empty for none.
 std::string format(const std::vector<Finding>& problems);

@@ -178,4 +178,22 @@ std::string frozenChannels(const Series& series, double capacity, double max_gap
   return found;
 }
 
+RepeatingChannels repeatingChannels(const Series& series, double capacity, double max_gap) {
+  if (series.empty()) return {};
+  const double load = kLoadRate * capacity;
+  const auto jumps = [&](const std::vector<double>& of, const std::vector<double>& other,
+                         double least, bool needs_load) {
+    const IndexRange run = lastRun(series, of, max_gap);
+    if (!isLong(series, run)) return false;
+    bool moved = false, loaded = !needs_load;
+    for (std::size_t k = run.first + 1; k < run.last; ++k) {
+      moved = moved || std::abs(other[k] - other[k - 1]) >= least;
+      loaded = loaded || std::abs(series.current[k]) >= load;
+    }
+    return moved && loaded;
+  };
+  return {jumps(series.current, series.voltage, kSwing, false),
+          jumps(series.voltage, series.current, load, true)};
+}
+
 }  // namespace battery_sof

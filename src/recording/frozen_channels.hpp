@@ -32,4 +32,14 @@ namespace battery_sof {
  */
 std::string frozenChannels(const Series& series, double capacity, double max_gap);
 
+/// Which channels have repeated one value under load for 5 s and 10 samples, up to the newest sample,
+/// and the other one moved meanwhile: by itself that is no fault, but where a model begins to miss
+/// the voltage at the same time the channel may be stuck.
+struct RepeatingChannels {
+  bool current = false, voltage = false;
+};
+
+/// @param series of one block.  @param capacity, max_gap as of frozenChannels().
+RepeatingChannels repeatingChannels(const Series& series, double capacity, double max_gap);
+
 }  // namespace battery_sof

@@ -117,6 +117,7 @@ SampleFate append(Recording& recording, Intake& intake, const RawSample& sample)
     ++recording.offered;
   }
   recording.rejected = intake.rejected();
+  recording.rejected_temperatures = intake.rejectedTemperatures();
   recording.largest_step_back = intake.largestStepBack();
   return fate;
 }

@@ -169,6 +169,7 @@ nlohmann::json resultJson(const PredictionReport& report) {
   visit("mixed", report.both_ways);
   visit("baseline", baseline);
   visit("model_age_s", report.model_age);
+  visit("cranks_beyond_window", report.cranks_beyond_window);
   return visit.json;
 }
 
@@ -177,10 +178,17 @@ std::string resultText(const PredictionReport& report) {
   std::string text;
   text += format("window    %.2f to %.2f s, %zu samples\n", scores.window.from, scores.window.to,
                  scores.window.samples);
-  if (report.model_age > 0.0)
+  if (!report.model_age)
+    text += "model     of a recording on another clock: how old it is, is not known\n";
+  else if (*report.model_age > 0.0)
     text += format(
         "model     fitted %.0f s before the end of this range; intervals grow with its age\n",
-        report.model_age);
+        *report.model_age);
+  if (report.cranks_beyond_window > 0)
+    text += format(
+        "cranks    %zu draw more than the %.0f A of the model's window and are extrapolations: no "
+        "answer of such a crank is valid\n",
+        report.cranks_beyond_window, -report.largest_discharge);
   if (report.both_ways) {
     text += format("voltage as input where a source controls it, current elsewhere:\n");
     text += format("%-9s %9s %9s %9s %10s %10s %10s\n", "", "explained", "current", "voltage",

@@ -13,6 +13,8 @@ std::string wrapped(const std::string& lead, const std::string& text) {
   std::istringstream words(text);
   bool is_first = true;
   for (std::string word; words >> word; is_first = false) {
+    // An option stays beside its value, so that both are copied at once.
+    if (std::string value; word.rfind("--", 0) == 0 && words >> value) word += " " + value;
     if (!is_first && line.size() + 1 + word.size() > kTextWidth) {
       result += line + "\n";
       line = indent + word;

@@ -1,5 +1,6 @@
 #include <ros/ros.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <exception>
 
@@ -10,8 +11,12 @@
 
 namespace {
 
+// roscpp ends a node at SIGINT alone; `kill` and systemd send SIGTERM.
+void endAtTermination(int) { ros::requestShutdown(); }
+
 int runAndReport() {
   const ros::NodeHandle keeps_ros_running;
+  std::signal(SIGTERM, endAtTermination);
   try {
     XmlRpc::XmlRpcValue parameters;
     ros::param::get(ros::this_node::getName(), parameters);

@@ -63,9 +63,9 @@ class Program:
     def wait(self, deadline):
         return self.process.wait(timeout=deadline)
 
-    def stop(self):
+    def stop(self, by=signal.SIGINT):
         if self.is_alive():
-            self.process.send_signal(signal.SIGINT)
+            self.process.send_signal(by)
         try:
             return self.process.wait(timeout=20)
         except subprocess.TimeoutExpired:

@@ -4,6 +4,7 @@
 import csv
 import math
 import os
+import signal
 import subprocess
 import sys
 
@@ -78,6 +79,14 @@ class ShortTrips(NodeTest):
         known = wait_until(lambda: self.first_width(status), 20, "an answer")
         self.assertLess(known, 0.8 * unknown, "the first answers' intervals")
         self.assertEqual(node.stop(), 0, node.text())
+
+    def test_a_node_that_is_terminated_saves_what_it_has(self):
+        file = self.folder.file("terminated.yaml")
+        node, status, player = self.driven("terminated_trip", 0, file)
+        player.wait(60)
+        last = status.wait(lambda s: s.header.stamp.to_sec() > 1000.0 + DURATION - 3.0, 20, "the trip's end")
+        self.assertEqual(node.stop(signal.SIGTERM), 0, node.text())
+        self.assertGreater(self.saved(file)["state"]["time_s"], last.header.stamp.to_sec() - 2.0)
 
     def test_a_node_that_is_killed_has_saved_soon_after_an_event(self):
         file = self.folder.file("killed.yaml")

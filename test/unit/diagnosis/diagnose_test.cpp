@@ -368,6 +368,29 @@ TEST(Diagnose, ABatteryAtRestIsInsufficientData) {
   EXPECT_EQ(Verdict::kInsufficientData, diagnose(recording).verdict);
 }
 
+TEST(Diagnose, AModelThatSaysNothingOfTheHoldOutDoesNotAgreeWithTheRecording) {
+  Recording recording;
+  for (int n = 0; n < 2000; ++n)  // current and voltage of no battery
+    recording.series.append({0.1 * n, -50.0 + 0.035 * n, 12.9 - 7e-4 * n});
+  const Diagnosis diagnosis = diagnose(recording);
+  EXPECT_NE(diagnosis.verdict, Verdict::kNoMismatch) << diagnosis.summary;
+  EXPECT_EQ(diagnosis.summary.find("agree"), std::string::npos);
+}
+
+TEST(Diagnose, AFlippedSignIsSeenThoughTheTrainingPartDoesNotShowIt) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0.0, 1e-3);
+  Recording recording;
+  for (int n = 0; n < 4000; ++n) {  // steps of the current in the last quarter alone
+    const double time = 0.1 * n;
+    const double current = n < 3000 ? 15.0 * std::sin(0.03 * time) : (n / 40) % 2 ? -60.0 : 20.0;
+    recording.series.append({time, -current, 12.5 + 0.01 * current + noise(random)});
+  }
+  const Diagnosis diagnosis = diagnose(recording);
+  EXPECT_EQ(diagnosis.verdict, Verdict::kInsufficientData);
+  EXPECT_NE(diagnosis.summary.find("--discharge-positive"), std::string::npos) << diagnosis.summary;
+}
+
 TEST(Diagnose, AnEmptyRecordingIsInsufficientData) {
   EXPECT_EQ(Verdict::kInsufficientData, diagnose(Recording()).verdict);
 }

@@ -286,5 +286,14 @@ TEST(NextExperiment, OfAShiftBetweenTheChannelsIsTheCommandThatUndoesIt) {
             std::string::npos);
 }
 
+TEST(NextExperiment, IsToUndoAShiftThatTheChecksFoundWhateverElseIsMissing) {
+  Diagnosis diagnosis;
+  for (const Verdict verdict : {Verdict::kMechanism, Verdict::kUnexplained, Verdict::kNoMismatch}) {
+    diagnosis.verdict = verdict;
+    EXPECT_NE(nextExperiment(diagnosis, 0.047).find("--shift-current 0.047)"), std::string::npos);
+    EXPECT_EQ(nextExperiment(diagnosis).find("--shift-current"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace battery_sof

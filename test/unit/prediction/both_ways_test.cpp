@@ -166,6 +166,36 @@ TEST_F(BothWays, PastCranksCorrectThePredictedOnes) {
   EXPECT_LT(corrected, 0.15);
 }
 
+TEST_F(BothWays, WhatIsExpectedOfACrankLiesInsideItsOwnInterval) {
+  FollowedPrediction predicted = predictSeries(*model_, inputs_->series, rest());
+  FittedModel ignorant = *model_;
+  ignorant.intervals.event_history = {};
+  ignorant.fit.baseline.voltage_from_current.reset();
+  // What the residual regression adds takes the whole away from the equations.
+  for (double& u : predicted.equations_voltage) u -= 3.0;
+  const BothWaysScores scores = scoreBothWays(ignorant, inputs_->series, rest(), predicted);
+  ASSERT_FALSE(scores.cranks.empty());
+  for (const EventComparison& crank : scores.cranks) {
+    EXPECT_LE(crank.expected.lower, crank.expected.value);
+    EXPECT_GE(crank.expected.upper, crank.expected.value);
+  }
+}
+
+TEST_F(BothWays, TheIntervalsOfCranksGrowWithTheAgeOfTheModel) {
+  const auto meanWidth = [&](double age) {
+    FittedModel model = *model_;
+    model.fit.window.to -= age;
+    model.fit.window.from -= age;
+    const FollowedPrediction predicted = predictSeries(model, inputs_->series, rest());
+    double sum = 0.0;
+    for (const EventComparison& crank :
+         scoreBothWays(model, inputs_->series, rest(), predicted).cranks)
+      sum += crank.expected.upper - crank.expected.lower;
+    return sum;
+  };
+  EXPECT_GT(meanWidth(10.0 * 900.0), 2.0 * meanWidth(0.0));
+}
+
 TEST_F(BothWays, TheNaivePredictorsAreScoredOnTheSameSamples) {
   const std::vector<char> mask(inputs_->controlled.begin() + static_cast<std::ptrdiff_t>(half()),
                                inputs_->controlled.end());

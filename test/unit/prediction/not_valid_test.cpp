@@ -215,6 +215,27 @@ TEST(NotValid, AVoltageThatSticksAnswersNothingValidUntilItMovesAgain) {
   EXPECT_EQ(valid_behind, asked_behind);
 }
 
+TEST(NotValid, AChannelThatRepeatsWhileTheModelMissesTheVoltageIsDoubtedUntilItMoves) {
+  StreamWatch watch;
+  Series series;
+  const auto play = [&](double from, double to, bool stuck, bool missed) {
+    for (double time = from; time < to; time += 0.1) {
+      const double load = std::fmod(time, 6.0) < 3.0 ? -10.0 : -40.0;
+      const Sample sample{time, load, stuck ? 12.4 : 12.5 + 0.005 * load + 1e-4 * time};
+      series.append(sample);
+      watch.accept(sample, 5.0);
+      if (missed) watch.doubt(series, 5.0);
+      watch.look(series, 5.0);
+    }
+    return watch.whyNotValid("");
+  };
+  EXPECT_EQ(play(0.0, 60.0, false, true), "") << "nothing repeats";
+  EXPECT_EQ(play(60.0, 68.0, true, false), "") << "no model misses it";
+  EXPECT_THAT(play(68.0, 69.0, true, true), HasSubstr("since the model missed it"));
+  EXPECT_NE(play(69.0, 72.0, true, false), "") << "the model has learnt what is stuck";
+  EXPECT_EQ(play(72.0, 73.0, false, false), "");
+}
+
 // ----------------------------------------------------------------------------------------------------
 // what is kept for the next trip
 

@@ -118,12 +118,41 @@ TEST(PredictRange, IntervalsGrowWithTheAgeOfTheModelWhichIsReported) {
   for (int n = 0; n <= 1100; ++n) series.append({static_cast<double>(n), -10.0, 12.5});
   const RangePrediction predicted =
       predictRange(model, series, {100, 1101}, PredictionMode::kCurrent);
-  EXPECT_NEAR(predicted.report.model_age, 1000.0, 1e-9);
+  EXPECT_NEAR(*predicted.report.model_age, 1000.0, 1e-9);
   const auto width = [&](std::size_t n) {
     return predicted.course.voltage_upper[n] - predicted.course.voltage_lower[n];
   };
   EXPECT_NEAR(width(1000) / width(0), std::hypot(0.02, 1e-3 * std::sqrt(1000.0)) / 0.02, 1e-6);
-  EXPECT_EQ(ageOf(model.fit, 50.0), 0.0);
+  EXPECT_EQ(modelAge(model, series).at(50.0), 0.0);
+}
+
+TEST(PredictRange, CountsTheCranksThatDrawMoreThanTheWindowOfTheModel) {
+  FittedModel model = test::knownModel();
+  Series series;
+  for (int n = 0; n < 3000; ++n) {
+    const bool cranks = n % 1000 >= 500 && n % 1000 < 560;
+    series.append({0.01 * n, cranks ? -200.0 : -10.0, cranks ? 10.5 : 12.4});
+  }
+  const auto beyond = [&](double largest) {
+    model.fit.excited.min_current = largest;
+    return predictRange(model, series, {0, series.size()}, PredictionMode::kCurrent)
+        .report.cranks_beyond_window;
+  };
+  EXPECT_EQ(beyond(-40.0), 3u);
+  EXPECT_EQ(beyond(-190.0), 0u);
+}
+
+TEST(PredictRange, TheAgeOfAModelIsUnknownOnAnotherClockUnlessBothCountFrom1970) {
+  FittedModel model = test::knownModel();
+  const auto ageBehind = [&](double first, double window_end) {
+    model.fit.window = {window_end - 240.0, window_end, 2400};
+    model.state.time = window_end;
+    Series series;
+    for (int n = 0; n <= 100; ++n) series.append({first + n, -17.0, 12.5});
+    return predictRange(model, series, {50, 101}, PredictionMode::kCurrent).report.model_age;
+  };
+  EXPECT_EQ(ageBehind(0.0, 5000.0), std::nullopt);
+  EXPECT_NEAR(*ageBehind(1.6e9 + 3600.0, 1.6e9), 3700.0, 1e-6);
 }
 
 }  // namespace

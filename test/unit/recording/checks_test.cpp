@@ -1,5 +1,6 @@
 #include "recording/checks.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <stdexcept>
 
 #include "battery_sof/csv.hpp"
+#include "battery_sof/sample_list.hpp"
 #include "recording/channel_shift.hpp"
 #include "support/synthetic_recording.hpp"
 
@@ -20,6 +22,7 @@ using test::driveProfile;
 using test::driveSeries;
 using test::everyNth;
 using test::toRecording;
+using ::testing::HasSubstr;
 
 std::vector<Finding> findingsOf(const Series& series, const std::string& id) {
   std::vector<Finding> found;
@@ -610,6 +613,30 @@ Series without(const Series& series, Test test) {
   return kept;
 }
 
+TEST(MissingCheck, ARecordingOfWhichMostIsBeyondABatteryIsAProblemThatNamesTheUnits) {
+  std::vector<RawSample> samples;
+  for (int n = 0; n < 1000; ++n) {
+    const double current = n % 10 == 0 ? 0.0 : 20e3 * std::sin(0.1 * n);  // mA
+    samples.push_back({0.1 * n, current, 12.5 + 1e-7 * current, {}});
+  }
+  const Recording recording = recordingOf("ma.csv", samples);
+  ASSERT_GT(recording.rejected.out_of_range, 500u);
+  const std::string problems = format(findProblems(recording));
+  EXPECT_THAT(problems, HasSubstr("of 1000 refused"));
+  EXPECT_THAT(problems, HasSubstr("in A and voltages in V"));
+}
+
+TEST(TemperatureCheck, CountsTemperaturesThatNoBatteryHas) {
+  std::vector<RawSample> samples;
+  for (int n = 0; n < 100; ++n)
+    samples.push_back({0.1 * n, -5.0 - n % 7, 12.5, n < 30 ? 1e9 : 300.0});
+  const CheckReport report = checkRecording(recordingOf("hot.csv", samples));
+  const auto found = std::find_if(report.findings.begin(), report.findings.end(),
+                                  [](const Finding& one) { return one.id == "temperature"; });
+  ASSERT_NE(found, report.findings.end());
+  EXPECT_EQ(found->samples, 30u);
+}
+
 TEST(MissingCheck, CountsTheSamplesThatARegularGridLacksAndWarnsOfMany) {
   for (const double share : {0.002, 0.02, 0.1}) {
     test::Random random(5);
@@ -830,7 +857,7 @@ TEST(VoltageLevelCheck, SaysThatANegativeVoltageHasItsSignFlippedAndNothingOfThe
 TEST(FindProblems, AreThoseOfTheWholeCheck) {
   Series flipped = cleanDrive(2);
   EXPECT_TRUE(findProblems(flipped).empty());
-  EXPECT_TRUE(findProblems({}).empty());
+  EXPECT_TRUE(findProblems(Series()).empty());
   for (double& current : flipped.current) current = -current;
   ASSERT_EQ(findProblems(flipped).size(), 1u);
   EXPECT_EQ(findProblems(flipped)[0].what, findingsOf(flipped, "sign").at(0).what);

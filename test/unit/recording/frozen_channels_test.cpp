@@ -198,5 +198,21 @@ TEST_F(RealFrozenChannels, InTheOtherRecordingsNothingIsFrozen) {
             0);
 }
 
+TEST(RepeatingChannels, AreThoseThatStandStillWhileTheOtherOneMoves) {
+  Series stuck_voltage, stuck_current, held;
+  for (int n = 0; n < 200; ++n) {
+    const double time = 0.1 * n, load = (n / 30) % 2 == 0 ? -10.0 : -40.0;
+    stuck_voltage.append({time, load, 12.4});
+    stuck_current.append({time, -10.0, 12.5 + 0.01 * load});
+    held.append({time, -10.0, 12.5 - 1e-4 * n});  // a bench holds the current
+  }
+  const auto of = [](const Series& series) {
+    return repeatingChannels(series, kCapacity, kMaxGap);
+  };
+  EXPECT_TRUE(of(stuck_voltage).voltage && !of(stuck_voltage).current);
+  EXPECT_TRUE(of(stuck_current).current && !of(stuck_current).voltage);
+  EXPECT_FALSE(of(held).current || of(held).voltage);
+}
+
 }  // namespace
 }  // namespace battery_sof
