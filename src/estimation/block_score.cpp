@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "estimation/composition_fit.hpp"
@@ -242,14 +243,13 @@ Promise promiseOf(const FittedModel& model, const FittedCost& nested,
       start ? std::vector<CompositionPoint>{*start}
             : startsInLarger(compositionOf(model.fit), optimumOf(model), composition);
   const CompositionProblem problem(composition, inputs, cost, starts.front(), {}, nested.precision);
-  NormalEquations at;
-  if (!problem.evaluate(problem.coordinatesOf(starts.front()), at)) return {0.0, starts.front()};
-  const CompositionFit fit = fitComposition(problem, starts, searchOf(steps));
+  const std::optional<CompositionFit> fit = fitFromStarts(problem, starts, searchOf(steps));
+  if (!fit) return {0.0, starts.front()};
   // Where the weights are those of eq. 3 the errors' own size is the noise.
   const double rows = static_cast<double>(inputs.samples.size());
   const double fall =
-      cost.channels ? nested.cost - fit.at.cost : rows * std::log(nested.cost / fit.at.cost);
-  return {std::max(0.0, 0.5 * kIndependentShare * fall), fit.point};
+      cost.channels ? nested.cost - fit->at.cost : rows * std::log(nested.cost / fit->at.cost);
+  return {std::max(0.0, 0.5 * kIndependentShare * fall), fit->point};
 }
 
 Eigen::VectorXd equationErrors(const FittedModel& model, const Series& series, IndexRange range,

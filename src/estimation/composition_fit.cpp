@@ -5,7 +5,10 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
+#include <optional>
+#include <stdexcept>
 #include <thread>
+#include <utility>
 
 namespace battery_sof {
 namespace {
@@ -184,8 +187,10 @@ double promisedGain(const LeastSquaresProblem& problem, const Eigen::VectorXd& x
   return gradient.dot(hessian.ldlt().solve(gradient));
 }
 
-CompositionFit searchFrom(const LeastSquaresProblem& problem, const Eigen::VectorXd& x,
-                          const CompositionSearch& search) {
+/// @return nothing where the cost has no finite value at x.
+std::optional<CompositionFit> searchFrom(const LeastSquaresProblem& problem,
+                                         const Eigen::VectorXd& x,
+                                         const CompositionSearch& search) {
   Elimination elimination(problem, x);
   MinimizeOptions options;
   options.max_iterations = search.max_iterations;
@@ -193,11 +198,20 @@ CompositionFit searchFrom(const LeastSquaresProblem& problem, const Eigen::Vecto
   options.upper = elimination.reduced(problem.upper());
   options.gain_tolerance = search.tolerance;
   options.trusted_gain = std::max(search.trusted_gain, search.tolerance);
-  const auto evaluate = [&](const Eigen::VectorXd& y, NormalEquations& equations) {
+  const Eigen::VectorXd start =
+      elimination.reduced(x).cwiseMax(options.lower).cwiseMin(options.upper);
+  const auto pass = [&](const Eigen::VectorXd& y, NormalEquations& equations) {
     if (search.pulse) search.pulse();
     return elimination.evaluate(y, equations);
   };
-  const MinimizeResult result = minimize(evaluate, elimination.reduced(x), options);
+  std::optional<NormalEquations> first(std::in_place);
+  if (!pass(start, *first)) return std::nullopt;
+  const auto evaluate = [&](const Eigen::VectorXd& y, NormalEquations& equations) {
+    if (!first) return pass(y, equations);
+    equations = *std::exchange(first, std::nullopt);
+    return true;
+  };
+  const MinimizeResult result = minimize(evaluate, start, options);
   CompositionFit fit;
   fit.status = result.status;
   fit.iterations = result.iterations + (result.last_step.isZero(0.0) ? 0 : 1);
@@ -255,25 +269,31 @@ Eigen::VectorXd spreadStart(const LeastSquaresProblem& problem, const Eigen::Vec
 
 }  // namespace
 
-CompositionFit fitComposition(const LeastSquaresProblem& problem,
-                              const std::vector<CompositionPoint>& starts,
-                              const CompositionSearch& search) {
+std::optional<CompositionFit> fitFromStarts(const LeastSquaresProblem& problem,
+                                            const std::vector<CompositionPoint>& starts,
+                                            const CompositionSearch& search) {
   std::vector<Eigen::VectorXd> from;
   for (const CompositionPoint& start : starts) from.push_back(problem.coordinatesOf(start));
   for (int k = 1; k <= search.more_starts; ++k)
     from.push_back(spreadStart(problem, from.front(), k));
   std::vector<std::optional<CompositionFit>> fits(from.size());
-  parallelFor(from.size(), search.threads, [&](std::size_t k) {
-    NormalEquations probe;
-    if (k == 0 || problem.evaluate(from[k], probe)) fits[k] = searchFrom(problem, from[k], search);
-  });
-  CompositionFit best = *fits.front();
-  for (std::size_t k = 1; k < fits.size(); ++k)
-    if (fits[k] && fits[k]->at.cost < best.at.cost * (1.0 - 1e-9)) {
-      best = *fits[k];
-      best.best_start = static_cast<int>(k);
+  parallelFor(from.size(), search.threads,
+              [&](std::size_t k) { fits[k] = searchFrom(problem, from[k], search); });
+  std::optional<CompositionFit> best;
+  for (std::size_t k = 0; k < fits.size(); ++k)
+    if (fits[k] && (!best || fits[k]->at.cost < best->at.cost * (1.0 - 1e-9))) {
+      best = std::move(fits[k]);
+      best->best_start = static_cast<int>(k);
     }
   return best;
+}
+
+CompositionFit fitComposition(const LeastSquaresProblem& problem,
+                              const std::vector<CompositionPoint>& starts,
+                              const CompositionSearch& search) {
+  std::optional<CompositionFit> fit = fitFromStarts(problem, starts, search);
+  if (!fit) throw std::invalid_argument("fitComposition: the cost has no finite value at a start");
+  return *std::move(fit);
 }
 
 CompositionPoint embedded(const BatteryModel& nested, const CompositionPoint& point,

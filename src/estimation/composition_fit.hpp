@@ -165,8 +165,15 @@ struct CompositionFit {
  * A search never ends above its start: with a nested model's optimum among the starts, its new
  * strengths zero (embedded()), the cost is at most the nested one's.
  *
- * @param starts at least one; search.more_starts are added.
+ * @param starts at least one; search.more_starts are added. Those where the cost has no finite value
+ * are left out.
+ * @return nothing where none is left.
  */
+std::optional<CompositionFit> fitFromStarts(const LeastSquaresProblem& problem,
+                                            const std::vector<CompositionPoint>& starts,
+                                            const CompositionSearch& search = {});
+
+/// The same. @throws std::invalid_argument where the cost has no finite value at any start.
 CompositionFit fitComposition(const LeastSquaresProblem& problem,
                               const std::vector<CompositionPoint>& starts,
                               const CompositionSearch& search = {});

@@ -105,8 +105,7 @@ double walkedBy(const Fit& fit, double age) {
   return fit.noise ? std::pow(fit.noise->walk_std, 2) * age : 0.0;
 }
 
-/// Of what a model misses of a current or of a crank: the variance at an age [s] in units of the
-/// window's.
+/// Of what a model misses of a current: the variance at an age [s] in units of the window's.
 double ageing(const Fit& fit, double age) {
   const double duration = fit.window.to - fit.window.from;
   return duration > 0.0 ? 1.0 + age / duration : 1.0;
@@ -366,7 +365,7 @@ PredictedVoltage ofEquations(const FollowedPrediction& predicted) {
   return voltage;
 }
 
-/// An event's interval that past ones replaced is of their age; one that they left has its own.
+/// A charge's interval that past ones replaced is of their age; one that they left has its own.
 Interval agedAsExpected(const Interval& corrected, const Interval& expected, double factor) {
   const double width = corrected.upper - corrected.lower;
   if (std::abs(width - (expected.upper - expected.lower)) <= 1e-9 * width) return corrected;
@@ -382,13 +381,12 @@ BothWaysScores scoreBothWays(const FittedModel& model, const Series& series, Ind
   return bothWays(series, range, overSeries(series, range, predicted.voltage_controlled), predicted,
                   ofEquations(predicted), EventLimits{model.fit.crank_current},
                   [&](const EventComparison& event) -> std::optional<Interval> {
-                    const Interval corrected =
-                        event.kind == PastEvent::Kind::kCrank
-                            ? correctCrankPrediction(model, event.current, event.expected,
-                                                     CurrentMeaning::kShown)
-                            : correctChargePrediction(
-                                  model, {event.voltage, event.first_voltage, event.duration},
-                                  event.expected);
+                    if (event.kind == PastEvent::Kind::kCrank)
+                      return correctCrankPrediction(model, event.current, event.expected,
+                                                    CurrentMeaning::kShown);
+                    const Interval corrected = correctChargePrediction(
+                        model, {event.voltage, event.first_voltage, event.duration},
+                        event.expected);
                     return agedAsExpected(corrected, event.expected,
                                           std::sqrt(ageing(model.fit, age.at(event.time))));
                   });

@@ -181,21 +181,6 @@ TEST_F(BothWays, WhatIsExpectedOfACrankLiesInsideItsOwnInterval) {
   }
 }
 
-TEST_F(BothWays, TheIntervalsOfCranksGrowWithTheAgeOfTheModel) {
-  const auto meanWidth = [&](double age) {
-    FittedModel model = *model_;
-    model.fit.window.to -= age;
-    model.fit.window.from -= age;
-    const FollowedPrediction predicted = predictSeries(model, inputs_->series, rest());
-    double sum = 0.0;
-    for (const EventComparison& crank :
-         scoreBothWays(model, inputs_->series, rest(), predicted).cranks)
-      sum += crank.expected.upper - crank.expected.lower;
-    return sum;
-  };
-  EXPECT_GT(meanWidth(10.0 * 900.0), 2.0 * meanWidth(0.0));
-}
-
 TEST_F(BothWays, TheNaivePredictorsAreScoredOnTheSameSamples) {
   const std::vector<char> mask(inputs_->controlled.begin() + static_cast<std::ptrdiff_t>(half()),
                                inputs_->controlled.end());

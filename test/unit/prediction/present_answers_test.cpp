@@ -116,6 +116,7 @@ TEST(PredictRange, IntervalsGrowWithTheAgeOfTheModelWhichIsReported) {
   model.fit.noise = NoiseModel{0.002, 0.0, 1.0, 1e-3};
   Series series;
   for (int n = 0; n <= 1100; ++n) series.append({static_cast<double>(n), -10.0, 12.5});
+  model.state.current = -10.0;  // the sample of this recording that the state stands at
   const RangePrediction predicted =
       predictRange(model, series, {100, 1101}, PredictionMode::kCurrent);
   EXPECT_NEAR(*predicted.report.model_age, 1000.0, 1e-9);
