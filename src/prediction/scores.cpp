@@ -18,6 +18,8 @@ namespace battery_sof {
 namespace {
 
 constexpr double kSameTime = 1e-6;        // [s]
+constexpr double kLikeCurrent = 0.5;      // [A]
+constexpr double kLikeShare = 0.02;       // [1]
 constexpr double kDatedFrom = 1e9;        // [s], times beyond count from 1970
 constexpr double kUnmovedCurrent = 1e-6;  // [A]
 // [s], samples that the first state is taken from
@@ -52,12 +54,14 @@ FittedModel modelAtFirstSample(const FittedModel& model, const Series& series) {
 
 /// Index of the sample that the model's state belongs to, when the series is the recording it was
 /// fitted to.
-std::optional<std::size_t> indexOfState(const FittedModel& model, const Series& series) {
+/// @param like [A], by which the currents may differ.
+std::optional<std::size_t> indexOfState(const FittedModel& model, const Series& series,
+                                        double like = kUnmovedCurrent) {
   const auto at =
       std::lower_bound(series.time.begin(), series.time.end(), model.state.time - kSameTime);
   if (at == series.time.end() || *at > model.state.time + kSameTime) return std::nullopt;
   const auto index = static_cast<std::size_t>(at - series.time.begin());
-  if (std::abs(series.current[index] - model.state.current) > kUnmovedCurrent) return std::nullopt;
+  if (std::abs(series.current[index] - model.state.current) > like) return std::nullopt;
   return index;
 }
 
@@ -93,9 +97,10 @@ double ModelAge::at(double time) const { return std::max(0.0, time - from); }
 ModelAge modelAge(const FittedModel& model, const Series& series) {
   const FitWindow& window = model.fit.window;
   if (window.samples == 0) return {true, HUGE_VAL};
-  const bool is_same_clock =
-      indexOfState(model, series) || std::min(window.to, series.time.front()) >= kDatedFrom;
-  return {is_same_clock, is_same_clock ? window.to : series.time.front()};
+  // A diagnosis fits the current without its sensor's noise: it is near the one that was recorded.
+  const double like = kLikeCurrent + kLikeShare * std::abs(model.state.current);
+  const bool is_dated = std::min(window.to, series.time.front()) >= kDatedFrom;
+  return {is_dated || indexOfState(model, series, like).has_value(), window.to};
 }
 
 namespace {

@@ -39,14 +39,13 @@ FollowedPrediction predictSeries(const FittedModel& model, const Series& series,
 
 /// How old a model is at a recording's times.
 struct ModelAge {
-  bool is_known = true;          ///< else the model is older than at() by what nobody knows
-  double from = 0.0;             ///< [s], when it was made, on the recording's clock
+  bool is_known = true;          ///< whether the recording is on the model's clock
+  double from = 0.0;             ///< [s], end of the model's window
   double at(double time) const;  ///< [s], 0 before it was made
 };
 
 /// The recording is on the model's clock where it holds the sample at which the model's state stands,
-/// or where both count from 1970. On another one the model is at least as old as the recording has
-/// lasted.
+/// or where both count from 1970. On another one times are taken as they stand.
 ModelAge modelAge(const FittedModel& model, const Series& series);
 
 /// How cranks were predicted.
