@@ -4,6 +4,7 @@ import contextlib
 import glob
 import io
 import itertools
+import json
 import keyword
 import os
 import re
@@ -46,7 +47,8 @@ class Version(unittest.TestCase):
     def test_it_is_that_of_package_xml_where_it_cannot_be_taken_from_there(self):
         major_minor = files.version().rpartition(".")[0]
         for path, said in (("debian/changelog", f"battery-sof ({files.version()}) "), ("include/battery_sof/version.hpp", f'"{files.version()}"'),
-                           *((path, f"find_package(battery_sof {major_minor} ") for path in ("test/outside_project/CMakeLists.txt", "docs/cpp-and-python.md"))):
+                           ("CITATION.cff", f"\nversion: {files.version()}\n"), ("debian/control", f"\nPackage: libbattery-sof{major_minor}\n"),
+                           *((path, f"find_package(battery_sof {major_minor} ") for path in ("test/outside_project/CMakeLists.txt", "examples/ros2_node/CMakeLists.txt", "docs/cpp-and-python.md"))):
             with open(os.path.join(ROOT, path), encoding="utf-8") as file:
                 self.assertIn(said, file.read(), path)
 
@@ -56,6 +58,8 @@ class Debian(unittest.TestCase):
         licence = files.read_text(os.path.join(ROOT, "LICENSE")).partition("All rights reserved.")[2].split()
         shown = [word for word in files.read_text(os.path.join(ROOT, "debian", "copyright")).split() if word != "."]
         self.assertEqual(shown[-len(licence):], licence)
+        notice = files.read_text(os.path.join(ROOT, "src", "report", "page", "dygraphs_notice.txt"))
+        self.assertIn(" ".join(notice[notice.index("Permission"):].split()), " ".join(shown))
 
 
 class CompiledTogether(unittest.TestCase):
@@ -91,6 +95,14 @@ class Messages(unittest.TestCase):
         for path in paths:
             fields = re.findall(r"^[\w/]+(?:\[\d*\])? +(\w+)", files.read_text(path), re.M)
             self.assertEqual([], list(filter(keyword.iskeyword, fields)), path)
+
+
+class PythonResults(unittest.TestCase):
+    def test_verdicts_are_those_of_the_schemas(self):
+        text = files.read_text(os.path.join(ROOT, "python", "battery_sof", "results.py"))
+        listed = [set(re.findall(r"\w+", line)) - {"or"} for line in re.findall(r"verdict: str  #: (.*)", text)]
+        schemas = [json.loads(files.read_text(os.path.join(ROOT, "docs", "schemas", name + ".schema.json"))) for name in ("diagnose", "diagnose-reference")]
+        self.assertEqual([set(schema["properties"]["verdict"]["enum"]) for schema in schemas], listed)
 
 
 class Rates(unittest.TestCase):
