@@ -14,9 +14,9 @@ RIGHT = 585  # left edge of the boxes beside it
 FILL, EDGE, INK, GREY = "#eef4fa", "#0969a8", "#1b1f24", "#57606a"
 # What a service or topic is for; a name that is missing here is drawn without a purpose.
 USES = {
-    "status": "answers once a second", "model": "each accepted fit", "diagnosis": "each finished diagnosis", "change": "since the reference", "/diagnostics": "rates, faults, errors",
+    "status": "answers once a second", "model": "each accepted fit", "diagnosis": "each finished diagnosis", "change": "changes since the reference", "/diagnostics": "rates, faults, errors",
     "predict_cranking": "SOF1", "predict_stop_time": "longest stop", "predict_charge_acceptance": "SOF2", "predict_map": "grids of both",
-    "simulate_profile": "voltage of a profile", "set_standing_query": "what ~status answers", "set_reference": "compare with now", "identify": "fit now", "diagnose": "diagnose now"}
+    "simulate_profile": "voltage of a profile", "set_standing_query": "what ~status answers", "set_reference": "new reference of ~change", "identify": "fit now", "diagnose": "diagnose now"}
 
 
 def interface():
@@ -90,7 +90,7 @@ def groups(found):
 def narrow_drawing():
     """For a narrow screen: what the node takes above it, and what it offers below."""
     found, svg, right = interface(), Svg(), NARROW - MARGIN
-    bottom = MARGIN + names(svg, MARGIN, MARGIN, right, "Takes", [("battery_state", "sensor_msgs/BatteryState"), ("~state_file", "the model, kept over a restart")])
+    bottom = MARGIN + names(svg, MARGIN, MARGIN, right, "Input and state", [("battery_state", "sensor_msgs/BatteryState"), ("~state_file", "the model, kept over a restart")])
     svg.box(MARGIN, bottom + GAP, right - MARGIN, 56)
     svg.text(NARROW / 2, bottom + GAP + 24, "battery_sof_node", "middle", bold=True)
     svg.text(NARROW / 2, bottom + GAP + 43, "follows the battery and fits in the background", "middle", 12)

@@ -160,11 +160,11 @@ def draw_three_answers(numbers, narrow=False):
     above.annotate(lines("SOF1: lowest \nvoltage\nof the crank"), (time[lowest], voltage[lowest]), (time[lowest] + 7, voltage[lowest] + (2.0 if narrow else 1.4)), fontsize=10, fontweight="bold", color=BLUE, va="center",
                    arrowprops={"arrowstyle": "->", "color": BLUE, "shrinkB": 5})
     end = float(np.interp(-LIMIT, -expected, ENDS))
-    bottom = LIMIT - (1.7 if narrow else 0.9)
+    bottom = LIMIT - (2.1 if narrow else 0.9)
     above.plot([end, end], [bottom, LIMIT], color=GREEN, linestyle=":", linewidth=1.4)
     above.plot([end], [LIMIT], color=GREEN, marker="D", markersize=7, zorder=5)
     above.annotate("", (0, bottom + 0.25), (end, bottom + 0.25), arrowprops={"arrowstyle": "<->", "color": GREEN, "shrinkA": 0, "shrinkB": 0})
-    above.text(end / 2, bottom + 0.32, lines("stop time: longest stop after \nwhich a crank still holds u_required"), color=GREEN, fontsize=9 if narrow else 10, fontweight="bold", ha="center", va="bottom")
+    above.text(end / 2, bottom + 0.32, lines("stop time: longest stop \nafter which a crank \nstill holds u_required"), color=GREEN, fontsize=9 if narrow else 10, fontweight="bold", ha="center", va="bottom")
     above.text(recharge + T_SOF2 + 1, numbers["held"] - 0.2, lines("u_boost, held \nby the \nalternator"), fontsize=9, color=GREEN, va="top")
     above.set_ylim(bottom - 0.05, numbers["held"] + 1.3)
     above.set_ylabel("voltage [V]")
@@ -232,10 +232,11 @@ def calibration(sof, folder, data):
     return found
 
 
-def draw_calibration(numbers):
-    figure = plt.figure(figsize=(8.4, 8.0), layout="constrained")
-    grid = figure.add_gridspec(2, 2)
-    for place, key, title in ((grid[0, 0], "simulated", "Simulated, 100 Hz, circuit"), (grid[0, 1], "with_effect", "The same, with the missing effect"), (grid[1, :], "real", "A start-stop car, 1 Hz")):
+def draw_calibration(numbers, narrow=False):
+    figure = plt.figure(figsize=(4.2, 10.5) if narrow else (8.4, 8.0), layout="constrained")
+    grid = figure.add_gridspec(*((3, 1) if narrow else (2, 2)))
+    places = (grid[0], grid[1], grid[2]) if narrow else (grid[0, 0], grid[0, 1], grid[1, :])
+    for place, key, title in zip(places, ("simulated", "with_effect", "real"), ("Simulated, 100 Hz, circuit", "The same, with the missing effect", "A start-stop car, 1 Hz")):
         axes = figure.add_subplot(place)
         measured, predicted, lower, upper = np.array(numbers[key]).T
         inside = (lower <= measured) & (measured <= upper)
@@ -290,8 +291,8 @@ def draw_course(axes, shown, place):
     axes.legend(frameon=False, fontsize=9, loc=place)
 
 
-def draw_measured_and_predicted(numbers):
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9.4, 3.6), layout="constrained")
+def draw_measured_and_predicted(numbers, narrow=False):
+    figure, (left, right) = plt.subplots(*((2, 1) if narrow else (1, 2)), figsize=(4.2, 6.6) if narrow else (9.4, 3.6), layout="constrained")
     draw_course(left, numbers["crank"], "lower right")
     left.set_title("A crank: the current is given", fontsize=11, loc="left")
     left.set_ylabel("voltage [V]")
@@ -305,8 +306,9 @@ def draw_measured_and_predicted(numbers):
 SIMULATED = {"crank_over_stop": (crank_over_stop, draw_crank_over_stop, lambda numbers: draw_crank_over_stop(numbers, True)),
              "three_answers": (three_answers, draw_three_answers, lambda numbers: draw_three_answers(numbers, True)),
              "effect_signatures": (effect_drawing.signatures, lambda numbers: effect_drawing.draw(numbers, 5, 8.8), lambda numbers: effect_drawing.draw(numbers, 2, 4.1))}
-MEASURED = {"measured_and_predicted": (measured_and_predicted, draw_measured_and_predicted), "calibration": (calibration, draw_calibration)}
-PLAYED = {"trips_of_the_node": (trip_drawing.trips, lambda found: trip_drawing.draw(found, 8.4, 9), lambda found: trip_drawing.draw(found, 4.4, 8))}
+MEASURED = {"measured_and_predicted": (measured_and_predicted, draw_measured_and_predicted, lambda numbers: draw_measured_and_predicted(numbers, True)),
+            "calibration": (calibration, draw_calibration, lambda numbers: draw_calibration(numbers, True))}
+PLAYED = {"trips_of_the_node": (trip_drawing.trips, lambda found: trip_drawing.draw(found, 8.4, 9), lambda found: trip_drawing.draw(found, 4.4, 7))}
 # Diagrams from the sources, by the name of their file.
 DIAGRAMS = {"node_interface": node_drawing.drawing, "node_interface_narrow": node_drawing.narrow_drawing,
             "layers": lambda: layer_drawing.drawing(layer_drawing.WIDE),
