@@ -12,7 +12,7 @@ from battery_sof_tools.files import ROOT, pages_of_docs, read_text
 from battery_sof_tools.sof import program
 
 PICTURES = os.path.join(ROOT, "docs", "pictures")
-BY_HAND = {"circuit.svg", "energy_manager_sequence.svg", "node_states.svg", "query_sequence.svg"}
+BY_HAND = {name + ending for name in ("circuit", "energy_manager_sequence", "node_states", "query_sequence") for ending in (".svg", "_narrow.svg")}
 WORKED = {name.replace("diagnosis", "worked") for name in page_pictures.WORKED}
 ANSWERED = {**page_drawings.SIMULATED, **page_drawings.MEASURED, **page_drawings.PLAYED}  # what programs answered
 DRAWN = {name + ".svg" for name in (*page_drawings.files_of(ANSWERED), *page_drawings.DIAGRAMS)}
