@@ -16,8 +16,11 @@ _sof() {
   fi
   case $takes in
     ID)
-      told=$(sof effects --json - 2>/dev/null | sed -n 's/^ *"id": "\([a-z0-9_]*\)".*/\1/p')
+      # The document lists effects first, then mechanisms, which no option takes.
+      told=$(sof effects --json - 2>/dev/null | sed -n '/^  "mechanisms"/q; s/^ *"id": "\([a-z0-9_]*\)".*/\1/p')
       prefix=${word%"${word##*,}"}
+      # A help text may name an alternative to ids: "..., or none."
+      if [ -z "$prefix" ] && sed -n "s/^ *$before //p" <<<"$help" | grep -q ', or none\.'; then told="$told none"; fi
       ;;
     *':{'*'}'*)
       told=${takes#*:\{}

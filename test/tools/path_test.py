@@ -45,6 +45,14 @@ class Path(unittest.TestCase):
     def test_effects_are_completed_one_after_the_other(self):
         self.assertEqual(completed("sof", "identify", "--effects", "gas"), ["gassing"])
         self.assertEqual(completed("sof", "identify", "--effects", "gassing,cpe"), ["gassing,cpe2"])
+        self.assertEqual(completed("sof", "identify", "--effects", "no"), ["none"])
+        self.assertEqual(completed("sof", "identify", "--effects", "gassing,no"), [])
+
+    def test_mechanisms_are_no_effects(self):
+        for option in ("--hypotheses", "--given"):
+            self.assertNotIn("structure", completed("sof", "diagnose", option, ""), option)
+            self.assertEqual(completed("sof", "diagnose", option, "no"), [], option)
+        self.assertEqual(completed("sof", "effects", "struct"), [])
 
     def test_an_option_is_followed_by_what_the_parser_takes_there(self):
         for command, option in (("diagnose", "--hypotheses"), ("diagnose", "--given")):
