@@ -247,7 +247,7 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Model, Sequenc
     core = _core.diagnose(recording._core, from_s, to_s, holdout_share, list(hypotheses), list(given), series_blocks,
                           threads, anyway, crank_current_a, capacity_ah)
     details = json.loads(core.json())
-    effects = [made(Effect, each, parameters=[made(Parameter, one) for one in each["parameters"]])
+    effects = [made(Effect, each, parameters=[made(Parameter, one, std_error=one["std"]) for one in each["parameters"]])
                for each in details["effects"]]
     return made(Diagnosis, details, effects=effects, candidates=[made(Candidate, each) for each in details["candidates"]],
                 mismatch=[made(Mismatch, each) for each in details["mismatch"]], **_metrics(details), base=Model(core.base()),

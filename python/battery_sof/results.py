@@ -175,7 +175,7 @@ class Diagnosis:
     """Where the base model and n samples of a recording deviate, and which physics is missing. Arrays have the shape (n,); the
     voltages are empty, and metrics None, for insufficient_data."""
 
-    verdict: str  #: no_mismatch, named, several, ambiguous, unknown, sensor_fault or insufficient_data
+    verdict: str  #: no_mismatch, effect, several, ambiguous, mechanism, unexplained, sensor_fault or insufficient_data
     summary: str
     mechanism: Optional[str]
     probability: float

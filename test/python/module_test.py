@@ -294,6 +294,9 @@ class TestDiagnosis(Drive):
         self.assertEqual(diagnosis.extended_holdout.rmse_v, told["fit"]["extended"]["holdout"]["rmse_v"])
         self.assertEqual(diagnosis.extended.effects, battery_sof.Model.read(model).effects)
         self.assertEqual(diagnosis.time_s.shape, diagnosis.extended_voltage_v.shape)
+        self.assertTrue(diagnosis.effects)
+        for effect, one in zip(diagnosis.effects, told["effects"]):
+            self.assertEqual([each.std_error for each in effect.parameters], [each["std"] for each in one["parameters"]], effect.id)
         page = self.folder / "page.html"
         diagnosis.write_page(page)
         self.assertIn(diagnosis.summary.split(",")[0].split("'")[0], page.read_text())
