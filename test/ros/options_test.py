@@ -67,6 +67,8 @@ class Options(NodeTest):
         node = node_of(config, "battery_sof_node")
         self.assertEqual([list(remap) for remap in node.remap_args], [["battery_state", "/car/battery"]])
         self.assertEqual(config.params["/battery_sof_node/state_file"].value, "")
+        self.assertNotIn("/battery_sof_node/battery_name", config.params)
+        self.assertEqual(load("battery_sof.launch", "battery_name:=12").params["/battery_sof_node/battery_name"].value, "12")
 
     def test_node_launch_file_names_the_node(self):
         config = load("battery_sof.launch", "name:=rear_battery")
@@ -76,6 +78,7 @@ class Options(NodeTest):
     def test_two_batteries_have_names_topics_and_state_files_apart(self):
         config = load("two_batteries.launch", "first:=front", "state_folder:=/a folder")
         self.assertEqual(sorted(node.namespace for node in config.nodes), ["/front/", "/supply/"])
+        self.assertEqual([config.params[name + "/battery_sof_node/battery_name"].value for name in ("/front", "/supply")], ["front", "supply"])
         self.assertEqual(config.params["/front/battery_sof_node/state_file"].value, "/a folder/battery_sof_front.yaml")
         self.assertEqual(config.params["/supply/battery_sof_node/state_file"].value, "/a folder/battery_sof_supply.yaml")
         kept_nowhere = load("two_batteries.launch", "state_folder:=off")
