@@ -140,10 +140,14 @@
     return make('svg', { role: 'img', 'aria-label': answer.spoken }, ...parts);
   }
 
+  // The word that an answer's message begins with; none where no limit was given, or where there is no answer.
+  const word = (message) => (/^(holds|not assured|not valid): /.exec(message) || ['', ''])[1];
+
   function card(answer, low, high) {
     const is_there = isNumber(answer.value) || answer.value === 'inf';
-    const box = make('article', { class: 'answer ' + (!answer.valid ? '' : answer.holds ? 'holds' : 'fails') }, make('h3', {}, answer.title),
-      make('span', { class: 'value' }, is_there ? answer.shown : '–'), ' ', make('span', { class: 'word' }, !is_there ? '' : !answer.valid ? 'not valid' : answer.holds ? 'holds' : 'not assured'));
+    const said = is_there ? word(answer.message) : '';
+    const box = make('article', { class: 'answer ' + ({ holds: 'holds', 'not assured': 'fails' }[said] || '') }, make('h3', {}, answer.title),
+      make('span', { class: 'value' }, is_there ? answer.shown : '–'), ' ', make('span', { class: 'word' }, said));
     if (is_there) box.append(bar(answer, low, high), make('p', {}, answer.spoken));
     if (!is_there || !answer.valid) box.append(make('p', {}, answer.message));
     return box;
@@ -151,21 +155,20 @@
 
   function crankAnswer(s) {
     const a = s.crank;
-    return { title: 'Crank after ' + duration(s.t_stop) + ' off: lowest voltage', value: a.u_min, lower: a.lower, upper: a.upper, limit: s.u_required, valid: a.valid, holds: a.capable,
+    return { title: 'Crank after ' + duration(s.t_stop) + ' off: lowest voltage', value: a.u_min, lower: a.lower, upper: a.upper, limit: s.u_required, valid: a.valid,
       shown: fixed(a.u_min, 2) + ' V', message: a.message,
-      spoken: fixed(a.lower, 2) + ' to ' + fixed(a.upper, 2) + ' V; needed ' + fixed(s.u_required, 2) + ' V at ' + fixed(s.i_cranking, 0) + ' A' };
+      spoken: fixed(a.lower, 2) + ' to ' + fixed(a.upper, 2) + ' V; ' + (isNumber(s.u_required) ? 'needed ' + fixed(s.u_required, 2) + ' V' : 'no limit') + ' at ' + fixed(s.i_cranking, 0) + ' A' };
   }
 
   function stopAnswer(s) {
     const a = s.stop_time;
-    return { title: 'Longest stop before such a crank', value: a.t_stop, lower: a.lower, upper: a.upper, limit: s.t_stop, valid: a.valid,
-      holds: a.lower === 'inf' || a.lower >= s.t_stop, message: a.message,
+    return { title: 'Longest stop before such a crank', value: a.t_stop, lower: a.lower, upper: a.upper, limit: s.t_stop, valid: a.valid, message: a.message,
       shown: (a.outcome === 'at_least' ? 'at least ' : '') + duration(a.t_stop), spoken: duration(a.lower) + ' to ' + duration(a.upper) + '; asked for ' + duration(s.t_stop) + ' at ' + fixed(s.i_load, 0) + ' A' };
   }
 
   function chargeAnswer(s) {
     const a = s.charge;
-    return { title: 'Mean charge current at ' + fixed(s.u_boost, 1) + ' V for ' + duration(s.t_sof2), value: a.i_boost, lower: a.lower, upper: a.upper, valid: a.valid, holds: a.lower > 0,
+    return { title: 'Mean charge current at ' + fixed(s.u_boost, 1) + ' V for ' + duration(s.t_sof2), value: a.i_boost, lower: a.lower, upper: a.upper, valid: a.valid,
       shown: fixed(a.i_boost, 1) + ' A', message: a.message, spoken: fixed(a.lower, 1) + ' to ' + fixed(a.upper, 1) + ' A' };
   }
 
@@ -173,7 +176,7 @@
     if (!status) return el('answers').replaceChildren(make('p', {}, 'None without a model.'));
     const stop = stopAnswer(status), charge = chargeAnswer(status);
     const longest = Math.max(...[stop.value, stop.limit].filter(isNumber), 60) * 1.5;
-    el('answers').replaceChildren(card(crankAnswer(status), Math.min(6, status.u_required - .5), 13), card(stop, 0, longest),
+    el('answers').replaceChildren(card(crankAnswer(status), isNumber(status.u_required) ? Math.min(6, status.u_required - .5) : 6, 13), card(stop, 0, longest),
       card(charge, Math.min(0, isNumber(charge.lower) ? charge.lower : 0), Math.max(isNumber(charge.upper) ? 1.2 * charge.upper : 0, 50)));
   }
 
@@ -268,7 +271,7 @@
     showPast('cranks', battery.cranks, 'V', 3, 'Lowest voltage of cranks', percent(status && status.past_cranks.coverage) + ' inside, mean error ' + fixed(status && status.past_cranks.mean_abs_error, 3) + ' V');
     showPast('charges', battery.charges, 'A', 1, 'Mean current of charges', percent(status && status.past_charges.coverage) + ' inside, mean error ' + fixed(status && status.past_charges.mean_abs_error, 1) + ' A');
     showDiagnosis(battery.diagnosis);
-    [...el('tabs').children].forEach((tab, k) => tab.classList.toggle('ailing', Boolean(batteries[k].status && batteries[k].status.state === 'ready' && !batteries[k].status.crank.capable)));
+    [...el('tabs').children].forEach((tab, k) => tab.classList.toggle('ailing', Boolean(batteries[k].status && batteries[k].status.state === 'ready' && word(batteries[k].status.crank.message).startsWith('not'))));
     if (!held || now) showPlots(battery);
   }
 

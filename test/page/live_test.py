@@ -46,6 +46,9 @@ class LivePage(LiveServer):
         wait_until(lambda: self.text('state') == 'ready', 90, 'ready')
         wait_until(lambda: self.run_js('document.querySelectorAll("#cranks tbody tr th").length') >= 3, 90, 'three past cranks')
         self.assertRegex(self.text('answers'), r'lowest voltage\d+\.\d\d V holds')
+        words = '[...document.querySelectorAll("#answers .word")].map((word) => word.textContent)'
+        messages = '[window.livePage.batteries[0].status].flatMap((s) => [s.crank.message, s.stop_time.message, s.charge.message])'
+        wait_until(lambda: self.run_js(words) == [message.partition(':')[0] for message in self.run_js(messages)], 10, 'the words of the messages')
         self.assertEqual(self.run_js('document.querySelectorAll("#answers svg[role=img][aria-label]").length'), 3)
         self.assertRegex(self.text('figures'), r'Answers rest onthis tripModel age\d')
         self.assertRegex(self.text('cranks'), r'\d+ % inside, mean error 0\.\d')
