@@ -194,6 +194,12 @@ class DebianPackages(unittest.TestCase):
         version = re.search("<version>(.*)</version>", self.text("package.xml"))[1]
         self.assertRegex(self.text("debian/changelog").splitlines()[0], r"^battery-sof \(" + re.escape(version) + r"(\+dev)?\)")
 
+    def test_programs_take_the_library_that_they_were_built_with(self):
+        """They call more of it than its public headers show."""
+        for package in ("battery-sof", "python3-battery-sof", "ros-battery-sof"):
+            paragraph = re.search(f"^Package: {package}$.*?(?=^Package:|\\Z)", self.text("debian/control"), re.MULTILINE | re.DOTALL)[0]
+            self.assertRegex(paragraph, r"libbattery-sof[0-9.]+ \(= \$\{binary:Version\}\)", package)
+
     def text(self, path):
         with open(os.path.join(ROOT, path)) as file:
             return file.read()
