@@ -94,9 +94,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ("log", "dbc", "out"):
         parser.add_argument(name)
-    parser.add_argument("--current", required=True)
-    parser.add_argument("--voltage", required=True)
-    parser.add_argument("--temperature")
+    parser.add_argument("--current", required=True, metavar="SIGNAL", help="signal of the current [A]")
+    parser.add_argument("--voltage", required=True, metavar="SIGNAL", help="signal of the voltage [V]")
+    parser.add_argument("--temperature", metavar="SIGNAL", help="signal of the temperature [degC]")
     parser.add_argument("--discharge-positive", action="store_true", help="the signal counts current out of the battery as positive")
     args = parser.parse_args()
     try:

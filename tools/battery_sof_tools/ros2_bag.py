@@ -191,7 +191,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ("bag", "out"):
         parser.add_argument(name)
-    parser.add_argument("--topic", help="needed where several topics have the type")
+    parser.add_argument("--topic", help="topic to read; needed if several topics have the type")
     parser.add_argument("--discharge-positive", action="store_true", help="the messages count current out of the battery as positive")
     args = parser.parse_args()
     try:

@@ -1,4 +1,4 @@
-"""Scores what a model of a window says of the next one, driven by what is controlled, beside what needs no physics.
+"""Fits a model to each window of a recording, predicts the next window, and compares the errors with those of a baseline without physics.
 
     score_next_window REC [REC ...] [--effects IDS] [--json OUT.json] [--sof SOF] COLUMNS
     score_next_window REC --split 0.75 COLUMNS
@@ -7,9 +7,9 @@ Windows of --window seconds begin at the first sample and every --window from th
 of the samples that the recording's median interval promises and no gap beyond 60 s, engine on or off. `sof identify` fits the window, `sof predict` runs
 the model on through the successor. With --split the first part of the recording is fitted and the rest predicted.
 
-share: of the variation explained, 1 - RMS error / spread; both quantities together, of the current where a source controls the voltage, of the voltage elsewhere.
-10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. baseline: a line fit, median past charge, past
-cranks of the fitted window. "inside": share of events in their 90 % interval.
+share: explained variation, 1 - RMS error / standard deviation, of the current where a source controls the voltage, of the voltage elsewhere, and of both together.
+10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. baseline: a line fit, the median of past charges, and
+a line through past cranks of the fitted window. "inside": share of events in their 90 % interval.
 """
 
 import argparse
@@ -28,10 +28,10 @@ from .rates import pooled
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("recordings", nargs="+")
-    parser.add_argument("--sof", default="sof", help="the command")
-    parser.add_argument("--effects", help="ids for sof identify; without it sof's own choice")
-    parser.add_argument("--window", type=float, default=900.0, help="[s] fitted, and predicted")
+    parser.add_argument("recordings", nargs="+", help="CSV files")
+    parser.add_argument("--sof", default="sof", help="path of the command sof")
+    parser.add_argument("--effects", help="ids of effects for sof identify (default: sof identify chooses them)")
+    parser.add_argument("--window", type=float, default=900.0, help="length of the window that is fitted, and of the one that is predicted [s] (default: 900)")
     parser.add_argument("--split", type=float, help="share of the recording's time that is fitted; the rest is predicted")
     parser.add_argument("--json", help="file to write every window's scores to")
     recordings.add_column_arguments(parser)

@@ -1,14 +1,14 @@
-"""sof-fleet: many recordings through `sof`, one database of what came out, one page that shows it (docs/fleet.md).
+"""sof-fleet: runs `sof` on many recordings, collects the results in one database, and shows them on one page (docs/fleet.md).
 
-    sof-fleet run RECORDINGS... --out FOLDER     check, convert, identify, predict, diagnose and score each; call again to go on
-    sof-fleet report FOLDER                      FOLDER/report.html
-    sof-fleet load FOLDER                        FOLDER/fleet.sqlite again from the results in it
-    sof-fleet export FOLDER --csv DIR            one CSV file a table
-    sof-fleet rebuild FLEET.sqlite --out FOLDER  the folder that a database was loaded from
-    sof-fleet judge FOLDER                       alarms and false discoveries of recordings that out-of-model cases --only-draw drew
-    sof-fleet digest FOLDER                      SHA-256 of all rows but measured times
+    sof-fleet run RECORDINGS... --out FOLDER     check, convert, identify, predict, diagnose and score each; call again to continue
+    sof-fleet report FOLDER                      write FOLDER/report.html
+    sof-fleet load FOLDER                        build FOLDER/fleet.sqlite again from the results in the folder
+    sof-fleet export FOLDER --csv DIR            write each table as a CSV file
+    sof-fleet rebuild FLEET.sqlite --out FOLDER  build the folder again from its database
+    sof-fleet judge FOLDER                       count false positives and false discoveries on recordings that out_of_model --only-draw drew
+    sof-fleet digest FOLDER                      print the SHA-256 of all rows except measured times
 
-Exit code 0 done; 1 jobs were lost, call again; 2 refused: the sentence names what is wrong, and what to do.
+Exit codes: 0 done; 1 jobs were lost, call again; 2 refused, and a sentence names what is wrong and what to do.
 """
 
 import argparse
@@ -37,18 +37,18 @@ def parser():
         return one
 
     either = "folder or database"
-    add_run(commands.add_parser("run", help="take the steps that a folder lacks", epilog=DESCRIPTION))
-    one = command("report", report, "the fleet's page")
+    add_run(commands.add_parser("run", help="run all steps that are still missing in the folder", epilog=DESCRIPTION))
+    one = command("report", report, "write the page of the fleet")
     one.add_argument("--out", help="page to write; FOLDER/report.html by default. Links to recordings' pages work from there alone")
-    one.add_argument("--nulls", metavar="FOLDER", help="fleet of recordings that lack nothing, run with the same sof: false discoveries are counted by them")
-    command("load", lambda args: print(f"{database.load(args.folder)} recordings"), "make the database again")
-    one = command("export", lambda args: database.export(args.folder, args.csv), "tables as CSV", about=either)
+    one.add_argument("--nulls", metavar="FOLDER", help="folder of a fleet of fault-free controls, processed with the same sof; p-values are computed from it")
+    command("load", lambda args: print(f"{database.load(args.folder)} recordings"), "build the database again from the results")
+    one = command("export", lambda args: database.export(args.folder, args.csv), "write the tables as CSV", about=either)
     one.add_argument("--csv", required=True, help="folder to write")
-    one = command("rebuild", rebuild, "the folder from the database", "database")
+    one = command("rebuild", rebuild, "build the folder again from its database", "database")
     one.add_argument("--out", required=True)
-    one = command("judge", judge, "alarms and false discoveries of drawn recordings, by their labels", about=either)
-    one.add_argument("--nulls", metavar="FOLDER", help="as of report")
-    command("digest", lambda args: print(database.digest(args.folder)), "of what is in the database", about=either)
+    one = command("judge", judge, "count false positives and false discoveries on drawn recordings, whose labels have the truth", about=either)
+    one.add_argument("--nulls", metavar="FOLDER", help="as for report")
+    command("digest", lambda args: print(database.digest(args.folder)), "print a checksum of all rows except measured times", about=either)
     return every
 
 
