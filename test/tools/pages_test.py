@@ -6,7 +6,7 @@ A block of commands has a mark before it that a reader does not see:
     <!-- run me with roscore -->     under a roscore of its own: launch files are started in the background, then the other lines are run
     <!-- not run: REASON -->
 Where a line begins with "$ ", what stands below it is what it prints; "..." represents anything. Blocks of one page share a folder, in which
-build/ is the build that is tested, and src/battery_sof the checkout, as in a catkin workspace. Launch files serve the live page on a free port in place of the one that is shown.
+build/ is the build that is tested, config/ and docs/ are those of the checkout, and src/battery_sof is the checkout, as in a catkin workspace. Launch files serve the live page on a free port in place of the one that is shown.
 
 Usage: pages_test.py BUILD
 """
@@ -141,6 +141,8 @@ class Pages(unittest.TestCase):
             os.symlink(os.path.realpath(BUILD), os.path.join(folder, "build"))
             os.mkdir(os.path.join(folder, "src"))
             os.symlink(ROOT, os.path.join(folder, "src", "battery_sof"))
+            for name in ("config", "docs"):
+                os.symlink(os.path.join(ROOT, name), os.path.join(folder, name))
             for block in blocks(page):
                 if block.is_run and block.mark["core"]:
                     with Roscore(folder) as core:
