@@ -22,6 +22,13 @@ catkin_package(
   CATKIN_DEPENDS actionlib actionlib_msgs diagnostic_msgs diagnostic_updater message_runtime roscpp sensor_msgs std_msgs std_srvs
   CFG_EXTRAS ${PROJECT_NAME}-extras.cmake)
 
+# Interfaces of 0.x may differ from one minor version to the next: catkin's own file takes any older version for compatible.
+include(CMakePackageConfigHelpers)
+foreach(folder "${CATKIN_DEVEL_PREFIX}/share/${PROJECT_NAME}/cmake" "${CMAKE_BINARY_DIR}/catkin_generated/installspace")
+  write_basic_package_version_file("${folder}/${PROJECT_NAME}Config-version.cmake" VERSION ${${PROJECT_NAME}_VERSION}
+    COMPATIBILITY SameMinorVersion)
+endforeach()
+
 set(LIBRARY_DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
 set(PROGRAM_DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 set(HEADER_DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})

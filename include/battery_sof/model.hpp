@@ -31,7 +31,8 @@ struct IdentifyRequest {
   bool anyway = false;  ///< also fit a recording with a problem (`sof check`)
   /// [A], of either sign, that counts as an engine start; none: read off the recording
   std::optional<double> crank_current = std::nullopt;
-  /// [Ah], nominal: a window that moved a tenth of it calls for the open-circuit voltage (`effects`)
+  /// [Ah], nominal: a window that moved a tenth of it calls for the open-circuit voltage (`effects`),
+  /// and a discharge under way that drew so much is the window unless from and to are both given
   double capacity = 50.0;
 };
 

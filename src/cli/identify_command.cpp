@@ -131,9 +131,10 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
       options, "--effects", fit.effects,
       "effects to add to the circuit: comma-separated ids, which sof effects lists, or "
       "none. Default: fresh_sulphate where a charger controls the voltage, ocv_soc where a "
-      "tenth of the capacity went one way, or there and back once; else none");
+      "tenth of the capacity went one way, or there and back once, with end_of_discharge where "
+      "that ends discharged; else none");
   addOption(options, "--capacity-ah", fit.capacity,
-            "nominal capacity [Ah], of which the default of --effects depends");
+            "nominal capacity [Ah], on which the default of --effects depends");
   options.add_flag("--whiten", fit.whiten,
                    "whiten the residuals by a fitted noise model instead of weighting them as the "
                    "paper does; not where a charger controls the voltage");

@@ -7,6 +7,7 @@
 
 #include "diagnosis/timing_jitter_noise.hpp"
 #include "diagnosis/verdict.hpp"
+#include "estimation/moved_charge.hpp"
 #include "explanation_fits.hpp"
 #include "recording/channel_statistics.hpp"
 #include "util/text.hpp"
@@ -27,13 +28,15 @@ bool isLeadAcid(const Series& series) {
 }
 
 /// @return ids that a diagnosis weighs: those asked for, else all of the catalogue; what is weighed
-/// on request alone takes part where a source controls the voltage, which is what it is for.
+/// on request alone takes part where a source controls the voltage, which is what it is for. What
+/// needs a charge that moved far is left to selectByScore().
 std::vector<std::string> hypothesesOf(const std::vector<std::string>& asked,
                                       bool voltage_controlled) {
   if (!asked.empty()) return asked;
   std::vector<std::string> ids;
   for (const EffectInfo& info : effectCatalogue())
-    if (!info.on_request || voltage_controlled) ids.push_back(info.id);
+    if ((!info.on_request || voltage_controlled) && !contains(info.needs, kMovedByCharge))
+      ids.push_back(info.id);
   return ids;
 }
 

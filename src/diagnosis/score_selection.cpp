@@ -80,7 +80,7 @@ class Selection {
         scoreAll({members}, nullptr);
       }
     } else {
-      Effects left = ids;
+      Effects left = withDeepOnes(ids);
       while (members.size() < kMaxMembers) {
         const std::optional<Addition> best = bestAddition(members, left);
         if (!best) break;
@@ -93,6 +93,15 @@ class Selection {
   }
 
  private:
+  /// With what needs a charge that moved far, where it did and all of that is weighed.
+  Effects withDeepOnes(Effects ids) const {
+    for (const EffectInfo& info : effectCatalogue())
+      if (is_deep_ && contains(info.needs, kMovedByCharge) && holdsAll(ids, info.needs) &&
+          !contains(ids, info.id))
+        ids.push_back(info.id);
+    return ids;
+  }
+
   const ScoredFit& at(const Effects& effects) const { return fits_.at(effects); }
 
   /// Fits and scores compositions that are not known yet.

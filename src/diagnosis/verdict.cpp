@@ -25,6 +25,12 @@ std::string severalMissing(const std::vector<std::string>& titles, const Diagnos
       count - 2 < kCounts.size() ? kCounts.at(count - 2) : std::to_string(count);
   const std::string sure =
       diagnosis.probability > 0.0 ? format(" (%.0f %%)", 100.0 * diagnosis.probability) : "";
+  const auto& effects = diagnosis.effects;
+  const bool are_alike = std::all_of(effects.begin(), effects.end(), [&](const NamedEffect& one) {
+    return one.probability == effects.front().probability;
+  });
+  if (are_alike && effects.size() == count && effects.front().probability > 0.0)
+    return number + " effects are missing" + sure + ": " + joined(titles, " and ");
   return number + " effects are missing: the " + (count == 2 ? "likelier one" : "likeliest one") +
          sure + ": " + titles.front() + (count == 2 ? "; the other: " : "; the others: ") +
          joined({titles.begin() + 1, titles.end()}, " and ");

@@ -7,8 +7,10 @@
 #include "estimation/composition_fit.hpp"
 #include "estimation/fit_quality.hpp"
 #include "estimation/fit_window.hpp"
+#include "estimation/moved_charge.hpp"
 #include "recording/events.hpp"
 #include "state/state_estimator.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -90,28 +92,51 @@ struct Window {
   }
 };
 
+/// The circuit's parameters in a discharge of one load: they and the open-circuit voltage add up to
+/// one voltage, so that they stay at their magnitudes in its search. Its errors still have them.
+std::vector<std::string> fixedUnderOneLoad(const BatteryModel& model, const InputSequence& inputs) {
+  if (!contains(model.effects(), kUsedUp)) return {};
+  double least = HUGE_VAL, most = -HUGE_VAL;
+  for (const InputSample& sample : inputs.samples) {
+    least = std::min(least, sample.step.current);
+    most = std::max(most, sample.step.current);
+  }
+  if (!isOneLoad(least, most)) return {};
+  return {"r_discharge", "r_charge", "c2", "beta"};
+}
+
+/// The point of a fit, of which some coordinates were not searched, in those of the whole problem.
+/// @throws std::invalid_argument where the model has no finite voltage.
+void inAllCoordinates(Fitted& fitted, const CompositionProblem& problem) {
+  fitted.fit.x = problem.coordinatesOf(fitted.fit.point);
+  if (!problem.evaluate(fitted.fit.x, fitted.fit.at))
+    throw std::invalid_argument("the model has no finite voltage at the optimum");
+}
+
 Fitted search(const BatteryModel& model, const InputSequence& inputs,
               const IdentifyOptions& options, const CompositionPoint& base) {
   CompositionSearch search;
   search.max_iterations = std::max(options.max_iterations, CompositionSearch{}.max_iterations);
-  search.more_starts = model.effects().empty() ? 0 : options.more_starts;
   search.threads = options.threads;
-  const CompositionPoint nested = embedded(BatteryModel(), base, model);
+  const std::vector<std::string> fixed = fixedUnderOneLoad(model, inputs);
+  search.more_starts = model.effects().empty() || !fixed.empty() ? 0 : options.more_starts;
+  const CompositionPoint nested =
+      fixed.empty() ? embedded(BatteryModel(), base, model) : typicalStart(model, inputs);
   std::vector<CompositionPoint> starts = {nested};
-  if (!model.effects().empty()) starts.push_back(withMagnitudes(model, nested));
+  if (!model.effects().empty() && fixed.empty()) starts.push_back(withMagnitudes(model, nested));
   for (const double share : {0.125, 0.375, 0.625, 0.875})
     if (hasInstant(model))
       starts.push_back(withInstants(model, starts[1],
                                     share * (inputs.samples.back().step.time - inputs.first_time)));
   starts.insert(starts.end(), options.starts.begin(), options.starts.end());
   Fitted fitted{{}, costOf(options)};
-  const CompositionProblem weighted(model, inputs, fitted.cost, nested);
+  const CompositionProblem weighted(model, inputs, fitted.cost, nested, fixed);
   fitted.fit = fitComposition(weighted, starts, search);
   search.more_starts = 0;
   for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
     fitted.cost.noise = fitNoise(weighted.residual(fitted.fit.x), inputs.samples,
                                  std::max(kMinWhite, options.voltage_lsb_std));
-    const CompositionProblem whitened(model, inputs, fitted.cost, nested);
+    const CompositionProblem whitened(model, inputs, fitted.cost, nested, fixed);
     searchOn(fitted, whitened, search);
   }
   return fitted;
@@ -451,11 +476,14 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
   if (&window.judged() != &window.searched() && !fitted.cost.noise) {
     // The compressed optimum is off by a share of a standard error; from there two passes at full
     // rate end it.
-    const CompositionProblem over_all(model, window.full, fitted.cost, fitted.fit.point);
+    const CompositionProblem over_all(model, window.full, fitted.cost, fitted.fit.point,
+                                      fixedUnderOneLoad(model, window.full));
     CompositionSearch last;
     last.max_iterations = kLastIterations;
     searchOn(fitted, over_all, last);
   }
+  if (!fixedUnderOneLoad(model, window.full).empty())
+    inAllCoordinates(fitted, {model, window.searched(), fitted.cost, fitted.fit.point});
   return completed(model, window, options, fitted);
 }
 
@@ -465,11 +493,8 @@ FittedModel completedModel(const Series& series, IndexRange range, const Identif
   const Window window(series, range, options.masked);
   Fitted fitted{{}, costOf(options)};
   fitted.cost.noise = noise;
-  const CompositionProblem problem(model, window.searched(), fitted.cost, optimum);
   fitted.fit.point = optimum;
-  fitted.fit.x = problem.coordinatesOf(optimum);
-  if (!problem.evaluate(fitted.fit.x, fitted.fit.at))
-    throw std::invalid_argument("completedModel: the model has no finite voltage at the optimum");
+  inAllCoordinates(fitted, {model, window.searched(), fitted.cost, optimum});
   return completed(model, window, options, fitted);
 }
 

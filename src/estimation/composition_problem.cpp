@@ -5,6 +5,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "estimation/moved_charge.hpp"
+#include "util/text.hpp"
+
 namespace battery_sof {
 namespace {
 
@@ -12,6 +15,7 @@ namespace {
 // windowExcitation()).
 constexpr double kPriorError = 0.01;       // [V]
 constexpr double kPriorCorrelation = 5.0;  // [s]
+constexpr double kErrorsOfACurve = 40.0;   // that count as independent
 // [s], over which a current is held for its conditioning: a sample's interval, within what the
 // double layer makes of it.
 constexpr double kShortestReach = 0.1, kLongestReach = 60.0;
@@ -52,6 +56,14 @@ errorDerivatives(const Simulation& simulation, const InputSample& sample) {
   return -simulation.voltageDerivatives().transpose().array();
 }
 
+/// [s], for which errors last: seconds, but in a curve over a whole discharge, where the physics
+/// that it lacks is as slow as the curve.
+double errorCorrelation(const BatteryModel& model, const InputSequence& inputs) {
+  if (inputs.samples.empty() || !contains(model.effects(), kUsedUp)) return kPriorCorrelation;
+  const double duration = inputs.samples.back().step.time - inputs.first_time;
+  return std::max(kPriorCorrelation, duration / kErrorsOfACurve);
+}
+
 }  // namespace
 
 CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSequence& inputs,
@@ -74,9 +86,9 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSeq
     }
     if (precision_.empty()) reweigh(start);
   } else {
-    const double interval = meanInterval(inputs);
-    prior_weight_ = kPriorError * kPriorError *
-                    (interval > 0.0 ? std::max(1.0, kPriorCorrelation / interval) : 1.0);
+    const double interval = meanInterval(inputs), correlation = errorCorrelation(model, inputs);
+    prior_weight_ =
+        kPriorError * kPriorError * (interval > 0.0 ? std::max(1.0, correlation / interval) : 1.0);
   }
 }
 

@@ -131,6 +131,8 @@ std::vector<std::vector<std::string>> compositionsToTry(const Series& series, In
     return {options.effects};
   const MovedCharge moved = movedCharge(series, range);
   const bool is_deep = moved.isDeep(options.capacity);
+  if (is_deep && moved.isOneCycle() && moved.isDischarge())
+    return {{kMovedByCharge, kUsedUp}, {kMovedByCharge}, {}};
   if (is_deep && moved.isOneCycle()) return {{kMovedByCharge}, {}};
   if (!isVoltageControlled(options, range)) return {{}};
   if (is_deep) return {{kChargingPhysics}, {kMovedByCharge}, {}};
@@ -299,6 +301,15 @@ bool refuses(FitPlan& plan, const std::vector<Finding>& problems) {
   return !problems.empty();
 }
 
+/// The deep discharge that is under way, else the best window.
+WindowChoice windowOf(const Series& series, IndexRange searched, const IdentifyOptions& options) {
+  const auto discharge = dischargeUnderWay(series, searched, options.capacity);
+  if (!discharge || options.start == FitStart::kPaper) return chooseWindow(series, searched);
+  return {*discharge, windowExcitation(series, *discharge),
+          format("a deep discharge is under way: from %.0f s on, without its first tenth",
+                 series.time[discharge->first])};
+}
+
 }  // namespace
 
 FitPlan planFit(const Series& series, const FitRequest& request) {
@@ -306,7 +317,7 @@ FitPlan planFit(const Series& series, const FitRequest& request) {
   FitPlan plan{{searched, 0.0, ""}, request.options};
   if (!request.anyway && refuses(plan, findProblems(series))) return plan;
   if (!request.from || !request.to || request.chooses_window)
-    plan.window = chooseWindow(series, searched);
+    plan.window = windowOf(series, searched, request.options);
   if (!plan.window.range) return plan;
   takeLimits(plan.options, series, instrumentLimits(series));
   plan.options.crank_current = crankCurrentOf(series, request.crank_current).current;

@@ -1,11 +1,18 @@
 #pragma once
 
+#include <optional>
+
 #include "battery_sof/series.hpp"
 
 namespace battery_sof {
 
+/// Share of the capacity whose charge moves the open-circuit voltage by more than a circuit without
+/// it may miss.
+inline constexpr double kDeepShare = 0.1;
 /// The effect that a charge which moved a tenth of the capacity calls for.
 inline constexpr const char* kMovedByCharge = "ocv_soc";
+/// The effect that ends it: the acid is used up.
+inline constexpr const char* kUsedUp = "end_of_discharge";
 
 /**
  * @brief How far a battery's charge went in a window, and over what distance.
@@ -17,16 +24,36 @@ inline constexpr const char* kMovedByCharge = "ocv_soc";
 struct MovedCharge {
   double span = 0.0;        ///< [Ah]
   double throughput = 0.0;  ///< [Ah], charged and discharged
+  double at_end = 0.0;      ///< [Ah], q at the end above its least
 
   /// Whether the open-circuit voltage must have moved: by a tenth of the capacity, which is some
   /// 0.1 V of a 12 V block (docs/physics.md#ocv_soc). @param capacity [Ah], nominal.
-  bool isDeep(double capacity) const { return span >= 0.1 * capacity; }
+  bool isDeep(double capacity) const { return span >= kDeepShare * capacity; }
   /// Whether it went one way, or there and back once: a tenth more is left to the loads in between.
   /// Nothing that was just discharged is then charged again and again.
   bool isOneCycle() const { return throughput <= 2.2 * span; }
+  /// Whether it is lowest at the end, but for a tenth of what was moved.
+  bool isDischarge() const { return at_end <= 0.1 * span; }
 };
 
 /// @param range window of the series.
 MovedCharge movedCharge(const Series& series, IndexRange range);
+
+/**
+ * @brief The deep discharge that a recording ends in, without its beginning.
+ *
+ * The samples since the last charge, of which the last one draws. The first tenth of what they draw
+ * is left out, since what a charge left at the plates, and the dip at the beginning of a discharge,
+ * are no part of the open-circuit voltage's curve; the rest must be a tenth of the capacity.
+ * @param searched samples that it lies in.  @param capacity [Ah], nominal.  @return none where the
+ * recording ends otherwise.
+ */
+std::optional<IndexRange> dischargeUnderWay(const Series& series, IndexRange searched,
+                                            double capacity);
+
+/// Whether currents are one load, to a tenth. @param least, most [A], largest discharge and least.
+inline bool isOneLoad(double least, double most) {
+  return least < 0.0 && most - least <= -0.1 * least;
+}
 
 }  // namespace battery_sof

@@ -1,12 +1,23 @@
 #include "bound_composition.hpp"
 
+#include <algorithm>
+
+#include "util/text.hpp"
+
 namespace battery_sof {
 namespace {
 
 /// Whether what an effect owns can have a say in the double layer's movement.
-bool reachesLayer(const EffectHooks& hooks) {
-  return hooks.sense || hooks.adapt || hooks.side_current || hooks.activity || hooks.is_ladder ||
+bool reachesLayer(const BoundComposition::Member& member) {
+  const EffectHooks& hooks = member.effect->hooks;
+  return hooks.sense || member.adapts || hooks.side_current || hooks.activity || hooks.is_ladder ||
          hooks.steps_finely;
+}
+
+bool isNeeded(const std::string& id, const std::vector<std::string>& effects) {
+  return std::any_of(effects.begin(), effects.end(), [&](const std::string& other) {
+    return other != kDiscrepancyEffect && contains(effectInfo(other).needs, id);
+  });
 }
 
 }  // namespace
@@ -20,15 +31,17 @@ BoundComposition::BoundComposition(const BatteryModel& composed) : model(compose
       if (effect.info.id == id)
         members.push_back({&effect, parameter, static_cast<int>(model.firstState(k))});
   }
-  for (const Member& member : members) {
+  for (Member& member : members) {
     const EffectHooks& hooks = member.effect->hooks;
+    member.adapts = hooks.adapt &&
+                    (!hooks.adapts_for_others || isNeeded(member.effect->info.id, model.effects()));
     if (hooks.activity) activity_state = member.state;
     if (hooks.is_ladder) ladder_state = member.state;
     if (hooks.steps_finely) steps_finely = true;
     if (hooks.limits_reaction) limits_reaction = true;
     if (hooks.longest_piece > 0.0 && (longest_piece == 0.0 || hooks.longest_piece < longest_piece))
       longest_piece = hooks.longest_piece;
-    if (hooks.adapt) adapts = true;
+    if (member.adapts) adapts = true;
   }
 }
 
@@ -38,7 +51,7 @@ std::vector<int> BoundComposition::tangentsOfLayer(
   // An effect that adapts the base model may read all of it.
   if (adapts || steps_finely) rows.insert(rows.end(), {kRowRDischarge, kRowRCharge, kRowUDc});
   for (const Member& member : members) {
-    if (!reachesLayer(member.effect->hooks)) continue;
+    if (!reachesLayer(member)) continue;
     // A side reaction goes with the electrode's voltage against its own equilibrium, not with u_c2
     // alone.
     if (member.effect->hooks.side_current) rows.push_back(kRowUDc);

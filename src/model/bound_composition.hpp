@@ -15,6 +15,7 @@ struct BoundComposition {
   struct Member {
     const Effect* effect;
     int parameter, state;  ///< first of its own
+    bool adapts = false;   ///< changes the base model's parameters
   };
 
   explicit BoundComposition(const BatteryModel& composed);

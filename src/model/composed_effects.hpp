@@ -92,8 +92,7 @@ class ComposedEffects {
     if (bound_->adapts) present_ = bareModel();
     present_.time = time - reference_time_;
     for (const Member& member : bound_->members)
-      if (member.effect->hooks.adapt)
-        kernel(member).adapt(ownOf(member), stateOf(member, x), present_);
+      if (member.adapts) kernel(member).adapt(ownOf(member), stateOf(member, x), present_);
     return present_;
   }
   /// As the last presentAt() returned it.

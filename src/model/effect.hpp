@@ -29,7 +29,7 @@ struct StateInfo {
  */
 struct EffectInfo {
   std::string id;         ///< as in JSON, YAML and messages
-  std::string code;       ///< S1 to S6, P1 to P12, I1 to I9; the letter is the tier
+  std::string code;       ///< S1 to S6, P1 to P13, I1 to I9; the letter is the tier
   std::string title;      ///< a few words
   std::string equations;  ///< plain text, one equation a line
   std::vector<ParameterInfo> parameters;

@@ -32,7 +32,7 @@ const std::vector<MechanismInfo>& table() {
       {Mechanism::kOpenCircuit,
        "open_circuit",
        "the open-circuit voltage moves with the charge and the way it came there",
-       {"ocv_soc", "ocv_hysteresis", "coup_de_fouet"}},
+       {"ocv_soc", "end_of_discharge", "ocv_hysteresis", "coup_de_fouet"}},
       {Mechanism::kStructure,
        "structure",
        "resistance, double layer or kinetics differ from the base circuit's",

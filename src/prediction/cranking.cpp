@@ -307,6 +307,50 @@ class StopScan {
   bool monotone_ = true, has_numbers_ = true;
 };
 
+/// The model with one parameter a number of standard errors away, and with it what goes along.
+FittedModel displaced(FittedModel model, Eigen::Index parameter, double errors) {
+  const Eigen::VectorXd along = model.fit.covariance.col(parameter);
+  if (!(along[parameter] > 0.0)) return model;
+  const Eigen::VectorXd moved = errors / std::sqrt(along[parameter]) * along;
+  Eigen::VectorXd values = pointOf(model).parameters;
+  values += moved.head(values.size());
+  const BatteryModel composition = compositionOf(model.fit);
+  for (Eigen::Index j = 0; j < values.size(); ++j) {
+    const ParameterInfo& info = composition.parameters()[static_cast<std::size_t>(j)];
+    values[j] = std::clamp(values[j], info.lower, info.upper);
+    model.fit.estimates[static_cast<std::size_t>(j)].value = values[j];
+  }
+  model.fit.parameters = baseParameters(values);
+  model.state.states += moved.tail(model.state.states.size());
+  return model;
+}
+
+/// The longest stop if the acid is used up elsewhere than expected: the voltage falls so steeply
+/// there that its derivatives along one curve say little of the next.
+void widenAtUsedUp(Interval& t_stop, const FittedModel& model, const CrankingQuery& crank,
+                   double longest, double capacity) {
+  if (!std::isfinite(t_stop.value)) return;
+  const BatteryModel composition = compositionOf(model.fit);
+  double earlier = 0.0, later = 0.0;
+  for (const char* name : {"exhaustion_voltage", "exhaustion_width"}) {
+    const auto row = composition.parameterRow(name);
+    if (!row) return;
+    double least = t_stop.value, most = t_stop.value;
+    for (const double errors : {kNinetyPercent, -kNinetyPercent}) {
+      const FittedModel other = displaced(model, *row, errors);
+      StopScan scan(other, crank, longest, capacity);
+      scan.scan();
+      const double crossing = std::min(scan.crossing(1), longest);
+      least = std::min(least, crossing);
+      most = std::max(most, crossing);
+    }
+    earlier = std::hypot(earlier, t_stop.value - least);
+    later = std::hypot(later, most - t_stop.value);
+  }
+  t_stop.lower = std::clamp(t_stop.value - earlier, 0.0, t_stop.lower);
+  t_stop.upper = std::clamp(t_stop.value + later, t_stop.upper, std::max(t_stop.upper, longest));
+}
+
 /// By how much a discrepancy model is held at its range's end in a crank after a stop [V].
 double beyondIdentifiedAfter(const FittedModel& model, const CrankingQuery& crank, double t_stop) {
   Simulation simulation = simulationOf(model);
@@ -376,6 +420,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
         const double crossing = scan.crossing(1), value = std::min(crossing, longest_held);
         const double upper = std::min(scan.crossing(2), draws ? longest : kEver);
         answer.t_stop = Interval{value, std::min(scan.crossing(0), value), std::max(upper, value)};
+        widenAtUsedUp(*answer.t_stop, model, crank, longest, capacity);
         answer.outcome = value == 0.0       ? StopTimeOutcome::kNever
                          : value == kEver   ? StopTimeOutcome::kAlways
                          : value < crossing ? StopTimeOutcome::kAtLeast

@@ -46,7 +46,8 @@ std::size_t takeMap(MapVerdict& verdict, const std::optional<Map>& map) {
 
 std::optional<Assurance> assuranceOf(const MapVerdict& verdict) {
   if (verdict.code == AnswerCode::kExtrapolation) return Assurance::kNotValid;
-  return std::nullopt;
+  if (verdict.code != AnswerCode::kOk || !verdict.has_limit) return std::nullopt;
+  return verdict.not_assured > 0 ? Assurance::kNotAssured : Assurance::kHolds;
 }
 
 MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
@@ -56,7 +57,18 @@ MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
   if (!cranking && !charge)
     verdict = {AnswerCode::kInvalidQuery,
                "no question is given, expected i_load and t_stop, or u_boost and t_sof2"};
-  if (verdict.code == AnswerCode::kOk) verdict.message = format("%zu answers", answers);
+  for (const CrankingAnswer& answer : cranking ? cranking->answers : std::vector<CrankingAnswer>())
+    if (answer.capable) {
+      verdict.has_limit = true;
+      verdict.not_assured += !*answer.capable;
+    }
+  if (verdict.code != AnswerCode::kOk) return verdict;
+  const std::optional<Assurance> assurance = assuranceOf(verdict);
+  verdict.message = format("%zu answer%s", answers, answers == 1 ? "" : "s");
+  if (assurance == Assurance::kNotAssured)
+    verdict.message = format("%zu of %zu cranks may miss the limit", verdict.not_assured,
+                             cranking->answers.size());
+  if (assurance) verdict.message = toString(*assurance) + ": " + verdict.message;
   return verdict;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "battery_sof/intake.hpp"
+#include "estimation/moved_charge.hpp"
 #include "model/input_sequence.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"
@@ -128,6 +129,19 @@ void addCharging(std::string& reasons, const Fit& fit, const QueryRange& range) 
                      seen.longest_charge, kShortCharge));
 }
 
+/// Whether a window held one load: what it determined is the voltage under that load.
+bool holdsOneLoad(const Fit& fit) {
+  return contains(fit.effects, kUsedUp) &&
+         isOneLoad(fit.excited.min_current, fit.excited.max_current);
+}
+
+/// Whether a query is of the load that the window held.
+bool isOfHeldLoad(const Fit& fit, const QueryRange& range) {
+  const double load = fit.excited.min_current;
+  return holdsOneLoad(fit) && range.min_current &&
+         isOneLoad(std::min(load, *range.min_current), std::max(load, *range.min_current));
+}
+
 /// Six significant digits, more where another number has the same six: a value beyond a limit never
 /// reads as the limit.
 std::string exactly(double value) {
@@ -182,7 +196,9 @@ std::string faultOf(const std::vector<double>& time, const std::vector<double>& 
 double supportedCharge(const Fit& fit, double capacity, bool charges) {
   const double usual = (charges ? kConstantCharge : kSlopedCharge) * capacity;
   return knowsOpenCircuitSlope(fit, capacity)
-             ? std::clamp(fit.excited.charge_swing, usual, capacity)
+             ? contains(fit.effects, kUsedUp) && !charges
+                   ? capacity
+                   : std::clamp(fit.excited.charge_swing, usual, capacity)
              : usual;
 }
 
@@ -245,6 +261,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   const bool of_charging = range.charges && !contains(fit.effects, "fresh_sulphate");
   const std::size_t past_cranks = model.intervals.event_history.cranks.size();
   if (!range.charges && past_cranks >= kCranksThatSupport) return reasons;
+  if (isOfHeldLoad(fit, range)) return reasons;
   if (!range.charges) addReason(reasons, missesItsCranks(fit));
   // With a source it is a share of explained variation, and the node's first model has none.
   if (!range.charges && !fit.source && fit.window.samples > 0 &&
@@ -262,7 +279,9 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
 }
 
 std::string whyNoCrank(const FittedModel& model) {
-  return extrapolationOf(model, QueryRange(), 1.0);
+  QueryRange range;
+  if (holdsOneLoad(model.fit)) range.min_current = model.fit.excited.min_current;
+  return extrapolationOf(model, range, 1.0);
 }
 
 std::string voltageSaysNothing(const Fit& fit, const Interval& u) {

@@ -65,7 +65,8 @@ struct QueryRange {
  * As far as the window itself moved charge (ExcitedRange::charge_swing), at most the capacity,
  * where it determined how the open-circuit voltage follows the charge (ocv_slope of ocv_soc) and
  * that slope is a battery's: 0.8 to 1.8 V of a block for a unit of state of charge
- * (docs/physics.md#ocv_soc). acid_transport relaxes with time and holds no such slope.
+ * (docs/physics.md#ocv_soc). All of the capacity of a discharge whose end the model has
+ * (end_of_discharge). acid_transport relaxes with time and holds no such slope.
  */
 double supportedCharge(const Fit& fit, double capacity, bool charges = false);
 
@@ -110,7 +111,8 @@ std::string denialOf(const FittedModel& model);
  *
  * A crank or a stop needs r_discharge and u_dc determined, a window whose own cranks the equations
  * miss by no more than the baseline does (BaselineCranks), and, without a source, a
- * window quality of 0.05. Three past cranks answer for themselves: they correct the answer and make
+ * window quality of 0.05; but for the load that a discharge held (end_of_discharge), to a tenth.
+ * Three past cranks answer for themselves: they correct the answer and make
  * its interval.
  *
  * @return reasons, joined by "; "; empty when there is none.

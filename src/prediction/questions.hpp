@@ -138,9 +138,12 @@ struct MapVerdict {
   AnswerCode code = AnswerCode::kOk;
   /// one sentence: of the first answer with that code, or how many answers there are
   std::string message;
+  std::size_t not_assured = 0;  ///< cranks that may miss the limit
+  bool has_limit = false;       ///< whether the cranks were asked for one
 };
 
-/// @return "not valid" where one of the answers is; else none: a map is no question of one limit.
+/// @return "not valid" where one of the answers is, else "not assured" where one of the cranks may
+/// miss its limit, else "holds" where there is a limit.
 std::optional<Assurance> assuranceOf(const MapVerdict& verdict);
 
 /// @param cranking, charge the maps that were asked; kInvalidQuery when neither was.

@@ -97,10 +97,7 @@ std::string parameterBiasText(const Diagnosis& d) {
   for (const ParameterBias& a : d.parameter_bias)
     if (std::abs(a.z) >= kNotableZ)
       text += format("%s%-12s needs %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(),
-                     (a.parameter == "u_dc" ? millivolts(a.change) + " mV"
-                                            : format("%+.0f %%", 100.0 * a.change))
-                         .c_str(),
-                     plainName(a.regime).c_str(), a.z);
+                     biasText(a).c_str(), plainName(a.regime).c_str(), a.z);
   return text.empty() ? text : "\nwhat the base model's parameters have taken up\n" + text;
 }
 

@@ -111,8 +111,7 @@ Cell parameterBiasCell(const std::vector<ParameterBias>& map, const std::string&
   for (const ParameterBias& a : map)
     if (a.parameter == parameter && a.regime == regime) {
       const double strength = std::min(std::abs(a.z) / kFullColorZ, 1.0);
-      const std::string wish = parameter == "u_dc" ? format("%+.0f mV", 1e3 * a.change)
-                                                   : format("%+.0f %%", 100.0 * a.change);
+      const std::string wish = biasText(a);
       const std::string kind =
           format("class=\"heat %s%s\" style=\"--strength:%.2f\"", a.z > 0.0 ? "more" : "less",
                  std::abs(a.z) >= kNotableZ ? " notable" : "", strength);

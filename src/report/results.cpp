@@ -5,6 +5,7 @@
 
 #include "battery_sof/version.hpp"
 #include "descriptions.hpp"
+#include "prediction/capacity.hpp"
 #include "recording/channel_statistics.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/model_yaml.hpp"
@@ -108,6 +109,10 @@ nlohmann::json resultJson(const FittedModel& model) {
   visit("parameters", model.fit.estimates);
   visit("state", nlohmann::json{{"time_s", jsonOf(model.state.time)},
                                 {"u_c2_v", jsonOf(model.state.states[0])}});
+  const std::optional<Interval> capacity = estimatedCapacity(model.fit);
+  visit("capacity_ah", partOf(capacity, &Interval::value));
+  visit("capacity_lower_ah", partOf(capacity, &Interval::lower));
+  visit("capacity_upper_ah", partOf(capacity, &Interval::upper));
   if (wasFitted(model.fit)) return visit.json;
   for (const char* of_a_fit : {"q_dyn_percent", "rmse_v"}) visit.json[of_a_fit] = nullptr;
   for (auto& value : visit.json["state"]) value = nullptr;
@@ -139,6 +144,9 @@ std::string resultText(const FittedModel& model, const ControlModeOverview& mode
     text +=
         format("cranks       %d in the window; the equations miss their minima by %.0f mV RMS\n",
                model.fit.scores.cranks, 1e3 * model.fit.scores.crank_error_std);
+  if (const auto capacity = estimatedCapacity(model.fit))
+    text += format("capacity     %.3g Ah from full to exhausted, 90 %% between %.3g and %.3g Ah\n",
+                   capacity->value, capacity->lower, capacity->upper);
   text += format("state        u_c2 = %.4f V at %.2f s\n", model.state.states[0], model.state.time);
   text += format("quality      %.2f of the window for this model\n", model.fit.window_quality);
   return text + conclusion;

@@ -53,6 +53,13 @@ std::string whyNothingIsPromised(const UnexplainedPart& left) {
   return reason + ": any effect may be in that, and no strength of one can be promised";
 }
 
+std::string biasText(const ParameterBias& bias) {
+  constexpr double kNoChange = 0.005;  // of a value: rounds to 0 %
+  if (bias.parameter == "u_dc") return millivolts(bias.change) + " mV";
+  if (std::abs(bias.change) < kNoChange && std::abs(bias.z) >= kNotableZ) return "beyond";
+  return format("%+.0f %%", 100.0 * bias.change);
+}
+
 std::string confidenceText(double confidence) {
   return confidence > 0.99 ? "above 99 %" : format("%.0f %%", 100.0 * confidence);
 }

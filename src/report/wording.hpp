@@ -38,6 +38,10 @@ std::string intervalText(const std::optional<double>& lower, const std::optional
 /// a full stop.
 std::string whyNothingIsPromised(const UnexplainedPart& left);
 
+/// @return "-12 %", or of u_dc "3.4 mV": the change that a regime needs; "beyond" where the value
+/// stands at its bound and cannot go further.
+std::string biasText(const ParameterBias& bias);
+
 /// @return "97 %"; never 100 %, as no confidence counts what is in no catalogue.
 std::string confidenceText(double confidence);
 

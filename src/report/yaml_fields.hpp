@@ -184,6 +184,8 @@ class FieldReader {
   FieldReader(const YAML::Node& node, std::string source, std::string path = "",
               std::shared_ptr<Asked> asked = std::make_shared<Asked>())
       : node_(node), source_(std::move(source)), path_(std::move(path)), asked_(std::move(asked)) {
+    if (path_.empty())
+      return;  // a whole file in this style is JSON, which has values that are null
     if (!node_.IsMap() || node_.Style() != YAML::EmitterStyle::Flow) return;
     for (const auto& entry : node_)
       require(!entry.second.IsNull() && !(entry.first.IsScalar() && numberOf(entry.first.Scalar())),

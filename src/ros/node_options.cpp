@@ -176,6 +176,8 @@ Schema schemaOf(NodeOptions& options) {
   schema.map("standing_query", standingQuerySchema(options.standing));
   schema.map("fit", fitSchema(session.identify));
   schema.number("diagnostic_period", 0.0, 86400.0, options.diagnostic_period);
+  // actionlib searches for it upwards
+  schema.number("actionlib_status_frequency", 0.0, 1e6, [](double) {});
   schema.map("identify", actionlibSchema());
   schema.map("diagnose", actionlibSchema());
   schema.number("diagnose_period_s", 0.0, 86400.0, options.diagnose_period);

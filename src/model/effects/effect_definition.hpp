@@ -37,6 +37,7 @@ struct Present {
   S c2;                                 ///< [F]
   S beta;                               ///< [1/V]
   S u_dc;                               ///< [V]
+  S ocv_slope = S(0.0);                 ///< [V/Ah], of the open-circuit voltage over the charge
   S i0 = S(BaseParameters{}.i0);        ///< [A]
   S alpha = S(BaseParameters{}.alpha);  ///< [1]
   S acceptance = S(1.0);                ///< [1], factor on the limiting charge current
@@ -55,6 +56,7 @@ Present<T> converted(const Present<S>& f, const Number& number) {
           number(f.c2),
           number(f.beta),
           number(f.u_dc),
+          number(f.ocv_slope),
           number(f.i0),
           number(f.alpha),
           number(f.acceptance),
@@ -124,6 +126,8 @@ struct EffectHooks {
   /// its states are stepped on both sides of the double layer's step
   bool steps_finely = false;
   bool limits_reaction = false;  ///< sets reactivity and inverse_supply
+  bool adapts_for_others =
+      false;  ///< `adapt` is for effects that need this one, and not called without
   /// [s], intervals are cut to it: its states act back within them; 0: never
   double longest_piece = 0.0;
 };
@@ -143,6 +147,7 @@ BATTERY_SOF_HAS(HasVoltage, &D::template voltage<double>)
 BATTERY_SOF_HAS(HasShow, &D::template show<double>)
 BATTERY_SOF_HAS(StepsFinely, D::kStepsFinely)
 BATTERY_SOF_HAS(LimitsReaction, D::kLimitsReaction)
+BATTERY_SOF_HAS(AdaptsForOthers, D::kAdaptsForOthers)
 BATTERY_SOF_HAS(IsLadder, D::kIsLadder)
 BATTERY_SOF_HAS(ActsAtEdges, D::kActsAtEdges)
 BATTERY_SOF_HAS(OnRequest, D::kOnRequest)
@@ -206,10 +211,10 @@ Effect effectOf() {
   effect.info = D::info();
   effect.info.on_request = OnRequest<D>::value;
   effect.info.acts_at_edges = ActsAtEdges<D>::value;
-  effect.hooks = {HasSense<D>::value,       HasAdapt<D>::value,   HasSideCurrent<D>::value,
-                  HasActivity<D>::value,    HasAdvance<D>::value, HasVoltage<D>::value,
-                  HasShow<D>::value,        IsLadder<D>::value,   StepsFinely<D>::value,
-                  LimitsReaction<D>::value, longestPieceOf<D>()};
+  effect.hooks = {HasSense<D>::value,       HasAdapt<D>::value,        HasSideCurrent<D>::value,
+                  HasActivity<D>::value,    HasAdvance<D>::value,      HasVoltage<D>::value,
+                  HasShow<D>::value,        IsLadder<D>::value,        StepsFinely<D>::value,
+                  LimitsReaction<D>::value, AdaptsForOthers<D>::value, longestPieceOf<D>()};
   effect.kernels = {
       std::make_unique<KernelOf<D, double>>(),   std::make_unique<KernelOf<D, Slope>>(),
       std::make_unique<KernelOf<D, Dual<8>>>(),  std::make_unique<KernelOf<D, Dual<16>>>(),

@@ -3,6 +3,8 @@
 namespace battery_sof {
 
 struct OcvSoc {
+  static constexpr bool kAdaptsForOthers = true;
+
   static EffectInfo info() {
     return {
         "ocv_soc",
@@ -13,6 +15,10 @@ struct OcvSoc {
         {{"charge", "Ah"}},
         {"acid_transport", "ocv_hysteresis", "voltage_drift"},
         "a rest of an hour after 0.5 Ah: what stays is the state of charge"};
+  }
+  template <typename S>
+  static void adapt(const S* p, const S*, Present<S>& present) {
+    present.ocv_slope = p[0];
   }
   template <typename S>
   static void advance(const S*, S* x, const Passage<S>& passage) {

@@ -167,7 +167,7 @@ TEST(Identify, TakesTheOpenCircuitVoltageByItselfWhereATenthOfTheCapacityWentOne
   request.options.chooses_effects = true;
   FittedModel model = fitPlanned(series, planFit(series, request));
   EXPECT_TRUE(isUsable(model.fit)) << model.fit.message;
-  EXPECT_EQ(model.fit.effects, std::vector<std::string>{"ocv_soc"});
+  EXPECT_EQ(model.fit.effects, (std::vector<std::string>{"ocv_soc", "end_of_discharge"}));
   request.options.capacity = 300.0;
   model = fitPlanned(series, planFit(series, request));
   EXPECT_TRUE(model.fit.effects.empty());

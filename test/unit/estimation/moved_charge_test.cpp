@@ -45,5 +45,30 @@ TEST(MovedCharge, AWindowOfOneSampleMovesNothing) {
   EXPECT_EQ(movedCharge(series, {4, 5}).throughput, 0.0);
 }
 
+TEST(MovedCharge, IsADischargeWhereItIsLowestAtTheEnd) {
+  EXPECT_TRUE(Minutes().hold(120, -5.0).hold(10, 5.0).moved().isDischarge());
+  EXPECT_FALSE(Minutes().hold(120, -5.0).hold(30, 5.0).moved().isDischarge());
+  EXPECT_FALSE(Minutes().hold(120, 5.0).moved().isDischarge());
+}
+
+TEST(DischargeUnderWay, BeginsBehindTheFirstTenthOfWhatWasDrawnSinceTheLastCharge) {
+  const Series series = Minutes().hold(60, -5.0).hold(60, 5.0).hold(60, 0.0).hold(600, -5.0).series;
+  const auto range = dischargeUnderWay(series, {0, series.size()}, 100.0);
+  ASSERT_TRUE(range);
+  EXPECT_EQ(range->last, series.size());
+  EXPECT_NEAR(static_cast<double>(range->first), 180.0 + 60.0, 1.0);
+}
+
+TEST(DischargeUnderWay, IsNoneWhereItHasEndedOrIsShallow) {
+  const auto found = [](const Series& series, double capacity) {
+    return dischargeUnderWay(series, {0, series.size()}, capacity).has_value();
+  };
+  EXPECT_FALSE(found(Minutes().hold(600, -5.0).hold(1, 0.0).series, 100.0));
+  EXPECT_FALSE(found(Minutes().hold(600, -5.0).hold(1, 5.0).series, 100.0));
+  EXPECT_TRUE(found(Minutes().hold(1, 0.0).hold(600, -5.0).series, 449.0));
+  EXPECT_FALSE(found(Minutes().hold(1, 0.0).hold(600, -5.0).series, 451.0));
+  EXPECT_FALSE(found(Minutes().hold(1, -5.0).series, 1.0));
+}
+
 }  // namespace
 }  // namespace battery_sof

@@ -78,7 +78,16 @@ TEST(VerdictOf, IsTheGravestAnswersWithItsSentence) {
   EXPECT_EQ(verdictOf({}, {}).code, AnswerCode::kInvalidQuery);
   const CrankingMap sound = mapCranking(model, crank(), {-10.0}, {1.0, 5.0});
   EXPECT_EQ(verdictOf(sound, {}).code, AnswerCode::kOk);
-  EXPECT_EQ(verdictOf(sound, {}).message, "2 answers");
+  EXPECT_EQ(verdictOf(sound, {}).message, "holds: 2 answers");
+  CrankingQuery more = crank();
+  more.u_required = sound.answers[0].u_min->value;
+  const MapVerdict missed = verdictOf(mapCranking(model, more, {-10.0}, {1.0, 5.0}), {});
+  EXPECT_EQ(assuranceOf(missed), Assurance::kNotAssured);
+  EXPECT_TRUE(holds(missed.message, "not assured: 1 of 2 cranks may miss the limit") ||
+              holds(missed.message, "not assured: 2 of 2 cranks may miss the limit"))
+      << missed.message;
+  more.u_required.reset();
+  EXPECT_EQ(verdictOf(mapCranking(model, more, {-10.0}, {1.0}), {}).message, "1 answer");
   const CrankingMap far = mapCranking(model, crank(), {-10.0}, {1.0, 3600.0});
   EXPECT_EQ(verdictOf(far, {}).code, AnswerCode::kExtrapolation);
   EXPECT_EQ(verdictOf(far, {}).message, far.answers[1].message);

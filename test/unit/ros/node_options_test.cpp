@@ -87,6 +87,7 @@ TEST(NodeOptions, ShippedFileHoldsEveryDefault) {
 TEST(NodeOptions, TakesWhatStandardLibrariesReadBelowTheNodesName) {
   XmlRpc::XmlRpcValue given = with("diagnostic_period", 5.0);
   given["identify"] = with("status_list_timeout", 5.0);
+  given["actionlib_status_frequency"] = 5.0;
   given["diagnose"] = with("status_frequency", 2);
   EXPECT_EQ(parseNodeOptions(given).diagnostic_period, 5.0);
   given["diagnose"] = with("timeout", 2);
