@@ -24,8 +24,8 @@ struct ScoreSelection {
  * and the relevance. Then each member must be worth its place once more with the others. What does
  * as well in a member's step is reported as indistinguishable from it. Where a tenth of the capacity
  * was moved (movedCharge()), the open-circuit voltage is known to have moved: kMovedByCharge is taken
- * of those that do as well, stays, and the others are not reported; what needs it is weighed, too. Fits begin at typical values and
- * at the optima of known compositions inside.
+ * of those that do as well, stays, and the others are not reported; what needs it is weighed, too.
+ * Fits begin at typical values and at the optima of known compositions inside.
  *
  * @param series, train, fit as of identify().  @param ids effects to weigh.
  * @param options where effects are given they are taken without a test, and nothing else is.

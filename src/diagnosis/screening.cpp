@@ -146,8 +146,9 @@ Screening screenInstruments(const Recording& recording, const Series& train, boo
     if (finding.id == "deep_discharge") continue;  // no instrument's, and of the whole recording
     found.sentences.push_back(finding.what + ": " + finding.meaning);
     if (!fault.empty()) found.faults.push_back(fault);
-    if (finding.id == "skew") found.skew = finding.value;
-    if (found.skew) alignWholeSamples(found, *found.skew);
+    if (finding.id != "skew" || !finding.value) continue;
+    found.skew = finding.value;
+    alignWholeSamples(found, *found.skew);
   }
   std::sort(found.faults.begin(), found.faults.end());
   found.faults.erase(std::unique(found.faults.begin(), found.faults.end()), found.faults.end());

@@ -61,10 +61,7 @@ std::vector<std::pair<std::string, StateInfo>> namedStates(const EffectInfo& eff
   const auto part = std::find_if(effect.states.begin(), effect.states.end(),
                                  [](const StateInfo& state) { return state.begins_as_u_c2; });
   if (part != effect.states.end())
-    named.emplace_back(part + 1 == effect.states.end()
-                           ? part->name
-                           : part->name + " to " + effect.states.back().name,
-                       *part);
+    named.emplace_back(part->name + " to " + effect.states.back().name, *part);
   return named;
 }
 
