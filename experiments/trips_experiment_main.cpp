@@ -13,30 +13,43 @@ using namespace battery_sof;
 /// What is tried, and where its rows go.
 struct Trip {
   std::string name;
-  double begin = 0.0;  // [s], of its first sample
+  double begin = 0.0;    // [s], of its first sample
+  bool by_past = false;  // a charge was answered last because past ones support it, and only so
 };
 
 void print(const Trip& trip, const SessionEvents& events, const char* basis) {
   for (const EventComparison& c : events.cranks)
-    std::printf("%s,%s,crank,%.2f,%.4f,%.4f,%.4f,%.4f\n", trip.name.c_str(), basis,
+    std::printf("%s,%s,crank,%.2f,%.4f,%.4f,%.4f,%.4f,0\n", trip.name.c_str(), basis,
                 c.time - trip.begin, c.measured, c.expected.value, c.expected.lower,
                 c.expected.upper);
   for (const EventComparison& c : events.charges)
-    std::printf("%s,%s,charge,%.2f,%.4f,%.4f,%.4f,%.4f\n", trip.name.c_str(), basis,
+    std::printf("%s,%s,charge,%.2f,%.4f,%.4f,%.4f,%.4f,%d\n", trip.name.c_str(), basis,
                 c.time - trip.begin, c.measured, c.expected.value, c.expected.lower,
-                c.expected.upper);
+                c.expected.upper, trip.by_past);
+}
+
+/// Whether a charge's answer is valid because of past charges alone.
+bool restsOnPastCharges(const OnlineSession& session, const ChargeAcceptanceQuery& query,
+                        double capacity) {
+  std::optional<FittedModel> model = session.model();
+  if (!model) return false;
+  model->intervals.event_history = {};
+  return !predictChargeAcceptance(*model, query, capacity).valid;
 }
 
 /// The standing questions with the node's defaults: valid or not, and the crank's width.
-void ask(const Trip& trip, const OnlineSession& session, double time, const char* basis) {
+void ask(Trip& trip, const OnlineSession& session, double time, const char* basis,
+         double capacity) {
   const ModelSnapshot model = session.live();
   const double u_boost = session.chargeVoltage().value_or(14.2);
   const auto crank = model.predictCranking({-20.0, 30.0, -200.0, 1.0, 7.2});
   const auto stop = model.predictStopTime({-20.0, -200.0, 1.0, 7.2});
-  const auto charge = model.predictChargeAcceptance({u_boost, 10.0, 5000.0});
+  const ChargeAcceptanceQuery boost{u_boost, 10.0, 5000.0};
+  const auto charge = model.predictChargeAcceptance(boost);
+  trip.by_past = charge.valid && restsOnPastCharges(session, boost, capacity);
   const double width = crank.u_min ? crank.u_min->upper - crank.u_min->lower : -1.0;
-  std::printf("%s,%s,valid,%.2f,%d,%d,%d,%.4f\n", trip.name.c_str(), basis, time - trip.begin,
-              crank.valid, stop.valid, charge.valid, width);
+  std::printf("%s,%s,valid,%.2f,%d,%d,%d,%.4f,%d\n", trip.name.c_str(), basis, time - trip.begin,
+              crank.valid, stop.valid, charge.valid, width, trip.by_past);
 }
 
 /// Plays a trip that begins at a moment. @return the model at its end.
@@ -62,11 +75,11 @@ std::optional<FittedModel> play(Trip trip, const Series& series,
       const AnswerBasis basis = session.status().basis;
       const std::string name = toString(basis);
       if (basis_before == AnswerBasis::kPreviousTrip && basis == AnswerBasis::kPopulation)
-        std::printf("%s,%s,swap,%.2f,0,0,0,0\n", trip.name.c_str(), name.c_str(),
+        std::printf("%s,%s,swap,%.2f,0,0,0,0,0\n", trip.name.c_str(), name.c_str(),
                     time - trip.begin);
       basis_before = basis;
       print(trip, events, name.c_str());
-      if (asks) ask(trip, session, time, name.c_str());
+      if (asks) ask(trip, session, time, name.c_str(), capacity);
       if (asks) asked = time;
     }
     if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
@@ -88,7 +101,7 @@ int main(int argc, char** argv) {
   app.add_option("--capacity", capacity, "[Ah]");
   addColumnOptions(app, columns);
   CLI11_PARSE(app, argc, argv);
-  std::puts("trip,basis,kind,time_s,measured,expected,lower,upper");
+  std::puts("trip,basis,kind,time_s,measured,expected,lower,upper,by_past");
   std::optional<FittedModel> model;
   double begin = 0.0;
   for (const auto& path : recordings) {

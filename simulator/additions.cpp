@@ -31,6 +31,18 @@ double sulphateAfter(const Additions& a, double before, double charge, double st
   return std::max(a.sulphate_least, after);
 }
 
+/// Q and N of the crystals; N keeps its share of Q while charging.
+void ripenCrystals(const Additions& a, double charge, double step, AddedState& s) {
+  const double drawn_ah = -charge / kSecondsPerHour;
+  const double after = std::max(0.0, s.fresh_ah + drawn_ah);
+  if (drawn_ah > 0.0)
+    s.crystals += drawn_ah / a.crystal_nuclei_ah;
+  else if (s.fresh_ah > 0.0)
+    s.crystals *= after / s.fresh_ah;
+  s.crystals *= std::exp(-step / a.crystal_ripening_s);
+  s.fresh_ah = after;
+}
+
 }  // namespace
 
 bool anyOn(Additions a) {
@@ -76,6 +88,7 @@ AddedState AddedVoltages::advance(const AddedState& before, double begin, double
     s.onset = builtByDischarge(s.onset, charge, a.coup_onset_ah, a.coup_onset_ah);
   }
   if (a.sulphate_history) s.sulphate = sulphateAfter(a, s.sulphate, charge, step_);
+  if (a.sulphate_crystals) ripenCrystals(a, charge, step_, s);
   if (a.memory_resistance)
     s.remembered = memory_.advance(s.remembered, std::abs(begin), std::abs(end));
   const double moving = std::abs(end) > kGateFrom ? 1.0 : 0.0;
@@ -97,6 +110,12 @@ double AddedVoltages::voltage(const AddedState& s, double time, double current) 
   if (a.gated_tone)
     sum += a.gated_tone_v * s.gate * std::sin(kTwoPi * time / a.gated_tone_period_s);
   return sum;
+}
+
+double AddedVoltages::chargeLimitFactor(const AddedState& s) const {
+  if (!additions_.sulphate_crystals) return s.sulphate;
+  return s.sulphate *
+         (1.0 + additions_.crystal_supply * std::cbrt(s.crystals * s.fresh_ah * s.fresh_ah));
 }
 
 double AddedVoltages::resistance(const AddedState& s, double time) const {

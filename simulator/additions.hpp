@@ -56,6 +56,14 @@ struct Additions {
   double sulphate_time_s = 1200.0;     ///< tau_r [s]
   double sulphate_charge_share = 0.6;  ///< chi [1]
   double sulphate_least = 0.2;         ///< A_min [1]
+  /// P12 by the surface of crystals, which dissolve (after Thele and others), in place of the
+  /// effect's own law: i_lim = i_lim0 (1 + k N^(1/3) Q^(2/3)), Q [Ah] fresh sulphate, N [1] its
+  /// crystals; dQ/dt = -i, Q >= 0; dN/dt = (-i)+ / Q_N - N / tau_o, and while charging N falls as Q
+  /// does. With charge_acceptance only.
+  bool sulphate_crystals = false;
+  double crystal_supply = 120.0;       ///< k [Ah^(-2/3)]
+  double crystal_nuclei_ah = 0.02;     ///< Q_N, the charge that makes one unit of crystals [Ah]
+  double crystal_ripening_s = 1800.0;  ///< tau_o [s]
   /// P10: one parameter times 1 + rate t.
   bool parameter_drift = false;
   DriftingParameter drifting = DriftingParameter::kROhmic;
@@ -101,6 +109,8 @@ struct AddedState {
   double nuclei = 1.0;           ///< n [1]
   double onset = 0.0;            ///< y [1]
   double sulphate = 1.0;         ///< A [1]
+  double fresh_ah = 0.0;         ///< Q of the crystals [Ah]
+  double crystals = 0.0;         ///< N [1]
   double remembered = 0.0;       ///< LP[|i|] [A]
   double gate = 0.0;             ///< g [1]
   double last_large_sign = 0.0;  ///< s: -1, 0 or 1
@@ -120,6 +130,8 @@ class AddedVoltages {
 
   /// Added voltage without those that are resistances or u_3 [V]. @param time since start [s].
   double voltage(const AddedState& state, double time, double current) const;
+  /// What i_lim is multiplied by [1].
+  double chargeLimitFactor(const AddedState& state) const;
   /// What is added to r_i [Ohm].
   double resistance(const AddedState& state, double time) const;
 

@@ -289,7 +289,7 @@ Conditions FullBattery::at(const BatteryState& state) const {
       effects_.self_heating ? atTemperature(parameters_, state.temperature) : at_start_;
   const Additions& a = additions_;
   const double time = static_cast<double>(state.steps) * kStep, hours = time / kSecondsPerHour;
-  now.lead_ion_limit *= state.added.sulphate;
+  now.lead_ion_limit *= forces_.chargeLimitFactor(state.added);
   if (a.capacitance_fall) now.cpe2_factor *= std::pow(1.0 - a.capacitance_fall_share, hours);
   const double drift = a.parameter_drift ? 1.0 + a.drift_per_h * hours : 1.0;
   switch (a.drifting) {

@@ -54,8 +54,8 @@ struct StoredEnergy {
 ///     Pb2+ stores                  i_lim tau_d/beta (p ln p - p + 1) >= 0
 /// Additions (additions.hpp) lie in series or change a parameter; i is then what enters the block,
 /// the sensor's current less the parasitic load. The second electrode is integrated with the rest,
-/// the others step by step. With sulphate_history or a changing capacitance the energy books do not
-/// close exactly: Pb2+ and CPE2 then change what they hold without current.
+/// the others step by step. With sulphate_history, sulphate_crystals or a changing capacitance the energy
+/// books do not close exactly: Pb2+ and CPE2 then change what they hold without current.
 ///
 /// Not modelled: self-discharge, ageing; u_0 and CPEs over temperature. Where the gassing branch
 /// attaches in Fig. 4 is not said in the text; here it lies across u_0 and r_2 || CPE2.

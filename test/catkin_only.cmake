@@ -78,6 +78,7 @@ add_test(NAME layouts_name_what_is_published
 set_tests_properties(layouts_name_what_is_published PROPERTIES TIMEOUT 60)
 add_test(NAME pages_make_a_site COMMAND "${PYTHON_EXECUTABLE}" "${PROJECT_SOURCE_DIR}/scripts/make_docs" "${CMAKE_BINARY_DIR}/docs")
 set_tests_properties(pages_make_a_site PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 120)
+battery_sof_script_test(formulas_of_the_pages_are_typeset 120 tools/formulas_test.py)
 foreach(tool clang-format clang-tidy catkin_lint shellcheck)
   battery_sof_script_test(${tool}_finds_nothing 300 tools/style_test.py ${tool})
 endforeach()

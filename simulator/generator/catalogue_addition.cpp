@@ -200,6 +200,18 @@ void addSulphateHistory(Addition& s) {
           {"sulphate_charge_share", As::kPlain, {0.6, 1.0}}});
 }
 
+/// The surface of crystals feeds a limited main reaction whose lasting supply is small.
+void addFreshSulphate(Addition& s) {
+  s.scenario.effects.charge_acceptance = s.present();
+  if (s.present()) s.alsoTrue("charge_acceptance");
+  s.mark("sulphate_crystals");
+  s.draw({{"lead_ion_limit_a", As::kLogLimit, {1.5, 6.0}},
+          {"lead_ion_time_s", As::kLog, {3.0, 12.0}},
+          {"crystal_supply", As::kLog, {40.0, 160.0}},
+          {"crystal_nuclei_ah", As::kLog, {0.01, 0.05}},
+          {"crystal_ripening_s", As::kLog, {600.0, 3600.0}}});
+}
+
 /// u_0 at the start stays as drawn.
 void addOcvSlope(Addition& s) {
   BatteryParameters& b = s.scenario.battery;
@@ -286,6 +298,7 @@ const std::map<std::string, void (*)(Addition&)> kSpecialAdditions{
     {"second_electrode", addSecondElectrode},
     {"gassing", addGassing},
     {"sulphate_history", addSulphateHistory},
+    {"fresh_sulphate", addFreshSulphate},
     {"ocv_soc", addOcvSlope},
     {"parameter_drift", addParameterDrift},
     {"current_gain", addCurrentGain},

@@ -72,6 +72,12 @@ void exerciseHistory(Scenario& s, Dice& dice) {
              {swing(-0.5, current), swing(0.45, current), rest(120.0), swing(0.3, current)});
 }
 
+/// Stops of many sizes, each recharged by a generator that holds the voltage.
+void exerciseFreshSulphate(Scenario& s, Dice& dice) {
+  s.profile = drawCity(dice);
+  s.voltage_limit = dice.between({13.9, 14.7});
+}
+
 void exerciseAcid(Scenario& s, Dice& dice) {
   for (double share : {0.15, 0.4, 0.65, 0.85}) {
     const double sign = dice.sign();
@@ -192,6 +198,7 @@ void exercise(Scenario& s, const std::string& id, Dice& dice) {
       {"gassing", exerciseGassing},
       {"charge_acceptance", exerciseCharging},
       {"sulphate_history", exerciseHistory},
+      {"fresh_sulphate", exerciseFreshSulphate},
       {"acid_transport", exerciseAcid},
       {"ocv_soc", exerciseChargeSwings},
       {"ocv_hysteresis", exerciseChargeSwings},

@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "simulator/generator/catalogue_draft.hpp"
+#include "simulator/generator/deep_cycle.hpp"
 #include "simulator/generator/law_injection.hpp"
 #include "simulator/generator/law_scenario.hpp"
 #include "simulator/program_frame.hpp"
@@ -88,6 +89,10 @@ void run(const Arguments& arguments, std::ostream& out) {
     writeRecording(arguments.out, simulation.samples,
                    draft.order.quiet ? Digits::kMany : Digits::kSensor);
     writeText(arguments.label, labelOf(draft, simulation));
+  } else if (arguments.order.what.kind == kDeepCycle) {
+    const DeepCycle one = drawDeepCycle(arguments.order);
+    writeRecording(arguments.out, one.samples, Digits::kSensor);
+    writeText(arguments.label, labelOf(one));
   } else {
     const LawScenario one = drawLawScenario(arguments.order);
     writeRecording(arguments.out, one.samples,

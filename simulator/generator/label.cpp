@@ -127,6 +127,16 @@ Json expectedOf(const CatalogueDraft& draft) {
           {"ties", tiesOf(kind.kind == kUnlistedLaw ? Names{kind.id} : draft.effects)}};
 }
 
+/// Crystals stand in a label where they are: labels drawn before there were any stay what they are.
+Json additionsOf(const Additions& additions) {
+  Json json = jsonOf(additions);
+  if (additions.sulphate_crystals) return json;
+  for (const char* key :
+       {"sulphate_crystals", "crystal_supply", "crystal_nuclei_ah", "crystal_ripening_s"})
+    json.erase(key);
+  return json;
+}
+
 Json truthOf(const CatalogueDraft& draft, const Simulation& simulation) {
   Json json = drivingTruthOf(draft.scenario, simulation);
   if (draft.scenario.porous) {
@@ -135,7 +145,7 @@ Json truthOf(const CatalogueDraft& draft, const Simulation& simulation) {
   }
   json["battery"] = jsonOf(draft.scenario.battery);
   json["effects"] = jsonOf(draft.scenario.effects);
-  json["additions"] = jsonOf(draft.scenario.additions);
+  json["additions"] = additionsOf(draft.scenario.additions);
   return json;
 }
 

@@ -17,6 +17,7 @@ const Names kStructure{
 const Names kChemistry{"gassing", "charge_acceptance", "sulphate_history",   "acid_transport",
                        "ocv_soc", "ocv_hysteresis",    "high_rate_depletion"};
 const Names kOtherPhysics{"coup_de_fouet", "self_heating", "parameter_drift", "parasitic_load"};
+const Names kBehindCharger{"fresh_sulphate"};
 const Names kInstrument{
     "current_offset",     "current_gain", "time_skew", "sensor_lag",    "quantisation",
     "contact_resistance", "clipping",     "dropouts",  "voltage_drift", "aliasing"};
@@ -38,7 +39,7 @@ const std::vector<ScenarioKind>& scenarioKinds() {
   static const std::vector<ScenarioKind> kinds = [] {
     std::vector<ScenarioKind> all{
         {"base_control", "-"}, {"structural_control", "-"}, {"porous_control", "-"}};
-    for (const Names* tier : {&kStructure, &kChemistry, &kOtherPhysics})
+    for (const Names* tier : {&kStructure, &kChemistry, &kOtherPhysics, &kBehindCharger})
       append(all, "effect", *tier);
     append(all, "instrument_fault", kInstrument);
     append(all, kUnlistedLaw, kUnlisted);
@@ -46,7 +47,7 @@ const std::vector<ScenarioKind>& scenarioKinds() {
     append(all, "porous_effect", {"charge_acceptance", "acid_transport", "gassing"});
     append(all, "masked", kMasked);
     append(all, "absent", kAbsent);
-    for (const char* control : {kControl, kRecorderControl}) all.push_back({control});
+    for (const char* one : {kControl, kRecorderControl, kDeepCycle}) all.push_back({one});
     for (const LawForm& law : lawForms()) all.push_back({kOutOfCatalogue, law.id, law.mechanism});
     return all;
   }();
@@ -54,7 +55,8 @@ const std::vector<ScenarioKind>& scenarioKinds() {
 }
 
 bool isOfCatalogue(const ScenarioKind& kind) {
-  return kind.kind != kOutOfCatalogue && kind.kind != kControl && kind.kind != kRecorderControl;
+  return kind.kind != kOutOfCatalogue && kind.kind != kControl && kind.kind != kRecorderControl &&
+         kind.kind != kDeepCycle;
 }
 
 std::vector<ScenarioKind> meantBy(const ScenarioKind& asked) {

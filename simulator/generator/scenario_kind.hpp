@@ -15,7 +15,8 @@ struct ScenarioKind {
 };
 
 constexpr char kOutOfCatalogue[] = "out_of_catalogue", kControl[] = "control",
-               kRecorderControl[] = "control_with_recorder", kUnlistedLaw[] = "unlisted_law";
+               kRecorderControl[] = "control_with_recorder", kUnlistedLaw[] = "unlisted_law",
+               kDeepCycle[] = "deep_cycle";
 
 /// All kinds of scenarios that a diagnosis can be tried on (docs/validation.md).
 ///
@@ -29,6 +30,7 @@ constexpr char kOutOfCatalogue[] = "out_of_catalogue", kControl[] = "control",
 ///
 /// Of other equations: out_of_catalogue: a law of a form that no catalogue has. control,
 /// control_with_recorder: nothing on such drives, the latter through a realistic recorder.
+/// deep_cycle: a porous block that is run down and charged on a bench.
 const std::vector<ScenarioKind>& scenarioKinds();
 
 /// What to draw. Empty or missing: of catalogue kinds a default, else what the seed chooses.

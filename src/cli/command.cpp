@@ -66,8 +66,9 @@ Recording readRecording(const RecordingArguments& arguments, std::string* hash,
   const auto& unit = arguments.time_unit;
   if (!unit.empty()) columns.time_unit = unit == "s" ? 1.0 : unit == "ms" ? 1e-3 : 1e-6;
   if (is_bag && !(columns == CsvColumns()))
-    throw UsageError(arguments.path +
-                     " is a bag, expected no options of CSV columns, their sign or unit");
+    throw UsageError(
+        arguments.path +
+        " is a bag, expected none of the options for the columns, sign and unit of a CSV file");
   Digest digest;
   std::vector<std::string> notes;
   Recording recording = is_bag
@@ -124,9 +125,9 @@ void addCrankCurrentOption(CLI::App& command, RecordingArguments& arguments) {
   };
   command.add_option_function<double>(
       "--crank-current", take,
-      "a discharge by this many amperes or more, for at most 5 s, is an engine start: half of what "
-      "the starter draws while it turns the engine. Default: read off the recording's largest "
-      "repeated pulses, at most 150 A; sof check has it");
+      "a discharge by this many amperes or more, for at most 5 s, counts as an engine start; half "
+      "of what the starter draws while it turns the engine is a good value. Default: read off the "
+      "recording's largest repeated pulses, at most 150 A; sof check prints it");
 }
 
 void requireCapacity(double capacity_ah) {
@@ -171,7 +172,7 @@ std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments) {
   if (!arguments.file.empty()) return readPriorsFile(arguments.file, arguments.vehicle_type);
   if (!arguments.vehicle_type.empty())
     throw UsageError("--vehicle-type is " + arguments.vehicle_type +
-                     ", expected with --priors, whose types it is one of");
+                     ", expected only with --priors, a file with such types");
   return {};
 }
 

@@ -74,13 +74,15 @@ int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
                      ", " + std::to_string(rejected) +
                      (rejected > 0 ? " rejected (sof check says why)\n" : " rejected\n");
   if (arguments.shift_current != 0.0)
-    text += format("the current moved by %g s; %zu samples left out, whose current it moved away\n",
-                   arguments.shift_current, without);
+    text += format(
+        "the current was shifted by %g s; %zu samples were left out, because the shift leaves them "
+        "without a current\n",
+        arguments.shift_current, without);
   const CrankCurrent crank = crankCurrentOf(series, arguments.recording.crank_current);
   const std::size_t cranks =
       detectCranks(series, {0, series.size()}, EventLimits{crank.current}).size();
   if (arguments.recording.crank_current)
-    text += format("%zu engine %s in it, of %g A or below\n", cranks,
+    text += format("the recording has %zu engine %s of %g A or below\n", cranks,
                    cranks == 1 ? "start" : "starts", crank.current);
   emit(line, text,
        {{"schema", "battery_sof/conversion/1"},
@@ -141,8 +143,9 @@ void addEffectsCommand(CLI::App& app, CommandLine& line) {
   const auto [options, values] = addSubcommand(
       app, line, "effects", "list the effects that sof identify --effects can add, or describe one",
       runEffects);
-  addOption(options, "ID", values.id, "id of an effect; a table of all if not given");
-  options.add_flag("--markdown", values.markdown, "print as docs/effects.md holds it");
+  addOption(options, "ID", values.id,
+            "id of an effect; if it is not given, a table of all effects is printed");
+  options.add_flag("--markdown", values.markdown, "print in the format of docs/effects.md");
   addJsonOption(options, values.json);
 }
 

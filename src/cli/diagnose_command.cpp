@@ -148,8 +148,8 @@ FittedModel referenceModel(const std::string& path, double series_blocks) {
   FittedModel model = readModelFile(path);
   if (model.fit.series_blocks != series_blocks)
     throw UsageError(
-        format("--reference: %s is a model of %g blocks in series, the recording is "
-               "read as one of %g (--series-blocks)",
+        format("--reference: %s is a model of %g blocks in series, but the recording is read as "
+               "one of %g (--series-blocks)",
                path.c_str(), model.fit.series_blocks, series_blocks));
   return model;
 }
@@ -196,7 +196,7 @@ int runChange(const CommandLine& line, const DiagnoseArguments& arguments) {
   progress.end();
   emit(line, resultText(found), resultJson(found, now.names, then.names), arguments.json);
   if (found.verdict != ChangeVerdict::kInsufficientData) return kExitDone;
-  complain(line.err, "no comparison: " + found.summary);
+  complain(line.err, found.summary);
   return kExitNegative;
 }
 
@@ -204,10 +204,9 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   requireFolders(arguments);
   if (!arguments.references.empty()) return runChange(line, arguments);
   if (arguments.paths.size() != 1)
-    throw UsageError(
-        format("one recording is diagnosed, %zu are given; several go with "
-               "--reference alone",
-               arguments.paths.size()));
+    throw UsageError(format(
+        "%zu recordings are given, expected one; several can only be compared with a --reference",
+        arguments.paths.size()));
   DiagnoseOptions options = arguments.options;
   requireCapacity(options.capacity);
   options.priors = loadPriors(arguments.priors);
@@ -224,7 +223,7 @@ int runDiagnose(const CommandLine& line, const DiagnoseArguments& arguments) {
   progress.end();
   emit(line, resultText(found), resultJson(found), arguments.json);
   if (found.verdict != Verdict::kInsufficientData) return kExitDone;
-  complain(line.err, "no diagnosis: " + found.summary);
+  complain(line.err, found.summary);
   return kExitNegative;
 }
 
@@ -237,7 +236,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       runDiagnose);
   DiagnoseOptions& search = values.options;
   addFile(options, kReadFile, "REC", values.paths,
-          std::string(kRecordingFile) + "; with --reference several of one battery")
+          std::string(kRecordingFile) + "; with --reference, several of one battery")
       ->required();
   addRecordingOptions(options, values.recording, false);
   addSeriesBlocksOption(options, values.recording);
@@ -257,8 +256,8 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
   addFile(options, kWrittenFile, "--report", values.report,
           "page to write: one HTML file that needs no network");
   addFile(options, kWrittenFile, "--out", values.out,
-          "model file to write: the base model with what was found; with --reference the one that "
-          "is fitted to REC")
+          "model file to write: the base model with what was found; with --reference, the model "
+          "that is fitted to REC")
       ->excludes(responses_only);
   addFile(options, kWrittenFile, "--base-out", values.base_out,
           "model file to write: the base model alone")
@@ -267,17 +266,18 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
             "share of the samples, at the end, that is kept for the comparison");
   CLI::Option* hypotheses =
       addEffectIds(options, "--hypotheses", search.hypotheses,
-                   "ids to weigh, comma-separated; by default all of sof effects, "
-                   "fresh_sulphate where a source controls the voltage");
+                   "ids of the effects to test, comma-separated; by default all that sof effects "
+                   "lists, fresh_sulphate only where a source controls the voltage");
   addEffectIds(options, "--given", search.given,
-               "ids that are known to be there, comma-separated: they are modelled "
-               "and nothing is searched for")
+               "ids of effects that are known to be present, comma-separated: they are modelled, "
+               "and no others are searched for")
       ->excludes(hypotheses)
       ->excludes(reference);
   hypotheses->excludes(reference);
-  addOption(options, "--capacity-ah", search.capacity,
-            "nominal capacity [Ah]: a tenth of it moves the open-circuit voltage, which is then "
-            "taken of equations that explain a recording as well")
+  addOption(
+      options, "--capacity-ah", search.capacity,
+      "nominal capacity [Ah]: where a tenth of it was moved, the open-circuit voltage moves as "
+      "well, so ocv_soc is preferred among effects that explain the recording equally well")
       ->excludes(reference);
   addOption(options, "--min-rmse", search.relevance.rmse,
             "smallest RMS effect that is reported [V]; half the noise if that is larger");

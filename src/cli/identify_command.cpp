@@ -104,7 +104,7 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   const std::string why_none = is_usable ? whyNoCrank(model) : "";
   if (!why_none.empty())
     line.err
-        << "warning: no question of a crank or a stop can be asked of this model: " << why_none
+        << "warning: this model gives no valid answer on a crank or a stop: " << why_none
         << (detectCranks(series, {0, series.size()}, EventLimits{model.fit.crank_current}).empty()
                 ? "; the recording has no engine start\n"
                 : "; choose a window with engine starts (sof check has their times)\n");
@@ -127,12 +127,11 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   options.add_flag("--auto", values.automatic,
                    "choose the window inside --from and --to even when both are given");
   addFile(options, kWrittenFile, "--out", values.out, "model file to write")->required();
-  addEffectIds(
-      options, "--effects", fit.effects,
-      "effects to add to the circuit: comma-separated ids, which sof effects lists, or "
-      "none. Default: fresh_sulphate where a charger controls the voltage, ocv_soc where a "
-      "tenth of the capacity went one way, or there and back once, with end_of_discharge where "
-      "that ends discharged; else none");
+  addEffectIds(options, "--effects", fit.effects,
+               "effects to add to the circuit: comma-separated ids, which sof effects lists, or "
+               "none. Default: fresh_sulphate where a charger controls the voltage; ocv_soc where "
+               "a tenth of the capacity was moved in one direction, or there and back once, with "
+               "end_of_discharge if the battery is discharged at the end; else none");
   addOption(options, "--capacity-ah", fit.capacity,
             "nominal capacity [Ah], on which the default of --effects depends");
   options.add_flag("--whiten", fit.whiten,

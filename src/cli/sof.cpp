@@ -80,9 +80,9 @@ int runCommand(CommandLine& line, const std::vector<std::string>& arguments,
     if (!arguments.empty() && arguments[0] == command.name)
       return command.run({arguments.begin() + 1, arguments.end()}, line.out, line.err);
   CLI::App app(
-      "What a vehicle's 12 V battery can still do, from the current and voltage of driving.\n"
-      "Current is positive into the battery. Exit: 0 done, 1 an honest negative outcome, "
-      "2 wrong usage or input.",
+      "Predicts what a vehicle's 12 V battery can still do, from current and voltage recorded "
+      "while driving.\nCurrent is positive into the battery. Exit codes: 0 done, 1 a negative "
+      "outcome (the message says which), 2 wrong usage or input.",
       "sof");
   app.set_version_flag("--version", "sof " + version());
   app.require_subcommand(1);

@@ -213,12 +213,12 @@ std::string clauseOf(const Change& change) {
     return "the ohmic resistance between the points of measurement is " + by +
            (is_more ? " higher" : " lower");
   if (change.id == "current_gain")
-    return "the current reads " + by + (is_more ? " more" : " less") + " than it did";
+    return "the current sensor reads " + by + (is_more ? " more" : " less") + " than before";
   if (change.id == "current_offset")
-    return "the current's zero has moved by " + std::string(is_more ? "+" : "-") + by;
+    return "the zero of the current sensor has moved by " + std::string(is_more ? "+" : "-") + by;
   if (change.id == "time_skew")
     return std::string(is_more ? "the voltage" : "the current") + " comes " + by +
-           " later against the other channel";
+           " later relative to " + (is_more ? "the current" : "the voltage");
   return std::string(is_more ? "the voltage" : "the current") + " follows with a lag of " + by;
 }
 
@@ -282,20 +282,23 @@ std::string nothingText(const ChangeDiagnosis& diagnosis) {
   std::vector<std::string> limits;
   for (const ChangeLimit& limit : diagnosis.detection_limits)
     limits.push_back(limit.id + " of " + strengthText(limit.strength, limit.unit));
-  const std::string seen = limits.empty() ? "" : " It would have shown " + join(limits) + ".";
-  return "Nothing has changed but what sound trips of one battery differ by." + seen;
+  const std::string seen =
+      limits.empty() ? "" : " These changes would have been detected: " + join(limits) + ".";
+  return "Nothing has changed beyond the usual differences between trips of one sound battery." +
+         seen;
 }
 
 std::string changedText(const Change& change) {
   std::string text =
       "Since the reference, " + clauseOf(change) + format(" (%.0f %%)", 100.0 * change.probability);
   if (!change.indistinguishable.empty())
-    text += "; these recordings cannot tell it from " + join(change.indistinguishable);
+    text += "; these recordings cannot distinguish it from " + join(change.indistinguishable);
   return text + ".";
 }
 
 void refuse(ChangeDiagnosis& diagnosis, const std::string& why) {
-  conclude(diagnosis, ChangeVerdict::kInsufficientData, "No comparison: " + why + ".");
+  conclude(diagnosis, ChangeVerdict::kInsufficientData,
+           "The recordings cannot be compared: " + why + ".");
 }
 
 /// Every candidate, the likeliest first; none where too little can be compared.
@@ -303,7 +306,7 @@ std::vector<WeighedChange> weighed(ChangeDiagnosis& diagnosis,
                                    const ResponseComparison& comparison) {
   diagnosis.compared = comparedOf(comparison);
   if (comparison.compared().size() < kFewestFeatures) {
-    refuse(diagnosis, "too few changes of current of 8 A and more are in both recordings");
+    refuse(diagnosis, "the recordings have too few changes of current of 8 A and more");
     return {};
   }
   diagnosis.distance = comparison.nothing();
@@ -367,7 +370,7 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
     if (!why.empty()) return refused(why);
   stage("comparing responses");
   const ResponseComparison comparison(now, *reference);
-  stage("weighing changes");
+  stage("comparing candidate changes");
   const std::vector<WeighedChange> candidates = weighed(diagnosis, comparison);
   if (candidates.empty()) return diagnosis;
   const WeighedChange& best = candidates.front();
@@ -385,8 +388,8 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
   }
   if (diagnosis.model_distance && *diagnosis.model_distance > kAnotherBattery) {
     conclude(diagnosis, ChangeVerdict::kAnotherBattery,
-             format("This is another battery, or another vehicle: each one's model misses the "
-                    "other's recording by %.1f times what the own one does.",
+             format("This is another battery, or another vehicle: the model of each recording "
+                    "misses the other recording by %.1f times as much as its own.",
                     std::exp(*diagnosis.model_distance)));
     return diagnosis;
   }

@@ -42,7 +42,7 @@ void addDeepDischarge(Diagnosis& found, const Series& series) {
 Diagnosis insufficient(const Series& series, const std::string& lack, const EventLimits& limits) {
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
-  found.summary = "The recording cannot answer: " + lack + ".";
+  found.summary = "This recording cannot be diagnosed: " + lack + ".";
   addDeepDischarge(found, series);
   found.source = detectControlMode(series, limits);
   found.next_experiment = nextExperiment(found);

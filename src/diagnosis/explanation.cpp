@@ -36,9 +36,9 @@ class StepwiseSelection {
 
   Explanation run() {
     ExplanationState start = circuit();
-    tell(options_, "trying the catalogue's effects");
+    tell(options_, "testing the effects of the catalogue");
     search_.takeGrid();
-    tell(options_, "weighing mechanisms");
+    tell(options_, "comparing mechanisms");
     ExplanationState now = start;
     const auto effects = search_.bestGains(now);
     for (const LinearProblem& half : fits_.halfSamples(fits_.sumsOf(now, true)))
@@ -46,7 +46,7 @@ class StepwiseSelection {
     for (const std::string& id : given_) take(now, id);
     while (given_.empty() &&
            static_cast<int>(now.members.size() + now.estimated.size()) < kMaxTerms && extend(now)) {
-      tell(options_, "weighing mechanisms (taken in so far: " + takenIn(now) + ")");
+      tell(options_, "comparing mechanisms (accepted so far: " + takenIn(now) + ")");
       weighAgain(now);
       fits_.takeEffectiveSampleFraction(now);
       fits_.evaluateEvidence(now);

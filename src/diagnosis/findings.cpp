@@ -60,10 +60,10 @@ std::vector<SelectedTerm> confirmed(std::vector<SelectedTerm> terms, bool holds)
 std::string rejection(const Candidate& candidate, const std::vector<SelectedTerm>& terms) {
   for (const SelectedTerm& one : terms)
     if (contains(one.indistinguishable, candidate.id))
-      return "does as well as " + one.member + ", which stands in the model";
+      return "it fits as well as " + one.member + ", which is in the model";
   if (candidate.evidence < kMinGain) return "its evidence is too small";
-  return terms.empty() ? "what it adds is too small to matter"
-                       : "what was taken instead explains more of the error";
+  return terms.empty() ? "its effect is too small to matter"
+                       : "what was accepted instead explains more of the error";
 }
 
 /// Every effect that was fitted, with why it was not taken.

@@ -45,8 +45,8 @@ std::vector<std::string> idsToWeigh(const std::vector<std::string>& wanted, bool
                                     bool is_lead_acid, std::vector<std::string>& notes) {
   if (wanted.empty() && !is_lead_acid) {
     notes.push_back(
-        "the voltage is not that of lead-acid blocks: what is missing is estimated and gets no "
-        "lead-acid name");
+        "the voltage is not that of lead-acid blocks, so what is missing is estimated from the "
+        "data, and no lead-acid effect is named");
     return {};
   }
   return hypothesesOf(wanted, is_driven);
@@ -93,9 +93,9 @@ IdentifyOptions identifyOptions(const Series& train, const std::optional<Charger
 void explainByScore(const Series& train, const IdentifyOptions& fit,
                     const std::vector<std::string>& ids, const DiagnoseOptions& options,
                     ExplanationFits& fits, Explained& explained) {
-  tell(options, "weighing effects by the blocks that they predict");
+  tell(options, "testing effects by the blocks that they predict");
   ScoreSelection selection = selectByScore(train, {0, train.size()}, fit, ids, options);
-  tell(options, "weighing mechanisms");
+  tell(options, "comparing mechanisms");
   explained.explanation =
       explanationAround(fits, optimumOf(selection.circuit), compositionOf(selection.extended.fit),
                         optimumOf(selection.extended), options);
@@ -125,8 +125,8 @@ Explained explainErrors(const Recording& recording, const Residuals& residuals,
     } else {
       explained.driving.reset();
       notes.push_back(
-          "a source is seen, but to take it as holding the voltage leaves no less of the error: "
-          "the current is the input");
+          "a source was detected, but the error is no smaller if it is taken to hold the voltage, "
+          "so the current is the input");
     }
   }
   const std::vector<std::string> ids =
@@ -199,7 +199,7 @@ void describeDiscrepancy(DiscrepancyFinding& discrepancy, const DrivenTime& driv
   discrepancy.terms = heaviestTerms(discrepancy.discrepancy, driven);
   discrepancy.description = format(
       "The discrepancy, a function of the currents and their memory, moves the voltage by %.1f mV "
-      "RMS. On left-out blocks the error goes from %.1f to %.1f mV.",
+      "RMS. On left-out blocks it changes the error from %.1f to %.1f mV.",
       1e3 * discrepancy.rms, 1e3 * discrepancy.left_out.base,
       1e3 * discrepancy.left_out.discrepancy);
 }
@@ -267,7 +267,7 @@ ModelSelection selectModel(const Recording& recording, const Residuals& residual
   found.evidence_extended = explanation.evidence;
   found.effective_sample_fraction = explanation.effective_sample_fraction;
   found.unexplained = explanation.unexplained;
-  tell(options, "learning what no equation represents");
+  tell(options, "estimating what no equation represents");
   selected.last = fitExplained(residuals, selected.explained);
   pulse(options);
   selected.with_discrepancy =

@@ -96,8 +96,8 @@ void exchangeHalves(Residuals& residuals) {
       !optimiserFailed(second, other, one.point.parameters))
     return;
   residuals.screened.sentences.push_back(
-      "the base model's search stopped early in a half of the recording and was begun again from "
-      "more starts");
+      "the search for the base model stopped early in one half of the recording and was repeated "
+      "from more starting points");
   WhitenedSearch wider = residuals.search;
   wider.more_starts = kMoreStarts;
   const WhitenedFit again =

@@ -85,7 +85,7 @@ class Selection {
         const std::optional<Addition> best = bestAddition(members, left);
         if (!best) break;
         members = best->effects;
-        tell(options_, "weighing effects (taken in so far: " + join(members) + ")");
+        tell(options_, "testing effects (accepted so far: " + join(members) + ")");
       }
       removeWeak(members);
     }

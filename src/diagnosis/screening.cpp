@@ -83,8 +83,8 @@ void alignWholeSamples(Screening& screening, double lag) {
   screening.late_samples = by;
   screening.series.current = moved(screening.series.current, by);
   screening.faults.push_back("time_skew");
-  screening.sentences.push_back("the current was moved by " + std::to_string(by) +
-                                " samples to meet the voltage");
+  screening.sentences.push_back("the current was shifted by " + std::to_string(by) +
+                                " samples to align it with the voltage");
 }
 
 }  // namespace
@@ -118,9 +118,9 @@ std::string lackOfMeasurements(const InputSequence& inputs) {
   const auto [in_first, in_second] = measuredInHalves(inputs);
   if (in_first + in_second >= kMinSamples) return "";
   return format(
-      "of the training part %zu samples of the first half and %zu of the second are measurements "
-      "(the others are cut off, stuck, repeated or next to a step of the current), at least %zu "
-      "are needed in all",
+      "in the training part only %zu samples of the first half and %zu of the second are "
+      "measurements (the others are cut off, stuck, repeated or next to a step of the current), "
+      "but at least %zu are needed in all",
       in_first, in_second, kMinSamples);
 }
 

@@ -15,30 +15,26 @@ namespace {
 constexpr std::size_t kMinForRidge = 60;  // samples, as ridgeVoltage() requires
 
 /// The whole recording as it is compared with: the training part as it was fitted, then what was
-/// held out, its current treated as training taught and not by what its own voltage says. Where the
-/// current is cut off it stays so.
+/// held out, treated as training taught. Nothing is read off its own samples, neither the noise of
+/// its current nor which of them are measurements; where it is cut off as training was it stays so.
 struct Opened {
   Series whole;
   std::vector<char> masked;
 };
 
 Opened open(const Series& series, const Residuals& residuals, std::vector<std::string>& notes) {
-  Opened opened{treatedAsScreened(series, residuals.screened), {}};
-  InstrumentLimits limits = instrumentLimits(series);
+  InstrumentLimits limits = residuals.screened.limits;
+  extendByKnownLimits(series, limits);
   maskBehindUnknownCharge(series, limits);
-  const std::vector<char>& trained = residuals.screened.limits.masked;
-  std::copy(trained.begin(), trained.end(), limits.masked.begin());
   const auto begin =
       limits.masked.begin() + static_cast<std::ptrdiff_t>(residuals.parts.holdout.first);
   if (std::all_of(begin, limits.masked.end(), [](char fault) { return fault != 0; })) {
     std::fill(begin, limits.masked.end(), 0);
     notes.push_back(
-        "no sample of the part that was held out is a measurement beyond doubt; it is compared "
-        "as "
-        "it stands");
+        "every sample of the part that was held out is cut off by the instrument; it is compared "
+        "as it stands");
   }
-  opened.masked = std::move(limits.masked);
-  return opened;
+  return {treatedAsScreened(series, residuals.screened), std::move(limits.masked)};
 }
 
 EventLimits limitsOf(const FittedModel& model) { return EventLimits{model.fit.crank_current}; }

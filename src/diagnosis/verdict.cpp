@@ -54,15 +54,15 @@ std::string costAndGain(const Diagnosis& diagnosis) {
            (is_extended ? format(", the extended model %.0f %%", *extended.share_percent) : "");
   return judged + format("; on the hold-out the circuit deviates by %.1f mV RMS", 1e3 * base.rmse) +
          (is_extended ? format(", the extended model by %.1f mV", 1e3 * extended.rmse)
-                      : ", and nothing estimated from the currents lowers it");
+                      : ", and no correction estimated from the currents lowers it");
 }
 
-/// "Missing: acid (probability 0.61; open_circuit 0.30)"
+/// "Missing: acid (probability 0.61; next open_circuit 0.30)"
 std::string missing(const std::string& what, const Diagnosis& diagnosis) {
   std::string sure;
   if (diagnosis.probability > 0.0) sure = format("probability %.2f", diagnosis.probability);
   if (diagnosis.mechanisms.size() > 1)
-    sure += "; " + mechanismId(diagnosis.mechanisms[1].mechanism) +
+    sure += "; next " + mechanismId(diagnosis.mechanisms[1].mechanism) +
             format(" %.2f", diagnosis.mechanisms[1].probability);
   return "Missing: " + what + (sure.empty() ? "" : " (" + sure + ")");
 }
@@ -71,9 +71,11 @@ constexpr char kSecondInstrument[] = "Record again with a second instrument for 
 
 /// How to undo a shift between the channels. @param skew [s], if it is known by how much.
 std::string afterShift(std::optional<double> skew) {
-  const std::string by = skew ? format("(sof convert IN OUT --shift-current %.3g)", *skew)
-                              : "by what sof check reads (sof convert IN OUT --shift-current S)";
-  return "Move the current " + by + " and diagnose OUT: nothing else can be judged before.";
+  const std::string by =
+      skew ? format("(sof convert IN OUT --shift-current %.3g)", *skew)
+           : "by the time that sof check reports (sof convert IN OUT --shift-current S)";
+  return "Shift the current " + by +
+         " and diagnose OUT, because nothing else can be judged before.";
 }
 
 std::optional<double> skewOf(const NamedEffect& effect) {
@@ -86,28 +88,28 @@ std::optional<double> skewOf(const NamedEffect& effect) {
 std::string afterFault(const NamedEffect& fault) {
   static const std::map<std::string, const char*> kRemedies = {
       {"inductance",
-       "Measure the voltage at the battery's own posts, by wires apart from the load's, and record "
-       "the same edges again."},
+       "Measure the voltage at the battery's own posts, with wires separate from those of the "
+       "load, and record the same edges again."},
       {"parasitic_load",
-       "Measure the current at rest by a clamp around the battery's own cable: a load that the "
-       "sensor does not see shows as a difference."},
+       "Measure the current at rest with a current clamp around the battery's own cable; a load "
+       "that the sensor does not see shows as a difference."},
       {"current_offset",
-       "Record a minute with the battery disconnected from its loads: what the sensor reads then "
-       "is "
-       "its offset."},
+       "Record a minute with the battery disconnected from its loads; what the sensor reads then "
+       "is its offset."},
       {"current_gain",
        "Record a charge and a discharge with a second current sensor in series, and compare."},
       {"sensor_lag",
        "Record both channels with the same filter, or without one, and diagnose again."},
       {"contact_resistance",
        "Measure the voltage between each post and its clamp under load, clean and tighten them, "
-       "and "
-       "record again."},
-      {"clipping", "Record with a current sensor whose range holds the cranks."},
+       "and record again."},
+      {"clipping", "Record with a current sensor whose range covers the current of a crank."},
       {"dropouts",
-       "Find where samples are lost or repeated (bus load, logger), and record again without it."},
-      {"quantisation", "Record with finer steps of the channel: its raw values, or a finer range."},
-      {"aliasing", "Record faster, or with a filter before the sampling, and diagnose again."}};
+       "Find out where samples are lost or repeated (bus load, logger), correct that, and record "
+       "again."},
+      {"quantisation",
+       "Record the channel with a finer resolution: its raw values, or a smaller range."},
+      {"aliasing", "Record faster, or with an anti-alias filter, and diagnose again."}};
   if (fault.id == "time_skew") return afterShift(skewOf(fault));
   const auto known = kRemedies.find(fault.id);
   return known != kRemedies.end() ? known->second : kSecondInstrument;
@@ -119,9 +121,9 @@ std::string byEquation(const Diagnosis& diagnosis) {
   const bool has_one = std::any_of(effects.begin(), effects.end(), [&](const NamedEffect& one) {
     return mechanismOf(one.id) == *diagnosis.mechanism;
   });
-  return has_one
-             ? ", by one of several equations"
-             : ", while an equation of " + mechanismId(mechanismOf(effects.front().id)) + " fits";
+  return has_one ? ", for which several equations fit equally well"
+                 : ", although the equation that fits belongs to " +
+                       mechanismId(mechanismOf(effects.front().id));
 }
 
 }  // namespace
@@ -170,9 +172,10 @@ Verdict withMechanism(Verdict verdict, const std::vector<SelectedTerm>& terms,
 }
 
 std::vector<std::string> outsideWhatSignalsShow() {
-  return {"a gain error of the current sensor that is alike in both directions",
+  return {"a gain error of the current sensor that is the same in both directions",
           "gain and offset of the voltage channel", "a constant resistance of cables and contacts",
-          "whether a constant small current is the sensor's offset or a load behind it"};
+          "whether a constant small current is the sensor's offset or a load that the sensor does "
+          "not see"};
 }
 
 std::string nextExperiment(const Diagnosis& diagnosis, std::optional<double> skew) {
@@ -184,8 +187,8 @@ std::string nextExperiment(const Diagnosis& diagnosis, std::optional<double> ske
     case Verdict::kMechanism:
     case Verdict::kUnexplained:
       return "Repeat one charge and one discharge of the same size after a minute's rest each, at "
-             "half and at full current: it "
-             "shows whether what is missing follows the current, the charge or the time.";
+             "half and at full current: this shows whether what is missing depends on the current, "
+             "the charge or the time.";
     case Verdict::kSensorFault:
       for (const NamedEffect& effect : diagnosis.effects)
         if (!catalogued(effect.id) || mechanismOf(effect.id) == Mechanism::kInstrument)
@@ -196,8 +199,8 @@ std::string nextExperiment(const Diagnosis& diagnosis, std::optional<double> ske
         if (!one.visible && effectInfo(one.id).tier() == 'P')
           return "This recording could not have shown " + one.id + " (" + titleOf(one.id) +
                  "); it would take " + effectInfo(one.id).distinguished_by + ".";
-      return "Nothing is open; the same recording at another temperature would widen what the "
-             "model is good for.";
+      return "Nothing is open; a recording at another temperature would extend the range in which "
+             "the model is valid.";
     }
     default: break;
   }
@@ -229,7 +232,7 @@ std::string summaryOf(const Diagnosis& diagnosis) {
     case Verdict::kMechanism:
     case Verdict::kUnexplained:
       return (diagnosis.mechanism
-                  ? missing(mechanismSentence(*diagnosis.mechanism) + ", no equation fits",
+                  ? missing(mechanismSentence(*diagnosis.mechanism) + ", but no equation fits",
                             diagnosis)
                   : std::string("Something is missing that no mechanism explains")) +
              costAndGain(diagnosis) + ".";

@@ -141,13 +141,13 @@ void requirePlausible(Fit& fit) {
   const double least = kLeast * std::min(1.0, fit.scores.rmse / kUsual);
   std::string why;
   if (fit.iterations == 0)
-    why = "the search did not move from its start, the window determined nothing";
+    why = "the search did not move from its start, so the window determined nothing";
   for (std::size_t j = 0; j < fit.estimates.size() && why.empty(); ++j) {
     const ParameterEstimate& estimate = fit.estimates[j];
     if (estimate.std && *estimate.std < least * determinedBelow(fit, j))
       why = format(
-          "the fit failed: a standard error of %s of %.2g %s is none that %zu samples, "
-          "missed by %.3g mV RMS, can give",
+          "the fit failed: the standard error of %s, %.2g %s, is smaller than %zu samples with an "
+          "error of %.3g mV RMS can give",
           estimate.name.c_str(), *estimate.std, estimate.unit.c_str(), fit.window.samples,
           1e3 * fit.scores.rmse);
   }

@@ -149,12 +149,12 @@ std::optional<FittedModel> refused(const Window& window, const IdentifyOptions& 
       !options.effects.empty() && excited.max_voltage - excited.min_voltage >= kMovingVoltage;
   if (!is_short && (is_bench || !(span < kMinCurrentSpan))) return std::nullopt;
   const std::string message =
-      is_short ? format("the window has %zu samples, at least %zu are needed", range.size(),
+      is_short ? format("the window has %zu samples, but at least %zu are needed", range.size(),
                         kMinFitSamples)
                : format(
-                     "the current moves by %g A in the window, at least %g A are needed to "
-                     "distinguish a resistance from an offset; under a held current effects alone "
-                     "can be fitted (--effects, sof effects)",
+                     "the current changes by %g A in the window, but at least %g A is needed to "
+                     "distinguish a resistance from an offset; if the current is held, only "
+                     "effects can be fitted (--effects, sof effects)",
                      span, kMinCurrentSpan);
   return unfitted(series, range, BatteryModel(options.effects, options.discrepancy),
                   is_short ? FitStatus::kWindowTooShort : FitStatus::kNotExcited, message, excited);
@@ -305,9 +305,11 @@ bool refuses(FitPlan& plan, const std::vector<Finding>& problems) {
 WindowChoice windowOf(const Series& series, IndexRange searched, const IdentifyOptions& options) {
   const auto discharge = dischargeUnderWay(series, searched, options.capacity);
   if (!discharge || options.start == FitStart::kPaper) return chooseWindow(series, searched);
-  return {*discharge, windowExcitation(series, *discharge),
-          format("a deep discharge is under way: from %.0f s on, without its first tenth",
-                 series.time[discharge->first])};
+  return {
+      *discharge, windowExcitation(series, *discharge),
+      format(
+          "a deep discharge is under way, and the window begins at %.0f s, after its first tenth",
+          series.time[discharge->first])};
 }
 
 }  // namespace

@@ -129,7 +129,7 @@ WindowChoice chooseWindow(const Series& series, IndexRange searched, std::option
   WindowChoice choice;
   if (searched.size() < kMinFitSamples) {
     choice.message =
-        format("no window: %zu samples in the searched stretch, at least %zu are needed",
+        format("no window: the searched stretch has %zu samples, but at least %zu are needed",
                searched.size(), kMinFitSamples);
     return choice;
   }

@@ -31,7 +31,7 @@ const std::vector<MechanismInfo>& table() {
        {"acid_transport", "high_rate_depletion"}},
       {Mechanism::kOpenCircuit,
        "open_circuit",
-       "the open-circuit voltage moves with the charge and the way it came there",
+       "the open-circuit voltage depends on the charge and on its history",
        {"ocv_soc", "end_of_discharge", "ocv_hysteresis", "coup_de_fouet"}},
       {Mechanism::kStructure,
        "structure",

@@ -167,7 +167,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
                    answer.i_boost->value, query.t_sof2, query.u_boost, answer.i_boost->lower,
                    answer.i_boost->upper);
         if (range.evidence.is_supported)
-          answer.message += format("; %d past charges like it were missed by %.1f A",
+          answer.message += format("; the median error on %d past charges like it was %.1f A",
                                    range.evidence.charges, range.evidence.median_error);
         return range;
       });

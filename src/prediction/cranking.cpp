@@ -56,7 +56,7 @@ void run(Simulation& simulation, const CurrentProfile& profile, Look&& look) {
 std::string sentenceOf(const CrankingAnswer& answer, const std::optional<double>& u_required) {
   const std::string text = format("lowest voltage %.2f V, 90 %% between %.2f and %.2f V",
                                   answer.u_min->value, answer.u_min->lower, answer.u_min->upper);
-  if (!u_required) return text + "; no u_required was given to compare it with";
+  if (!u_required) return text + "; no u_required was given, so no limit was checked";
   return text + format("; required %.2f V", *u_required);
 }
 
@@ -366,8 +366,8 @@ std::string shown(double t_stop) {
 
 /// What lies beyond the longest stop that is supported.
 std::string beyond(double crossing) {
-  if (crossing == kEver) return "; longer ones are not valid";
-  return format("; the model puts the end at %.1f s, which is not valid", crossing);
+  if (crossing == kEver) return "; answers for longer stops are not valid";
+  return format("; the model puts the end at %.1f s, but that is not valid", crossing);
 }
 
 std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query,
@@ -381,13 +381,13 @@ std::string messageOf(const StopTimeAnswer& answer, const StopTimeQuery& query,
   else if (answer.outcome == StopTimeOutcome::kAlways)
     text = format("a crank keeps %.2f V after every stop up to a day", query.u_required);
   else if (answer.outcome == StopTimeOutcome::kNever)
-    text = format("a crank falls below %.2f V even at once", query.u_required);
+    text = format("a crank falls below %.2f V even without a stop", query.u_required);
   else
     text = format("a crank keeps %.2f V after stops up to %.1f s, 90 %% between %s and %s",
                   query.u_required, answer.t_stop->value, shown(answer.t_stop->lower).c_str(),
                   shown(answer.t_stop->upper).c_str());
   if (scan.holdsAgainAt())
-    text += format("; it would keep it again after %.1f s", *scan.holdsAgainAt());
+    text += format("; after stops of %.1f s and more it would keep it again", *scan.holdsAgainAt());
   return text;
 }
 
@@ -407,7 +407,8 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
                                double capacity) {
   const CrankingQuery crank = crankOf(query);
   std::string faults = faultsOf(crank);
-  if (!askedFor(query.u_required)) faults = "no limit is given for a crank to hold: " + faults;
+  if (!askedFor(query.u_required))
+    faults = "no limit is given that the crank has to keep: " + faults;
   return answered<StopTimeAnswer>(
       model, faults, capacity, [&](StopTimeAnswer& answer) -> std::optional<QueryRange> {
         const bool draws = query.i_load < 0.0;
@@ -435,9 +436,10 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
           range.beyond_identified = beyondIdentifiedAfter(model, crank, t_stop);
         range.answered_voltage = scan.atOnce();
         // Ends closer than the search resolves are the same.
-        range.says_nothing = widthSaysNothing(
-            {value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)},
-            longest - kResolution, "s", draws ? "the stop that draws all of the battery" : "a day");
+        range.says_nothing =
+            widthSaysNothing({value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)},
+                             longest - kResolution, "s",
+                             draws ? "the stop that discharges the whole battery" : "a day");
         return range;
       });
 }

@@ -213,7 +213,7 @@ std::string OnlineSession::missingForFirst() const {
   const IndexRange range = recentWindow(series, length);
   const double covered = series.time[range.last - 1] - series.time[range.first];
   if (covered < length - 2.0 * medianInterval(series)) {
-    return format("%.0f of %.0f s without a gap are buffered", covered, length);
+    return format("only %.0f of %.0f s without a gap are buffered", covered, length);
   }
   if (!hasBothSigns(series, range)) return "the last window contains no charge or no discharge";
   const double window_quality = windowExcitation(series, range);
@@ -286,18 +286,18 @@ std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_
       return "the window does not determine " + estimate.name;
   }
   if (model.state.time < stream_.series().time.front()) {
-    return "the identification took longer than the buffer reaches back";
+    return "the identification took longer than the length of the buffer";
   }
   if (!trial.incumbent_rmse || !may_compare) return {};
   if (trial.worsening <= kToleratedWorsening) return {};
   std::string why = format(
       "on the most recent window the new model's error is %.2f times the old one's, RMSE %.4f V "
-      "after %.4f V",
+      "instead of %.4f V",
       trial.worsening, options_.series_blocks * trial.recent_rmse,
       options_.series_blocks * *trial.incumbent_rmse);
   if (trial.incumbent_current_rmse > 0.0)
-    why +=
-        format(" and %.2f A after %.2f A", trial.recent_current_rmse, trial.incumbent_current_rmse);
+    why += format(" and %.2f A instead of %.2f A", trial.recent_current_rmse,
+                  trial.incumbent_current_rmse);
   return why;
 }
 

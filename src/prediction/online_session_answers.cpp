@@ -89,8 +89,9 @@ std::string OnlineSession::refusalOfRestored(double first_time) const {
                   ahead);
   }
   if (restored_->fit.series_blocks != 1.0)
-    return format("the saved model was refused: it is of %g blocks of 12 V, series_blocks is %g",
-                  restored_->fit.series_blocks * options_.series_blocks, options_.series_blocks);
+    return format(
+        "the saved model was refused: it is of %g blocks of 12 V, but series_blocks is %g",
+        restored_->fit.series_blocks * options_.series_blocks, options_.series_blocks);
   return isUsable(restored_->fit) ? "" : "the saved model was refused: its fit is not usable";
 }
 
@@ -99,8 +100,8 @@ std::string OnlineSession::whyRestoredWaits() const {
   if (first.empty()) {
     const std::size_t rejected = counts().rejectedTotal();
     return rejected == 0
-               ? "the saved model waits for the first sample"
-               : "the saved model waits for the first usable sample: " + toString(counts());
+               ? "the saved model is waiting for the first sample"
+               : "the saved model is waiting for the first usable sample: " + toString(counts());
   }
   return refusalOfRestored(
       first.time[contiguousRanges(first, SampleStream::kClockAhead).back().first]);
@@ -129,7 +130,7 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
     return why.empty() ? std::nullopt : std::optional(std::move(why));
   }
   if (monitor_.holdsModel()) return std::nullopt;
-  return "nothing identified yet" + (last_outcome_.empty() ? "" : ": " + last_outcome_);
+  return "no model has been identified yet" + (last_outcome_.empty() ? "" : ": " + last_outcome_);
 }
 
 ModelSnapshot OnlineSession::live() const {
@@ -218,7 +219,7 @@ SessionStatus OnlineSession::status() const {
   }
   if (!reason) status.not_valid = whyNotValid();
   if (!status.not_valid.empty())
-    status.reason = "no answer is valid, " + status.not_valid +
+    status.reason = "no answer is valid, because " + status.not_valid +
                     (status.reason.empty() ? "" : "; " + status.reason);
   return status;
 }

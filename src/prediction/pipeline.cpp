@@ -102,8 +102,8 @@ std::string excessiveCharge(const Fit& fit, const QueryRange& range, double capa
   const double supported = supportedCharge(fit, capacity, range.charges);
   if (moved <= supported) return "";
   return format(
-      "it moves %.2f Ah, the model supports at most %.2f Ah (%d %% of %g Ah, or what the window "
-      "moved where it determined how the open-circuit voltage follows the charge)",
+      "it moves %.2f Ah but the model supports at most %.2f Ah (%d %% of %g Ah, or what the window "
+      "moved if it determined how the open-circuit voltage follows the charge)",
       moved, supported, range.charges ? 1 : 2, capacity);
 }
 
@@ -111,12 +111,13 @@ void addCharging(std::string& reasons, const Fit& fit, const QueryRange& range) 
   const ExcitedRange& seen = fit.excited;
   const ChargeEvidence& evidence = range.evidence;
   if (evidence.is_supported || !range.charges) return;
-  if (fit.window.samples == 0) addReason(reasons, "no window was fitted yet, and charges need one");
+  if (fit.window.samples == 0)
+    addReason(reasons, "no window has been fitted yet, and charges need one");
   if (fit.source) {
     const double enough = std::max(kUsefulWidth, kUsefulShare * seen.max_current);
     const double width = range.answered_current->upper - range.answered_current->lower;
     if (width > enough)
-      addReason(reasons, format("its 90 %% interval is %.1f A wide, at most %.1f A are useful",
+      addReason(reasons, format("its 90 %% interval is %.1f A wide, but at most %.1f A is useful",
                                 width, enough));
     return;
   }
@@ -125,7 +126,7 @@ void addCharging(std::string& reasons, const Fit& fit, const QueryRange& range) 
     addReason(reasons, "the model lacks a limit of charge acceptance (effect charge_acceptance)");
   if (seen.longest_charge < kShortCharge)
     addReason(reasons,
-              format("the window's longest charge lasted %.1f s, at least %.0f s are needed",
+              format("the window's longest charge lasted %.1f s, but at least %.0f s are needed",
                      seen.longest_charge, kShortCharge));
 }
 
@@ -214,7 +215,7 @@ std::string denialOf(const FittedModel& model) {
   if (const auto& missed = model.intervals.missed_answer) {
     const double blocks = model.fit.series_blocks;
     addReason(reasons,
-              format("the last crank measured %.2f V, outside the answered %.2f to %.2f V",
+              format("the last crank reached %.2f V, outside the predicted %.2f to %.2f V",
                      blocks * missed->measured, blocks * missed->lower, blocks * missed->upper));
   }
   return reasons;
@@ -240,7 +241,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
     const bool is_possible = u->value >= 0.0 && u->value <= maxVoltage(fit);
     addReason(reasons, is_possible
                            ? voltageSaysNothing(fit, *u)
-                           : format("it comes to %.2f V, expected 0 to %.0f V of such a battery",
+                           : format("its result is %.2f V, expected 0 to %.0f V for such a battery",
                                     u->value, maxVoltage(fit)));
   }
   addReason(reasons, range.says_nothing);
@@ -248,12 +249,13 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   if (range.beyond_identified > kDiscrepancyReach)
     addReason(
         reasons,
-        format("the discrepancy is held at the end of its range, %.0f mV from where it would be",
-               1e3 * fit.series_blocks * range.beyond_identified));
+        format(
+            "the discrepancy is held at the end of its range, %.0f mV from its extrapolated value",
+            1e3 * fit.series_blocks * range.beyond_identified));
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature &&
       std::abs(*temperature - *seen.temperature) > kTemperatureReach)
-    addReason(reasons, format("the battery is at %.0f degC, in the window it was at %.0f degC",
+    addReason(reasons, format("the battery is at %.0f degC but in the window it was at %.0f degC",
                               *temperature - kZeroCelsius, *seen.temperature - kZeroCelsius));
   addCharging(reasons, fit, range);
   if (range.charges && range.evidence.is_supported) return reasons;
@@ -266,7 +268,7 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   // With a source it is a share of explained variation, and the node's first model has none.
   if (!range.charges && !fit.source && fit.window.samples > 0 &&
       fit.window_quality < kUsefulQuality)
-    addReason(reasons, format("the window quality is %.2f, at least %.2f is needed",
+    addReason(reasons, format("the window quality is %.2f, but at least %.2f is needed",
                               fit.window_quality, kUsefulQuality));
   std::vector<const char*> needed = {of_charging ? "r_charge" : "r_discharge"};
   if (!range.charges) needed.push_back("u_dc");
@@ -288,7 +290,7 @@ std::string voltageSaysNothing(const Fit& fit, const Interval& u) {
   const double width = kSpanOfBlock * blocksOf(fit);
   if (u.lower >= 0.0 && u.upper <= maxVoltage(fit) && u.upper - u.lower < width) return "";
   return format(
-      "its 90 %% interval of %.2f to %.2f V says nothing, expected inside 0 to %.0f V and narrower "
+      "its 90 %% interval of %.2f to %.2f V is of no use, expected inside 0 to %.0f V and narrower "
       "than %.0f V",
       u.lower, u.upper, maxVoltage(fit), width);
 }
@@ -297,7 +299,7 @@ std::string widthSaysNothing(const Interval& answer, double width, const char* u
                              const std::string& whose) {
   if (answer.upper - answer.lower < width) return "";
   return format(
-             "its 90 %% interval of %.1f to %.1f %s says nothing, expected narrower than %.1f %s, ",
+             "its 90 %% interval of %.1f to %.1f %s is of no use, expected narrower than %.1f %s, ",
              answer.lower, answer.upper, unit, width, unit) +
          whose;
 }

@@ -256,8 +256,8 @@ Answer withoutNumbers() {
   Answer answer;
   answer.code = AnswerCode::kNoModel;
   answer.message =
-      "the model makes no finite numbers of this query: it is far beyond what its equations hold "
-      "for";
+      "the model gives no finite result, because the query is far outside the range of its "
+      "equations";
   return answer;
 }
 

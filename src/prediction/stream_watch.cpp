@@ -96,7 +96,7 @@ std::string StreamWatch::whyNotValid(const std::string& reasons) const {
 
 std::string StreamWatch::whyDoubted() const {
   if (doubted_voltage_)
-    return format("the voltage has read exactly %g V of a block since the model missed it",
+    return format("the voltage of a block has read exactly %g V since the model missed it",
                   *doubted_voltage_);
   if (doubted_current_)
     return format("the current has read exactly %g A since the model missed the voltage",

@@ -298,8 +298,8 @@ std::vector<Finding> findFrozen(const Evidence& evidence, const Channel& channel
                       counted(totalSamples(frozen), "sample") + ", the longest " + number(longest) +
                       " s",
                   std::string("the ") + channel.name +
-                      " is not measured there (sensor asleep, or its last message repeated); leave "
-                      "these stretches out",
+                      " was not measured there (the sensor was asleep, or its last message was "
+                      "repeated); leave these stretches out",
                   longest, "s", totalSamples(frozen), startsOf(evidence, frozen)}};
 }
 
@@ -316,15 +316,16 @@ std::vector<Finding> findEntered(const Evidence& evidence, const Channel& channe
   const IndexRange longest = *std::max_element(
       runs.begin(), runs.end(), [](IndexRange a, IndexRange b) { return a.size() < b.size(); });
   const double duration = durationOf(evidence, longest);
-  return {Finding{
-      "stuck", Severity::kNote,
-      std::string(channel.name) + " reads exactly " + number(channel.values[longest.first]) + " " +
-          channel.unit + " for " + counted(longest.size(), "sample") + " (" + number(duration) +
-          " s), though it flickers by " + number(flicker.size) + " " + channel.unit +
-          " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
-          counted(runs.size(), "such place"),
-      "set or entered there rather than measured; fits and counted charge take it as exact",
-      duration, "s", totalSamples(runs), startsOf(evidence, runs)}};
+  return {Finding{"stuck", Severity::kNote,
+                  std::string(channel.name) + " reads exactly " +
+                      number(channel.values[longest.first]) + " " + channel.unit + " for " +
+                      counted(longest.size(), "sample") + " (" + number(duration) +
+                      " s), although it flickers by " + number(flicker.size) + " " + channel.unit +
+                      " elsewhere; " + counted(totalSamples(runs), "sample") + " in " +
+                      counted(runs.size(), "such place"),
+                  "the value was probably set by hand rather than measured; fits and counted "
+                  "charge take it as exact",
+                  duration, "s", totalSamples(runs), startsOf(evidence, runs)}};
 }
 
 /// Median length of the runs of one value under load, when most runs have it; 1 otherwise.
@@ -411,11 +412,12 @@ std::vector<Finding> findQuantisation(const Evidence& evidence) {
   if (voltage.step && *voltage.step >= kCoarseVoltage * kAlmost)
     findings.push_back(
         coarseStep(voltage, kVeryCoarseVoltage,
-                   "differences between model and measurement below that say nothing sample by "
+                   "smaller differences between model and measurement mean nothing for a single "
                    "sample, and slow effects of a few mV show only in averages"));
   if (current.step && *current.step >= kCoarseCurrent * kAlmost)
-    findings.push_back(coarseStep(current, kVeryCoarseCurrent,
-                                  "small rest and float currents are known no better"));
+    findings.push_back(
+        coarseStep(current, kVeryCoarseCurrent,
+                   "small currents, for example at rest, are no more certain than that"));
   return findings;
 }
 
@@ -425,16 +427,17 @@ std::vector<Finding> findClipping(const Evidence& evidence) {
     for (const double extreme : {channel->lowest, channel->highest}) {
       const std::vector<IndexRange> runs = clippedRuns(evidence, *channel, extreme);
       if (runs.empty()) continue;
-      findings.push_back(Finding{
-          "clipping", Severity::kWarning,
-          std::string(channel->name) + " is cut off at " + number(extreme) + " " + channel->unit +
-              ": " + counted(totalSamples(runs), "sample") + " in " +
-              counted(runs.size(), "place") + " read exactly that",
-          channel == &evidence.current
-              ? "the true current lay beyond: fits take these samples as bounds of the voltage, so "
-                "they say less of the resistance, and charge is missing"
-              : "the true voltage lay beyond: fits leave these samples out",
-          extreme, channel->unit, totalSamples(runs), startsOf(evidence, runs)});
+      findings.push_back(
+          Finding{"clipping", Severity::kWarning,
+                  std::string(channel->name) + " is cut off at " + number(extreme) + " " +
+                      channel->unit + ": " + counted(totalSamples(runs), "sample") + " in " +
+                      counted(runs.size(), "place") + " read exactly that",
+                  channel == &evidence.current
+                      ? "the true current went beyond this value, so fits use these samples only "
+                        "as bounds on the voltage and learn less about the resistance, and part of "
+                        "the charge is not counted"
+                      : "the true voltage went beyond this value, so fits leave these samples out",
+                  extreme, channel->unit, totalSamples(runs), startsOf(evidence, runs)});
     }
   return findings;
 }
@@ -460,11 +463,11 @@ std::vector<Finding> findRepeated(const Evidence& evidence) {
     longest = std::max(longest, durationOf(evidence, {run.first - 1, run.last}));
   return {Finding{
       "stuck", percent >= kManyPercent ? Severity::kWarning : Severity::kNote,
-      "current and voltage both repeat the sample before under load, though both flicker: " +
+      "current and voltage both repeat the previous sample under load, although both flicker: " +
           counted(repeated.size(), "time") + ", " + counted(totalSamples(repeated), "sample") +
           " (" + twoDigits(percent) + " %), the longest " + number(longest) + " s",
-      "nothing is measured there (the last message repeated); leave these samples out of fits and "
-      "of scores",
+      "nothing was measured there (the last message was repeated); leave these samples out of fits "
+      "and scores",
       longest, "s", totalSamples(repeated), startsOf(evidence, repeated)}};
 }
 

@@ -117,9 +117,8 @@ std::vector<Finding> findSign(const Evidence& evidence) {
       (is_reversed ? "voltage falls when current rises: correlation "
                    : "voltage does not follow the current: correlation ") +
           number(correlation) + " at " + counted(edges, "edge"),
-      is_reversed
-          ? "discharge is counted as positive here; read the file as such (--discharge-positive)"
-          : "these may not be current and voltage of one battery, or not on one clock",
+      is_reversed ? "discharge is counted as positive here; read the file with --discharge-positive"
+                  : "current and voltage may belong to different batteries or to different clocks",
       correlation, "", edges}};
 }
 
@@ -130,15 +129,15 @@ std::vector<Finding> findSkew(const Evidence& evidence) {
   if (!(evidence.fast ? isSkewed(evidence, edges) : isSkewedByASample(edges))) return {};
   const char* late = edges.lag > 0.0 ? "voltage" : "current";
   const char* early = edges.lag > 0.0 ? "current" : "voltage";
-  return {Finding{"skew", Severity::kWarning,
-                  std::string(late) + " comes " + twoDigits(std::abs(edges.lag)) + " s after " +
-                      early + " at " + counted(edges.edges, "edge") +
-                      (evidence.fast ? "" : " (to the nearest whole sample)"),
-                  "every edge leaves an error the model cannot explain, and cranks are predicted "
-                  "from the wrong samples; move the current before fitting: sof convert IN OUT "
-                  "--shift-current " +
-                      twoDigits(edges.lag),
-                  edges.lag, "s", edges.edges}};
+  return {Finding{
+      "skew", Severity::kWarning,
+      std::string(late) + " comes " + twoDigits(std::abs(edges.lag)) + " s after " + early +
+          " at " + counted(edges.edges, "edge") +
+          (evidence.fast ? "" : " (to the nearest whole sample)"),
+      "every edge leaves an error that the model cannot explain, and cranks are predicted from the "
+      "wrong samples; shift the current before fitting: sof convert IN OUT --shift-current " +
+          twoDigits(edges.lag),
+      edges.lag, "s", edges.edges}};
 }
 
 std::vector<Finding> findOffset(const Evidence& evidence) {
@@ -151,15 +150,15 @@ std::vector<Finding> findOffset(const Evidence& evidence) {
   const double least = std::max(kMinOffsetShare * evidence.largest_current,
                                 1.5 * evidence.current.step.value_or(0.0));
   if (std::abs(offset) < least || spread > std::abs(offset)) return {};
-  return {Finding{
-      "offset", Severity::kNote,
-      "current reads " + number(offset) + " A at " + counted(rests.size(), "apparent rest"),
-      std::string("either the sensor's zero is off by that much or ") +
-          (offset < 0.0 ? "a consumer" : "a charger") +
-          " really draws it; current and voltage alone cannot tell. If it is the zero, counted "
-          "charge drifts by " +
-          number(24.0 * std::abs(offset)) + " Ah a day",
-      offset, "A", totalSamples(rests), startsOf(evidence, rests)}};
+  return {
+      Finding{"offset", Severity::kNote,
+              "current reads " + number(offset) + " A at " + counted(rests.size(), "apparent rest"),
+              std::string("either the sensor's zero is off by that much or ") +
+                  (offset < 0.0 ? "a consumer really draws it" : "a charger really supplies it") +
+                  "; current and voltage alone cannot tell which. If it is the zero, counted "
+                  "charge drifts by " +
+                  number(24.0 * std::abs(offset)) + " Ah a day",
+              offset, "A", totalSamples(rests), startsOf(evidence, rests)}};
 }
 
 std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
@@ -177,8 +176,8 @@ std::vector<Finding> findVoltageLevel(const Evidence& evidence) {
       "voltage_level", Severity::kProblem,
       "the voltage is typically " + number(typical) + " V (" + number(evidence.voltage.lowest) +
           " V to " + number(evidence.voltage.highest) + " V)",
-      "not a 12 V lead-acid block, which lies between " + number(kLowestBlock) + " V and " +
-          number(kHighestBlock) + " V most of the time; " + describeSeriesOf(typical) +
+      "this is not a 12 V lead-acid block, whose voltage is between " + number(kLowestBlock) +
+          " V and " + number(kHighestBlock) + " V most of the time; " + describeSeriesOf(typical) +
           "parameter bounds and limits of this program do not apply",
       typical, "V", evidence.series.size()}};
 }
@@ -207,17 +206,16 @@ std::vector<Finding> findExcitation(const Evidence& evidence) {
   const double low = current.lowest, high = current.highest;
   if (!evidence.excited && evidence.voltage.highest - evidence.voltage.lowest >=
                                std::max(kMovingVoltage, kMovingSigmas * evidence.voltage.noise))
-    return {excitation(
-        Severity::kWarning,
-        "the current is held at one value, " + number(low) +
-            " A, while the voltage moves "
-            "from " +
-            number(evidence.voltage.values.front()) + " V to " +
-            number(evidence.voltage.values.back()) + " V",
-        "a bench, not a stuck sensor: it shows how the voltage moves with the charge, but a "
-        "resistance cannot be distinguished from the open-circuit voltage, and sign and "
-        "skew cannot be checked",
-        high - low)};
+    return {excitation(Severity::kWarning,
+                       "the current is held at one value, " + number(low) +
+                           " A, while the voltage moves "
+                           "from " +
+                           number(evidence.voltage.values.front()) + " V to " +
+                           number(evidence.voltage.values.back()) + " V",
+                       "this is a bench test and not a stuck sensor; it shows how the voltage "
+                       "moves with the charge, but a resistance cannot be distinguished from the "
+                       "open-circuit voltage, and sign and skew cannot be checked",
+                       high - low)};
   if (!evidence.excited)
     return {
         excitation(Severity::kProblem,
@@ -246,7 +244,8 @@ std::vector<Finding> findExcitation(const Evidence& evidence) {
   else if (low > evidence.crank_current)
     findings.push_back(excitation(
         Severity::kNote, "the largest discharging current is " + number(low) + " A",
-        "there is no engine start to identify from: a predicted start is an extrapolation", low));
+        "there is no engine start to identify from, so a predicted start is an extrapolation",
+        low));
   return findings;
 }
 
@@ -262,10 +261,10 @@ std::vector<std::string> listNotJudged(const Evidence& evidence) {
                    " s): sampled too slowly");
   }
   if (!isTwelveVoltBlock(evidence)) {
-    list.push_back("offset: what rest looks like is only known of a 12 V lead-acid block");
+    list.push_back("offset: rests are only recognised for a 12 V lead-acid block");
   } else if (!evidence.excited || apparentRests(evidence).empty()) {
     list.push_back(
-        "offset: no rest of a minute with an even small current and an even voltage below " +
+        "offset: no rest of a minute with a small steady current and a steady voltage below " +
         number(kRestVoltage) + " V");
   }
   if (!evidence.excited || !evidence.edges) {

@@ -294,15 +294,17 @@ std::vector<Finding> findAliasing(const Evidence& evidence) {
                frequency = tone.frequency / evidence.interval;
   return {Finding{
       "aliasing", Severity::kWarning,
-      "voltage carries a steady tone of " + number(frequency) + " Hz (amplitude " +
-          twoDigits(1e3 * tone.amplitude) + " mV) that current does not carry in proportion, in " +
+      "the voltage contains a steady tone of " + number(frequency) + " Hz (amplitude " +
+          twoDigits(1e3 * tone.amplitude) +
+          " mV) that the current does not contain in proportion, in " +
           number(std::round(100.0 * tone.share)) + " % of " + counted(search.blocks, "block") +
           " of " + number(kLineBlock * evidence.interval) + " s" +
-          (tones.size() > 1 ? "; " + counted(tones.size() - 1, "weaker tone") + " besides" : ""),
-      "ripple from above half the sampling rate, an alternator's for instance, folded down "
-      "without an anti-alias filter; or a real load that switches at this rate and is not in the "
-      "measured current: the recording cannot show which. Fits take it for noise, and the lowest "
-      "voltage of a crank is off by up to its amplitude",
+          (tones.size() > 1 ? "; " + counted(tones.size() - 1, "weaker tone") + " in addition"
+                            : ""),
+      "this is either ripple from above half the sampling rate, for instance of an alternator, "
+      "that was aliased without an anti-alias filter, or a real load that switches at this rate "
+      "and is not in the measured current; the recording cannot show which. Fits treat it as "
+      "noise, and the lowest voltage of a crank is off by up to its amplitude",
       frequency, "Hz", static_cast<std::size_t>(std::lround(samples))}};
 }
 

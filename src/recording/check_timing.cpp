@@ -66,11 +66,10 @@ bool areAlike(const std::vector<double>& lengths) {
 
 std::string meaningOf(const Gaps& gaps) {
   if (!areAlike(gaps.length))
-    return "each stretch between gaps stands alone: models take them as rest at 0 A, and charge is "
-           "not counted";
-  return "nearly all are of " + number(quantile(gaps.length, 0.5)) +
-         " s: a slower logging rate rather than lost samples; they still cut the recording, "
-         "because fast changes inside them are not seen";
+    return "models treat a gap as rest at 0 A and do not count the charge that flows in it";
+  return "nearly all last " + number(quantile(gaps.length, 0.5)) +
+         " s, which suggests a slower logging rate rather than lost samples; they still divide the "
+         "recording, because fast changes inside them are not seen";
 }
 
 std::string describeClock(const RejectedCounts& rejected, double step) {
@@ -78,7 +77,7 @@ std::string describeClock(const RejectedCounts& rejected, double step) {
   if (rejected.duplicate_stamp > 0) text = counted(rejected.duplicate_stamp, "repeated time stamp");
   if (rejected.clock_step_back == 0) return text;
   return text + (text.empty() ? "" : ", ") + counted(rejected.clock_step_back, "sample") +
-         " behind a step back of the clock by up to " + number(step) + " s";
+         " after the clock was set back by up to " + number(step) + " s";
 }
 
 struct Losses {
@@ -125,10 +124,11 @@ std::vector<Finding> findTimeUnit(const Evidence& evidence) {
   const double most = kLargestBlock + kDailyOffset * days;
   if (evidence.interval < kSlowestOfFine || !(swing > most)) return {};
   return {Finding{"time_unit", Severity::kProblem,
-                  number(swing) + " Ah flow one way in " + number(days) + " days, more than the " +
-                      number(most) + " Ah that a 12 V block may seem to move in that time",
-                  "its time column probably counts milliseconds or microseconds, not seconds; read "
-                  "the file as such (--time-unit ms or --time-unit us)",
+                  number(swing) + " Ah flow in one direction within " + number(days) +
+                      " days, more than the " + number(most) +
+                      " Ah that a 12 V block and an offset of the sensor can account for",
+                  "the time column probably counts milliseconds or microseconds, not seconds; read "
+                  "the file with --time-unit ms or --time-unit us",
                   swing, "Ah", evidence.series.size()}};
 }
 
@@ -139,12 +139,12 @@ std::vector<Finding> findSlowRate(const Evidence& evidence) {
   return {Finding{"rate", is_slow ? Severity::kWarning : Severity::kNote,
                   interval > 2.0 ? "sampled every " + number(interval) + " s"
                                  : "sampled at " + number(1.0 / interval) + " Hz",
-                  is_slow ? "a crank shows in one sample or in none, at no particular instant of "
-                            "it: its lowest voltage, fast polarisation and any shift between the "
-                            "channels are not in this recording; slow behaviour is"
-                          : "a crank of " + number(kCrankDuration) + " s shows in " +
+                  is_slow ? "a crank is seen in one sample at most, at an arbitrary instant, so "
+                            "this recording shows slow behaviour but neither the lowest voltage of "
+                            "a crank nor fast polarisation nor a shift between the channels"
+                          : "a crank of " + number(kCrankDuration) + " s is seen in about " +
                                 number(std::floor(kCrankDuration / interval)) +
-                                " samples or so; its lowest voltage is read too high",
+                                " samples, so its lowest voltage is read too high",
                   interval, "s", evidence.series.size()}};
 }
 
@@ -154,24 +154,25 @@ std::vector<Finding> findUnevenRate(const Evidence& evidence) {
   for (std::size_t k = 1; k < time.size(); ++k) intervals.push_back(time[k] - time[k - 1]);
   const double low = quantile(intervals, 0.05), high = quantile(intervals, 0.95);
   if (high < kUnevenSpread * low) return {};
-  return {Finding{
-      "rate", Severity::kNote,
-      "the sampling interval changes between " + number(low) + " s and " + number(high) +
-          " s (5th to 95th percentile)",
-      "logged at several rates or on change: what happens in the long intervals is not seen",
-      high / low, "", evidence.series.size()}};
+  return {Finding{"rate", Severity::kNote,
+                  "the sampling interval changes between " + number(low) + " s and " +
+                      number(high) + " s (5th to 95th percentile)",
+                  "the logger used several rates or wrote on change, so what happens in the long "
+                  "intervals is not seen",
+                  high / low, "", evidence.series.size()}};
 }
 
 std::vector<Finding> findHeldValues(const Evidence& evidence) {
   if (evidence.hold == 1) return {};
   const double held = static_cast<double>(evidence.hold) * evidence.interval;
-  return {Finding{"rate", Severity::kWarning,
-                  "the current channel is updated only every " + counted(evidence.hold, "sample") +
-                      " (" + number(held) + " s), the voltage channel at every sample",
-                  "between updates the current is old: voltage edges without a current edge look "
-                  "like fast polarisation and bias resistances; filter both channels below " +
-                      number(0.25 / held) + " Hz before fitting",
-                  held, "s", evidence.series.size()}};
+  return {
+      Finding{"rate", Severity::kWarning,
+              "the current channel is updated only every " + counted(evidence.hold, "sample") +
+                  " (" + number(held) + " s), the voltage channel at every sample",
+              "between updates the current is out of date, so voltage edges without a current edge "
+              "look like fast polarisation and bias the resistances; filter both channels below " +
+                  number(0.25 / held) + " Hz before fitting",
+              held, "s", evidence.series.size()}};
 }
 
 std::vector<Finding> findGaps(const Evidence& evidence) {
@@ -199,7 +200,7 @@ std::vector<Finding> findClock(const Evidence& evidence) {
       step > std::max(kHarmlessStep, evidence.interval) ? Severity::kWarning : Severity::kNote,
       describeClock(rejected, step),
       rejected.clock_step_back > 0
-          ? "these samples were refused; where the clock was set, durations are wrong by as much"
+          ? "these samples were refused; durations across such a step are wrong by its size"
           : "only the first sample of each stamp was kept",
       step, "s", count}};
 }
@@ -210,7 +211,7 @@ std::vector<Finding> findImpossibleTemperatures(const Evidence& evidence) {
   return {Finding{"temperature",
                   Severity::kWarning,
                   counted(count, "temperature") + " out of range",
-                  "they are left out; from -60 to 150 degC are expected",
+                  "they are left out; -60 to 150 degC are expected",
                   {},
                   "",
                   count}};
@@ -224,20 +225,19 @@ std::vector<Finding> findRefused(const Evidence& evidence) {
   constexpr double kMostly = 50.0;  // [%]
   const double percent = 100.0 * static_cast<double>(count) / static_cast<double>(offered);
   if (percent > kMostly && rejected.out_of_range > count / 2)
-    return {
-        Finding{"missing", Severity::kProblem,
-                counted(rejected.out_of_range, "sample") + " of " + std::to_string(offered) +
-                    " refused: beyond anything a battery sensor shows",
-                "the rest is no recording of a battery; currents are expected in A and voltages "
-                "in V, not in mA or mV",
-                percent, "%", count}};
+    return {Finding{"missing", Severity::kProblem,
+                    counted(rejected.out_of_range, "sample") + " of " + std::to_string(offered) +
+                        " refused, because they are outside the range of any battery sensor",
+                    "the remaining samples are no recording of a battery; currents are expected in "
+                    "A and voltages in V, not in mA or mV",
+                    percent, "%", count}};
   return {
       Finding{"missing", percent > 1.0 ? Severity::kWarning : Severity::kNote,
               counted(count, "sample") + " of " + std::to_string(offered) + " refused: " +
                   countsText({{rejected.missing_value, "without current or voltage"},
                               {rejected.not_finite, "infinite"},
-                              {rejected.out_of_range, "beyond anything a battery sensor shows"}}),
-              "they are left out, nothing is put in their place", percent, "%", count}};
+                              {rejected.out_of_range, "outside the range of any battery sensor"}}),
+              "they are left out and not replaced", percent, "%", count}};
 }
 
 std::vector<Finding> findLost(const Evidence& evidence) {
@@ -253,8 +253,8 @@ std::vector<Finding> findLost(const Evidence& evidence) {
                   counted(losses.samples, "sample") + " (" + twoDigits(percent) +
                       " %) lost from a regular grid of " + number(evidence.interval) + " s, in " +
                       counted(losses.from.size(), "place"),
-                  "the logger or the bus drops messages; a crank may have lost its peak, nothing "
-                  "is put in their place",
+                  "the logger or the bus drops messages; they are not replaced, and the peak of a "
+                  "crank may be among them",
                   percent, "%", losses.samples, someTimes(losses.from)}};
 }
 

@@ -186,7 +186,7 @@ ControlMode controlModeOf(ControlModeReason reason) {
 }
 
 std::string summaryOf(const ControlModeOverview& source, const ControlModeRule& rule) {
-  if (!source.seen) return "Nothing charges the battery: the current is controlled throughout.";
+  if (!source.seen) return "Nothing charges the battery, so the current is controlled throughout.";
   if (source.share == 0.0)
     return "The battery is charged by a source that controls the current; no voltage is held.";
   return format("A source holds the voltage in %.3g %% of the samples, those above %.3g A%s.",
@@ -212,12 +212,12 @@ void requireValid(const ControlModeRule& rule) {
 std::string toString(ControlModeReason reason) {
   constexpr std::array kSentences = {
       "nothing in the recording charges the battery",
-      "a load: the current is below what a source lets through",
+      "a load: the current is lower than while a source is connected",
       "the current is held within its noise while the voltage moves one way",
-      "a rest apart from any source: the voltage relaxes",
+      "a rest without a source: the voltage relaxes",
       "a charge that begins as this recording's charges do, with a controlled current",
       "the voltage is held while the current moves",
-      "a source is connected: the current is above what loads leave"};
+      "a source is connected: the current is higher than with loads alone"};
   return kSentences.at(static_cast<std::size_t>(reason));
 }
 

@@ -101,6 +101,15 @@ Series withEstimatedCurrent(const Series& series, const InstrumentLimits& limits
   return estimated;
 }
 
+void extendByKnownLimits(const Series& series, InstrumentLimits& limits) {
+  const std::size_t known = limits.masked.size();
+  limits.masked.resize(series.size(), 0);
+  for (std::size_t k = known; k < series.size(); ++k)
+    if (contains(limits.current_limits, series.current[k]) ||
+        contains(limits.voltage_limits, series.voltage[k]))
+      limits.masked[k] = static_cast<char>(SampleFault::kClipped);
+}
+
 void maskBehindUnknownCharge(const Series& series, InstrumentLimits& limits) {
   for (const IndexRange& stretch : stretchesAt(limits.current_limits, series.current)) {
     const auto is_cut_off = [&](std::size_t k) {

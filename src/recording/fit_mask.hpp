@@ -65,6 +65,13 @@ InstrumentLimits instrumentLimits(const Series& series);
 Series withEstimatedCurrent(const Series& series, const InstrumentLimits& limits);
 
 /**
+ * @brief Goes on with what earlier samples showed of the instrument: later ones that read a limit at
+ * which those were cut off are masked. What only the later samples show is not looked for.
+ * @param limits of the first samples of the series; it covers the whole series afterwards.
+ */
+void extendByKnownLimits(const Series& series, InstrumentLimits& limits);
+
+/**
  * @brief Masks half a minute behind each stretch in which both channels are cut off: nothing
  * reports the charge that flowed, and the battery remembers it (docs/physics.md#base-circuit: 50 s
  * at rest, less under load).

@@ -87,9 +87,9 @@ std::string sideHtml(const char* title, const ComparedSide& side, const Bounds& 
         drawingOf(series, kVoltageChannel, voltage) + drawingOf(series, kCurrentChannel, current);
   }
   if (side.series.empty())
-    html += element("p.note",
-                    "A model file keeps what its recording has to say in a comparison, and none of "
-                    "its samples.");
+    html += element(
+        "p.note",
+        "A model file keeps what a comparison needs of its recording, but not the samples.");
   return element("div", html);
 }
 
@@ -186,9 +186,9 @@ std::string changeHtml(const ChangeDiagnosis& diagnosis, const Change& change) {
        numberCell(format("%.2f", change.probability)),
        {escaped(join(change.indistinguishable))}}};
   return element("h3", escaped(change.id)) +
-         table(
-             {"change", "mechanism", "then", "now", "90 % interval", "probability", "looks alike"},
-             rows) +
+         table({"change", "mechanism", "then", "now", "90 % interval", "probability",
+                "indistinguishable from"},
+               rows) +
          featureChart(diagnosis.compared, "What " + change.id + " explains");
 }
 
@@ -241,8 +241,8 @@ std::string limitsSection(const ChangeDiagnosis& diagnosis) {
     rows.push_back({{element("code", escaped(limit.id))},
                     numberCell(changeStrengthText(limit.strength, limit.unit))});
   if (rows.empty()) return "";
-  return section("limits", "What would have been named",
-                 element("p", "From this strength on, a change is named in nine cases of ten.") +
+  return section("limits", "Detection limits",
+                 element("p", "A change of this strength is detected in nine cases of ten.") +
                      table({"change", "strength"}, rows));
 }
 

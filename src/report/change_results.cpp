@@ -33,7 +33,7 @@ std::string changesText(const ChangeDiagnosis& diagnosis) {
                    changeStrengthText(change.now, change.unit).c_str(), interval.c_str(),
                    change.probability);
     if (!change.indistinguishable.empty())
-      text += wrapped("looks alike  ", join(change.indistinguishable));
+      text += wrapped("indistinguishable from  ", join(change.indistinguishable));
   }
   return text;
 }
@@ -54,14 +54,14 @@ std::string comparedText(const ChangeDiagnosis& diagnosis) {
 std::string modelsText(const ChangeDiagnosis& diagnosis) {
   std::string text;
   for (const auto& [name, share] : {std::pair("reference", &diagnosis.reference_model),
-                                    {"with the change", &diagnosis.changed_model},
-                                    {"fitted to itself", &diagnosis.own_model}})
+                                    {"reference with change", &diagnosis.changed_model},
+                                    {"fitted to the recording", &diagnosis.own_model}})
     if (share->share_percent)
-      text += format("%-22s %12s %12s %12s\n", name, shareText(share->share_percent).c_str(),
+      text += format("%-24s %12s %12s %12s\n", name, shareText(share->share_percent).c_str(),
                      shareText(share->current_share_percent).c_str(),
                      shareText(share->voltage_share_percent).c_str());
   if (text.empty()) return "";
-  return format("\n%-22s %12s %12s %12s\n", "explains the end by", "together", "current",
+  return format("\n%-24s %12s %12s %12s\n", "last quarter explained", "together", "current",
                 "voltage") +
          text;
 }
@@ -71,7 +71,7 @@ std::string limitsText(const ChangeDiagnosis& diagnosis) {
   std::vector<std::string> limits;
   for (const ChangeLimit& limit : diagnosis.detection_limits)
     limits.push_back(limit.id + " " + changeStrengthText(limit.strength, limit.unit));
-  return "\n" + wrapped("named from   ", join(limits));
+  return "\n" + wrapped("detected from  ", join(limits));
 }
 
 }  // namespace

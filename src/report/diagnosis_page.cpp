@@ -33,11 +33,11 @@ void requireMatching(const Recording& recording, const Diagnosis& diagnosis) {
 std::string verdictWords(Verdict verdict) {
   switch (verdict) {
     case Verdict::kNoMismatch: return "No mismatch";
-    case Verdict::kEffect: return "One effect is missing in the model";
-    case Verdict::kSeveral: return "Several effects are missing in the model";
-    case Verdict::kAmbiguous: return "One of a few effects is missing in the model";
-    case Verdict::kMechanism: return "A mechanism is missing in the model";
-    case Verdict::kUnexplained: return "Something is missing in the model";
+    case Verdict::kEffect: return "One effect is missing from the model";
+    case Verdict::kSeveral: return "Several effects are missing from the model";
+    case Verdict::kAmbiguous: return "One of a few effects is missing from the model";
+    case Verdict::kMechanism: return "A mechanism is missing from the model";
+    case Verdict::kUnexplained: return "Something is missing from the model";
     case Verdict::kSensorFault: return "The measurement is at fault";
     case Verdict::kInsufficientData: break;
   }

@@ -37,8 +37,9 @@ std::string verdictText(const Diagnosis& d) {
   if (!d.base.provenance.recording.empty())
     text += "recording    " + d.base.provenance.recording + "\n";
   if (d.fit.train.to > d.fit.train.from)
-    text += format("%strained on %.1f to %.1f s, compared on %.1f to %.1f s that no fit has seen\n",
-                   kIndent, d.fit.train.from, d.fit.train.to, d.fit.holdout.from, d.fit.holdout.to);
+    text +=
+        format("%sfitted to %.1f to %.1f s, compared on %.1f to %.1f s, which no fit has used\n",
+               kIndent, d.fit.train.from, d.fit.train.to, d.fit.holdout.from, d.fit.holdout.to);
   return text;
 }
 
@@ -58,7 +59,8 @@ std::string mismatchText(const Diagnosis& d) {
   if (d.mismatch.empty()) return "";
   std::string text =
       format("\nwhere measurement and base model deviate (%zu stretches%s), measured minus model\n",
-             d.mismatch.size(), d.mismatch.size() > kSegmentsTold ? "; the largest" : "");
+             d.mismatch.size(),
+             d.mismatch.size() > kSegmentsTold ? ", of which the largest are listed" : "");
   text += format("%s%10s %10s  %-22s %10s %10s %9s\n", kIndent, "from [s]", "to [s]", "regime",
                  "mean [mV]", "peak [mV]", "p");
   for (const MismatchSegment& s : largest(d.mismatch))
@@ -85,7 +87,7 @@ std::string regimesText(const Diagnosis& d) {
     if (!f.is_significant && &f != largest) continue;
     const std::string unit = f.statistic == "slope" ? "mV/s" : "mV";
     text += wrapped(kIndent, plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) +
-                                 " " + unit + ", 95 % between " + millivolts(f.lower) + " and " +
+                                 " " + unit + ", 95 % interval " + millivolts(f.lower) + " to " +
                                  millivolts(f.upper) + " " + unit +
                                  format(" (%zu episodes)", f.episodes));
   }
@@ -96,9 +98,11 @@ std::string parameterBiasText(const Diagnosis& d) {
   std::string text;
   for (const ParameterBias& a : d.parameter_bias)
     if (std::abs(a.z) >= kNotableZ)
-      text += format("%s%-12s needs %8s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(),
+      text += format("%s%-12s %16s in %-22s (z %+.1f)\n", kIndent, a.parameter.c_str(),
                      biasText(a).c_str(), plainName(a.regime).c_str(), a.z);
-  return text.empty() ? text : "\nwhat the base model's parameters have taken up\n" + text;
+  return text.empty()
+             ? text
+             : "\nhow the base model's parameters would have to change to fit one regime\n" + text;
 }
 
 std::string parameterText(const DiagnosedParameter& p) {
@@ -113,15 +117,15 @@ std::string parameterText(const DiagnosedParameter& p) {
 std::string effectsText(const Diagnosis& d) {
   std::string text;
   for (const NamedEffect& effect : d.effects) {
-    text +=
-        "\n" + wrapped("effect       ", effect.id + ": " + titleOf(effect.id) + "; confidence " +
-                                            confidenceText(effect.confidence) + ", adds " +
-                                            millivolts(effect.voltage_rms) + " mV RMS");
+    text += "\n" + wrapped("effect       ",
+                           effect.id + ": " + titleOf(effect.id) + "; confidence " +
+                               confidenceText(effect.confidence) + ", changes the voltage by " +
+                               millivolts(effect.voltage_rms) + " mV RMS");
     if (!effect.biased_parameters.empty())
-      text += wrapped(kIndent, "hidden before in " + join(effect.biased_parameters));
+      text += wrapped(kIndent, "parameters biased without it: " + join(effect.biased_parameters));
     if (!effect.indistinguishable_from.empty())
-      text +=
-          wrapped(kIndent, "not distinguishable here from " + join(effect.indistinguishable_from));
+      text += wrapped(kIndent, "this recording cannot distinguish it from " +
+                                   join(effect.indistinguishable_from));
     for (const DiagnosedParameter& p : effect.parameters) text += parameterText(p);
   }
   return text;
@@ -132,30 +136,30 @@ std::string rejectedText(const Diagnosis& d) {
   std::size_t reported = 0;
   for (const Candidate& c : d.candidates)
     if (!c.rejected_because.empty() && reported++ < kReportedCandidates)
-      text += wrapped(format("%s%-26s evidence %7.1f  ", kIndent, c.id.c_str(), c.evidence),
+      text += wrapped(format("%s%-30s evidence %7.1f  ", kIndent, c.id.c_str(), c.evidence),
                       c.rejected_because);
-  return text.empty() ? text : "\nweighed and rejected\n" + text;
+  return text.empty() ? text : "\ntested and rejected\n" + text;
 }
 
 std::string comparisonText(const Diagnosis& d) {
   if (!(d.fit.train.to > d.fit.train.from)) return "";
-  std::string text = format("\n%-26s %10s %10s   %10s %10s\n", "", "training", "", "hold-out", "");
-  text += format("%-26s %10s %10s   %10s %10s\n", "before and after", "base", "extended", "base",
+  std::string text = format("\n%-30s %10s %10s   %10s %10s\n", "", "training", "", "hold-out", "");
+  text += format("%-30s %10s %10s   %10s %10s\n", "before and after", "base", "extended", "base",
                  "extended");
   const auto cell = [](const std::optional<double>& value) {
     return value ? format("%.1f", *value) : "-";
   };
   for (const MetricRow& row : metricRows(d.fit))
-    text += format("%-26s %10s %10s   %10s %10s\n", ("  " + row.title).c_str(),
+    text += format("%-30s %10s %10s   %10s %10s\n", ("  " + row.title).c_str(),
                    cell(row.base_train).c_str(), cell(row.extended_train).c_str(),
                    cell(row.base_holdout).c_str(), cell(row.extended_holdout).c_str());
   if (!crankCounts(d.fit).empty()) text += "  " + crankCounts(d.fit) + "\n";
   if (!baselineSentence(d).empty()) text += wrapped("  ", baselineSentence(d));
   for (const RegimeComparison& r : d.fit.regimes)
     if (changeOf(r) == "worse")
-      text +=
-          wrapped("  ", "became worse in " + plainName(r.regime) + ": " + millivolts(r.base_rmse) +
-                            " to " + millivolts(r.extended_rmse) + " mV");
+      text += wrapped("  ", "the error grows in " + plainName(r.regime) + ": from " +
+                                millivolts(r.base_rmse) + " to " + millivolts(r.extended_rmse) +
+                                " mV RMS");
   return text;
 }
 
@@ -169,8 +173,9 @@ std::string detectionLimitsText(const Diagnosis& d) {
                                           : " (at any strength)"));
   std::string text;
   if (!hidden.empty())
-    text += "\n" + wrapped("limits       ", "could be here unseen: " + join(hidden, "; ") +
-                                                ". Strengths are estimates");
+    text += "\n" + wrapped("limits       ",
+                           "could be present without being detected: " + join(hidden, "; ") +
+                               ". The strengths are estimates");
   if (!d.detection_limits.empty() && !promises)
     text += "\n" + wrapped("limits       ", whyNothingIsPromised(d.unexplained));
   for (const std::string& what : d.outside) text += wrapped("unobservable ", what);
@@ -187,12 +192,15 @@ std::string restText(const Diagnosis& d) {
   }
   if (d.verdict != Verdict::kInsufficientData)
     text += d.unexplained.rmse < d.unexplained.limits.rmse
-                ? wrapped("too small    ",
-                          millivolts(d.unexplained.rmse) + " mV RMS of structure is left; below " +
-                              millivolts(d.unexplained.limits.rmse) + " mV nothing is reported")
-                : wrapped("unexplained  ", "regressors of the currents would explain " +
-                                               millivolts(d.unexplained.rmse) +
-                                               " mV RMS in addition to the equations");
+                ? wrapped("unexplained  ",
+                          millivolts(d.unexplained.rmse) +
+                              " mV RMS of the error still depends on the currents, which is too "
+                              "little to be reported (limit " +
+                              millivolts(d.unexplained.limits.rmse) + " mV)")
+                : wrapped("unexplained  ",
+                          millivolts(d.unexplained.rmse) +
+                              " mV RMS of the error still depends on the currents, and no equation "
+                              "represents it");
   if (!d.next_experiment.empty()) text += wrapped("next         ", d.next_experiment);
   return text.empty() ? text : "\n" + text;
 }
@@ -278,9 +286,10 @@ std::string resultText(const Diagnosis& d) {
 std::string useOfDiscrepancy(const Diagnosis& diagnosis) {
   if (!diagnosis.discrepancy->is_used) return "It is not used.";
   if (diagnosis.extended.fit.discrepancy || diagnosis.source.share == 0.0)
-    return "It is in the extended model.";
-  return "It is in the extended model's voltage; a model file answers in the direction that the "
-         "source controls and has what was estimated there.";
+    return "It is part of the extended model.";
+  return "It is part of the extended model's voltage. A model file does not contain it: where a "
+         "source controls the voltage, it predicts the current, with the correction that was "
+         "estimated there.";
 }
 
 }  // namespace battery_sof

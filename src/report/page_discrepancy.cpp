@@ -180,9 +180,9 @@ std::string memoryChart(const DiscrepancyFinding& discrepancy) {
     if (std::isfinite(one.discharging))
       discharging.points.push_back(pointOf(one.time, one.discharging, one.discharging_std));
   }
-  return curvesHtml(format("What it adds after so long a current of %g A [mV]",
+  return curvesHtml(format("Correction during a constant current of %g A after a rest [mV]",
                            discrepancy.answer_current.value_or(0.0)),
-                    true, "time since a rest [s]", charging, discharging);
+                    true, "time since the rest [s]", charging, discharging);
 }
 
 /// What it adds over the current: at once, and when its memory has set in.
@@ -193,7 +193,7 @@ std::string currentChart(const DiscrepancyFinding& discrepancy) {
       early.points.push_back(pointOf(at.current, at.early, at.early_std));
     if (std::isfinite(at.late)) late.points.push_back(pointOf(at.current, at.late, at.late_std));
   }
-  return curvesHtml("What it adds over the current [mV]", false,
+  return curvesHtml("Correction as a function of the current [mV]", false,
                     "current [A], positive into the battery", early, late);
 }
 
@@ -203,8 +203,9 @@ std::string bandNote(const DiscrepancyFinding& discrepancy) {
   };
   if (std::none_of(discrepancy.answers.begin(), discrepancy.answers.end(), has_band)) return "";
   return element("p.note",
-                 "Bands: 95 % by the posterior of the weights; what no regressor can follow is not "
-                 "in them. A band that leaves the chart is cut off: little was driven there.");
+                 "The bands are 95 % intervals from the posterior of the weights. They do not "
+                 "cover errors that no regressor represents. A band that leaves the chart is cut "
+                 "off; the recording has little data there.");
 }
 
 std::string answerTable(const DiscrepancyFinding& discrepancy) {
@@ -221,9 +222,9 @@ std::string answerTable(const DiscrepancyFinding& discrepancy) {
   std::vector<std::vector<Cell>> rows;
   for (const DiscrepancyAnswer& one : discrepancy.answers)
     rows.push_back({{threeDigits(one.time) + " s"}, cell(one.charging), cell(one.discharging)});
-  return rows.empty()
-             ? ""
-             : table({"since a rest", "charging [mV]", "discharging [mV]"}, rows, "class=\"map\"");
+  return rows.empty() ? ""
+                      : table({"since the rest", "charging [mV]", "discharging [mV]"}, rows,
+                              "class=\"map\"");
 }
 
 std::string currentTable(const DiscrepancyFinding& discrepancy) {
@@ -248,15 +249,15 @@ std::string nearestHtml(const Diagnosis& d) {
     if (c.mechanism == mechanismId(mechanism) &&
         (nearest == nullptr || c.evidence > nearest->evidence))
       nearest = &c;
-  std::string text = "It follows most what the mechanism " +
-                     element("strong", escaped(plainName(mechanismId(mechanism)))) + " does. ";
+  std::string text = "It most resembles the mechanism " +
+                     element("strong", escaped(plainName(mechanismId(mechanism)))) + ". ";
   if (nearest == nullptr)
-    text += "No equation of the catalogue in it was weighed.";
+    text += "No equation of this mechanism was tested.";
   else
-    text += "Nearest equation of the catalogue: " + escaped(titleOf(nearest->id)) + " " +
+    text += "The closest equation of the catalogue is: " + escaped(titleOf(nearest->id)) + " " +
             element("code", escaped(nearest->id)) +
             withMinusSigns(format(" (evidence %.0f; ", nearest->evidence)) +
-            (nearest->rejected_because.empty() ? "accepted, and this remains)."
+            (nearest->rejected_because.empty() ? "accepted, and the discrepancy is what it leaves)."
                                                : escaped(nearest->rejected_because) + ").");
   return element("p", text);
 }
@@ -268,7 +269,7 @@ std::string discrepancyHtml(const Diagnosis& d) {
   const std::string numbers = answerTable(discrepancy) + currentTable(discrepancy);
   const std::string charts = memoryChart(discrepancy) + currentChart(discrepancy);
   const std::string note = element(
-      "p.note", "Drawn for currents, and as long at a stretch, as the training part held them.");
+      "p.note", "The curves cover only currents and durations that occur in the training part.");
   return nearestHtml(d) + charts + (charts.empty() ? "" : note) + bandNote(discrepancy) +
          (numbers.empty() ? "" : details("The same in numbers", numbers));
 }

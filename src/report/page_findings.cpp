@@ -99,10 +99,10 @@ std::string regimeTable(const Diagnosis& d) {
   }
   if (rows.empty()) return "";
   return element("h3", "By operating regime") +
-         element(
-             "p.note",
-             "Measured minus base model, with 95 % intervals. Marked: more than chance would give, "
-             "counting how many numbers were looked at; of fewer than seven episodes none is.") +
+         element("p.note",
+                 "Measured minus base model, with 95 % intervals. A value is marked if it is "
+                 "larger than chance explains, given the number of values that were tested. A "
+                 "regime with fewer than seven episodes is never marked.") +
          table({"regime", "episodes", "mean [mV]", "slope [mV/s]", "at its end [mV]"}, rows);
 }
 
@@ -131,12 +131,14 @@ std::string parameterBiasTable(const Diagnosis& d) {
     for (const std::string& regime : regimes)
       rows.back().push_back(parameterBiasCell(d.parameter_bias, parameter, regime));
   }
-  return element("h3", "Which parameter would fit better with another value") +
+  return element("h3", "Parameters that would fit better with another value") +
          element("p.note",
-                 "One value of a parameter has to serve all regimes. Each cell says how strongly a "
-                 "regime requires another value (z, in standard errors) and which: " +
+                 "Each parameter has one value for all regimes. A cell shows how far the best "
+                 "value for one regime is from it, in standard errors (z), and the change that "
+                 "this would take: " +
                      element("span.chip more", "more") + " or " +
-                     element("span.chip less", "less") + ". A right model leaves this map pale.") +
+                     element("span.chip less", "less") +
+                     ". With a correct model, all cells are pale.") +
          table(head, rows, "class=\"map\"");
 }
 
@@ -157,7 +159,8 @@ std::string segmentTable(const Diagnosis& d, double clock_origin) {
          numberCell(format("%.1g", s.p_value))});
   }
   const std::string more =
-      format("The first %zu of %zu; the JSON holds all.", kSegmentsListed, d.mismatch.size());
+      format("Only the first %zu of %zu stretches are listed; the JSON output has all of them.",
+             kSegmentsListed, d.mismatch.size());
   return details(format("Stretch by stretch (%zu)", d.mismatch.size()),
                  table({"stretch", "regime", "mean [mV]", "peak [mV]", "p"}, rows) +
                      (d.mismatch.size() > kSegmentsListed ? element("p.note", more) : ""));
@@ -177,15 +180,13 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
       escaped(plainName(c.mechanism)) + format(" \xc2\xb7 evidence %.0f", c.evidence);
   if (c.holdout_gain_percent)
     numbers += format(" \xc2\xb7 hold-out %+.0f %%", *c.holdout_gain_percent);
-  const std::string bar = format("style=\"width:%.1f%%\"", 100.0 * onAxis(c.evidence, end)),
-                    line = format("style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end)),
-                    why =
-                        is_accepted
-                            ? "accepted: its evidence is above the line. Its mechanism is what is "
-                              "missing, by this equation and no other that fits alike, with "
-                              "a probability of " +
-                                  escaped(confidenceText(c.confidence))
-                            : "rejected: " + escaped(c.rejected_because);
+  const std::string
+      bar = format("style=\"width:%.1f%%\"", 100.0 * onAxis(c.evidence, end)),
+      line = format("style=\"left:%.1f%%\"", 100.0 * onAxis(threshold, end)),
+      why = is_accepted ? "accepted, because its evidence is above the line. The probability that "
+                          "its mechanism is missing and that this equation describes it is " +
+                              escaped(confidenceText(c.confidence))
+                        : "rejected: " + escaped(c.rejected_because);
   return element(
       is_accepted ? "li.accepted" : "li",
       element("div.name", element("strong", escaped(headline(titleOf(c.id)))) + " " + code(c.id)) +
@@ -200,7 +201,7 @@ std::string candidateHtml(const Candidate& c, double end, double threshold) {
 /// Where a value lies between the catalogue's bounds, as a mark on a gauge and in numbers.
 std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
   if (p.at_bound)
-    return element("strong", "at the catalogue\xe2\x80\x99s bound: not plausible as it stands");
+    return element("strong", "at the bound of the catalogue, so the value is not plausible");
   const EffectInfo* effect = catalogued(id);
   if (effect == nullptr) return kNone;
   const auto info = std::find_if(effect->parameters.begin(), effect->parameters.end(),
@@ -226,13 +227,13 @@ std::string effectHtml(const NamedEffect& effect) {
          numberCell(withError(p.value, p.std, p.unit)),
          numberCell(p.lower || p.upper ? intervalText(p.lower, p.upper, spoken_in(p.unit)) : kNone),
          {plausibility(effect.id, p)}});
-  std::string facts = "Its mechanism is what is missing with a probability of " +
+  std::string facts = "The probability that its mechanism is missing is " +
                       escaped(confidenceText(effect.probability));
   if (!effect.indistinguishable_from.empty())
-    facts += ", by this equation with " + escaped(confidenceText(effect.confidence));
-  facts += ". It moves the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
+    facts += "; that this equation describes it, " + escaped(confidenceText(effect.confidence));
+  facts += ". The effect changes the voltage by " + millivolts(effect.voltage_rms) + " mV RMS.";
   if (!effect.biased_parameters.empty())
-    facts += " Without it, " + escaped(join(effect.biased_parameters)) + " had taken it up.";
+    facts += " Without it, the fit biased " + escaped(join(effect.biased_parameters)) + ".";
   if (!effect.indistinguishable_from.empty())
     facts += " This recording cannot distinguish it from " +
              escaped(join(effect.indistinguishable_from)) + ".";
@@ -256,7 +257,7 @@ std::string baseParameterTable(const Diagnosis& d) {
                       numberCell(format("%+.1f %%", 100.0 * (after.value / before.value - 1.0)))});
     }
   if (rows.empty()) return "";
-  return element("h3", "What became of the base parameters") +
+  return element("h3", "Parameters of the base model") +
          table({"parameter", "base model", "extended model", "change"}, rows);
 }
 
@@ -289,8 +290,7 @@ std::string metricTable(const Diagnosis& d) {
       rows.push_back({title, cell(row.base_holdout), cell(row.base_train)});
   }
   const std::string sentence = baselineSentence(d), counts = crankCounts(d.fit);
-  const std::string baseline =
-      sentence.empty() ? "" : element("p", escaped(headline(sentence) + "."));
+  const std::string baseline = sentence.empty() ? "" : element("p", escaped(sentence));
   const std::string cranks = counts.empty() ? "" : element("p.note", headline(counts) + ".");
   if (!is_extended) return table({"", "hold-out", "training"}, rows) + cranks + baseline;
   return baseline + cranks +
@@ -337,7 +337,7 @@ std::string detectionLimitsTable(std::vector<DetectionLimit> list) {
          numberCell(x.strength ? spoken(*x.strength, x.unit) : "at no strength"),
          numberCell(spoken(x.typical, x.unit)),
          numberCell(x.strength && ratio(x) > 0.0 ? threeDigits(ratio(x)) + " \xc3\x97" : kNone)});
-  return table({"effect", "its parameter", "shows from", "typical", "ratio"}, rows);
+  return table({"effect", "parameter", "detected from", "typical", "ratio"}, rows);
 }
 
 std::string listHtml(const std::vector<std::string>& sentences) {
@@ -371,34 +371,37 @@ std::string evidenceSection(const Diagnosis& d) {
     (k < kCandidatesListed ? items : further) +=
         candidateHtml(candidates[k], end, threshold) + "\n";
   if (!further.empty())
-    further = details(format("And %zu more", d.candidates.size() - kCandidatesListed),
+    further = details(format("%zu more", d.candidates.size() - kCandidatesListed),
                       element("ol.evidence", further));
   const std::string likely = "Likely mechanisms: " + escaped(likelyMechanismsText(d.mechanisms));
-  return section("evidence", "What was weighed",
-                 element("p.note", element("span.swatch after", "") +
-                                       " gain of the evidence by a fit with it, logarithmic. The "
-                                       "line marks what a place in the model takes.") +
-                     element("ol.evidence", items) + further +
-                     (d.mechanisms.empty() ? "" : element("p", likely + ".")));
+  return section(
+      "evidence", "What was tested",
+      element("p.note",
+              element("span.swatch after", "") +
+                  " Gain in evidence when the effect is added to the model, on a logarithmic "
+                  "scale. The line marks the gain from which an effect is accepted.") +
+          element("ol.evidence", items) + further +
+          (d.mechanisms.empty() ? "" : element("p", likely + ".")));
 }
 
 std::string effectsSection(const Diagnosis& d) {
   std::string html;
   for (const NamedEffect& effect : d.effects) html += effectHtml(effect);
-  return html.empty()
-             ? ""
-             : section("effects", "What is missing, with numbers", html + baseParameterTable(d));
+  return html.empty() ? ""
+                      : section("effects", "What is missing, with its parameters",
+                                html + baseParameterTable(d));
 }
 
 std::string comparisonSection(const Diagnosis& d) {
   if (!(d.fit.holdout.to > d.fit.holdout.from)) return "";
   const std::string note =
-      !hasExtended(d) ? "Nothing was added: these are the base model\xe2\x80\x99s errors. " : "";
+      !hasExtended(d) ? "Nothing was added, so these are the errors of the base model. " : "";
   return section(
       "comparison", "Before and after",
-      element("p.note", note + "The hold-out is the end of the drive: no fit and no choice has "
-                               "seen it. The better value is bold: a higher Q_dyn or explained "
-                               "variation, and less of everything else.") +
+      element("p.note",
+              note + "The hold-out is the end of the drive, which neither the fits nor the choice "
+                     "of effects has used. The better value is bold: the higher one of Q_dyn and "
+                     "explained variation, and the smaller one of everything else.") +
           metricTable(d) + regimeComparisonTable(d));
 }
 
@@ -408,19 +411,21 @@ std::string detectionLimitsSection(const Diagnosis& d) {
     if (d.unexplained.isNoise()) (x.visible ? visible : hidden).push_back(x);
   std::string html;
   if (!d.detection_limits.empty() && !d.unexplained.isNoise())
-    html += element("p", whyNothingIsPromised(d.unexplained) + ".");
+    html += element("p", headline(whyNothingIsPromised(d.unexplained)) + ".");
   if (!hidden.empty())
-    html += element("p",
-                    "These may be present at their usual strength without this recording showing "
-                    "it. Strengths are estimates, as good as the model that was found.");
+    html += element(
+        "p",
+        "These effects may be present at their usual strength without showing in this recording. "
+        "The strengths are estimates and only as good as the model that was found.");
   if (!hidden.empty()) html += detectionLimitsTable(hidden);
   if (!visible.empty())
-    html += details(format("What would have shown (%zu)", visible.size()),
+    html += details(format("Effects that would have been detected (%zu)", visible.size()),
                     detectionLimitsTable(visible));
   if (!d.outside.empty())
-    html += element("h3", "Beyond any recording of current and voltage") + listHtml(d.outside);
-  if (!d.instrument.empty()) html += element("h3", "The instruments") + listHtml(d.instrument);
-  return section("hidden", "Detection limits here", html);
+    html +=
+        element("h3", "What no recording of current and voltage can show") + listHtml(d.outside);
+  if (!d.instrument.empty()) html += element("h3", "Instruments") + listHtml(d.instrument);
+  return section("hidden", "Detection limits", html);
 }
 
 std::string unexplainedSection(const Diagnosis& d) {
@@ -429,8 +434,8 @@ std::string unexplainedSection(const Diagnosis& d) {
   std::string html = element("p", escaped(discrepancy.description + " " + useOfDiscrepancy(d)));
   if (!discrepancy.is_used) return section("unexplained", "What no equation represents", html);
   if (d.mechanism)
-    html += element("p", "Its kind: " + escaped(mechanismSentence(*d.mechanism)) + ".");
-  html += element("h3", "What it follows most") + listHtml(discrepancy.terms);
+    html += element("p", "Its mechanism: " + escaped(mechanismSentence(*d.mechanism)) + ".");
+  html += element("h3", "Regressors with the largest weights") + listHtml(discrepancy.terms);
   return section("unexplained", "What no equation represents", html + discrepancyHtml(d));
 }
 
@@ -442,24 +447,25 @@ std::string nextSection(const Diagnosis& d) {
 std::string readingSection() {
   const char* const items[][2] = {
       {"Base model",
-       "the small circuit of the paper: two resistances, a double layer with its charge transfer, "
+       "The small circuit of the paper: two resistances, a double layer with charge transfer, and "
        "a constant open-circuit voltage. It is fitted to the training part."},
       {"Extended model",
-       "the base model with the effects found here, everything fitted together, and the "
+       "The base model with the effects that were found, all fitted together, and the "
        "discrepancy."},
       {"Evidence",
-       "logarithm of how much better the data are predicted with an effect than without. Dependent "
-       "errors count once. An effect is selected from a gain of 12 on."},
+       "The logarithm of how much better the data are predicted with an effect than without it. "
+       "Correlated errors count once. An effect is accepted if the gain is at least 12."},
       {"Probability",
-       "of the mechanism in its place, against the other mechanisms\xe2\x80\x99 best."},
+       "How likely it is that this mechanism is missing, compared with the best that any other "
+       "mechanism offers in its place."},
       {"Discrepancy",
-       "a data-driven correction from the currents and their memories, where no equation fits. It "
-       "is used where it predicts stretches it was not fitted to."},
+       "A correction from the data, a function of the current and its history, for what no "
+       "equation represents. It is used only if it predicts stretches that it was not fitted to."},
       {"Q_dyn", "1 - RMS error / standard deviation of the voltage [%] (paper, eq. 6)."},
-      {"Sign", "current is positive into the battery; errors are measured minus model."}};
+      {"Sign", "Current is positive into the battery; errors are measured minus model."}};
   std::string list;
   for (const auto& item : items) list += element("dt", item[0]) + element("dd", item[1]);
-  return section("reading", "How to read this", element("dl", list));
+  return section("reading", "How to read this page", element("dl", list));
 }
 
 }  // namespace battery_sof

@@ -157,7 +157,8 @@ std::string operatingModeKey(const Drawing& drawing) {
   const std::size_t stretches = drawing.diagnosis.source.times.size();
   std::string text = element("span.swatch controlled", "") +
                      format(" hatched: a source controls the voltage (%zu stretches", stretches);
-  if (stretches > kStretchesShown) text += format(", the first %zu drawn", kStretchesShown);
+  if (stretches > kStretchesShown)
+    text += format(", of which the first %zu are drawn", kStretchesShown);
   return text + "); elsewhere the current is controlled. ";
 }
 
@@ -260,12 +261,13 @@ std::string plotsHtml(const Drawing& drawing) {
 }
 
 std::string keyHtml(const Drawing& drawing) {
-  std::string text = "Drag to zoom, double-click to see all again, shift and drag to move. ";
+  std::string text = "Drag to zoom, double-click to zoom out, hold Shift and drag to pan. ";
   if (!drawing.diagnosis.source.times.empty()) text += operatingModeKey(drawing);
   if (!drawing.diagnosis.mismatch.empty())
-    text += element("span.swatch mismatch", "") + " where the base model deviates beyond chance. ";
+    text += element("span.swatch mismatch", "") +
+            " the base model deviates by more than chance explains. ";
   if (drawing.hasHoldout())
-    text += element("span.swatch holdout", "") + " hold-out: no fit has seen it. ";
+    text += element("span.swatch holdout", "") + " hold-out, which no fit has used. ";
   text += drawing.t0 > 0.0 ? "Time [s] counts from the recording\xe2\x80\x99s first sample."
                            : "Time [s] is the recording\xe2\x80\x99s own clock.";
   if (drawing.shown.size() < drawing.series.size())

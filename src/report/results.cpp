@@ -133,22 +133,24 @@ std::string resultText(const FittedModel& model, const ControlModeOverview& mode
   for (const auto& e : model.fit.estimates)
     text += format("%-26s %12.6g %12s %-4s %s\n", e.name.c_str(), e.value,
                    e.std ? format("%.2g", *e.std).c_str() : "-", e.unit.c_str(), remarkOn(e));
-  text += format("fit          Q_dyn %.1f %%, RMS error %.1f mV, residual correlated over %.2f s\n",
-                 model.fit.scores.q_dyn_percent, 1e3 * model.fit.scores.rmse,
-                 model.fit.scores.residual_correlation_time);
+  text +=
+      format("fit          Q_dyn %.1f %%, RMS error %.1f mV, residuals correlated over %.2f s\n",
+             model.fit.scores.q_dyn_percent, 1e3 * model.fit.scores.rmse,
+             model.fit.scores.residual_correlation_time);
   if (!mode.summary.empty())
     text += wrapped("source       ",
-                    mode.summary + (model.fit.source ? " The fit's input is the voltage there."
-                                                     : " The fit's input is the current."));
+                    mode.summary + (model.fit.source ? " There the voltage is the input of the fit."
+                                                     : " The current is the input of the fit."));
   if (model.fit.scores.cranks > 0)
-    text +=
-        format("cranks       %d in the window; the equations miss their minima by %.0f mV RMS\n",
-               model.fit.scores.cranks, 1e3 * model.fit.scores.crank_error_std);
+    text += format(
+        "cranks       %d in the window; the equations miss their lowest voltages by %.0f mV RMS\n",
+        model.fit.scores.cranks, 1e3 * model.fit.scores.crank_error_std);
   if (const auto capacity = estimatedCapacity(model.fit))
     text += format("capacity     %.3g Ah from full to exhausted, 90 %% between %.3g and %.3g Ah\n",
                    capacity->value, capacity->lower, capacity->upper);
   text += format("state        u_c2 = %.4f V at %.2f s\n", model.state.states[0], model.state.time);
-  text += format("quality      %.2f of the window for this model\n", model.fit.window_quality);
+  text += format("quality      %.2f (window quality for this model, 0 to 1)\n",
+                 model.fit.window_quality);
   return text + conclusion;
 }
 
@@ -187,26 +189,26 @@ std::string resultText(const PredictionReport& report) {
   text += format("window    %.2f to %.2f s, %zu samples\n", scores.window.from, scores.window.to,
                  scores.window.samples);
   if (!report.model_age)
-    text += "model     of a recording on another clock: how old it is, is not known\n";
+    text += "model     fitted to a recording on another clock, so its age is not known\n";
   else if (*report.model_age > 0.0)
     text += format(
         "model     fitted %.0f s before the end of this range; intervals grow with its age\n",
         *report.model_age);
   if (report.cranks_beyond_window > 0)
     text += format(
-        "cranks    %zu draw more than the %.0f A of the model's window and are extrapolations: no "
-        "answer of such a crank is valid\n",
+        "cranks    %zu draw more than the %.0f A of the model's window, so their predictions are "
+        "extrapolations and not valid\n",
         report.cranks_beyond_window, -report.largest_discharge);
   if (report.both_ways) {
-    text += format("voltage as input where a source controls it, current elsewhere:\n");
+    text += format("input: the voltage where a source controls it, the current elsewhere\n");
     text += format("%-9s %9s %9s %9s %10s %10s %10s\n", "", "explained", "current", "voltage",
                    "10 s", "60 s", "cranks");
     appendBothWays(text, "model", *report.both_ways);
     appendBothWays(text, "baseline", report.baseline);
     text += format(
-        "(explained variation, 1 - RMS error / standard deviation; median error of a charge's "
-        "mean current; mean error of cranks' minima)\n");
-    text += format("current as input throughout:\n");
+        "(explained variation = 1 - RMS error / standard deviation; 10 s, 60 s: median error of "
+        "the mean current of charges; cranks: mean error of the lowest voltage)\n");
+    text += format("input: the current throughout\n");
   }
   if (scores.q_dyn_percent)
     text += format(
@@ -224,8 +226,8 @@ std::string resultText(const PredictionReport& report) {
     return text;
   }
   text += format(
-      "cranks    %zu, the answers miss their minima by %.0f mV on average, the equations without "
-      "past cranks by %s RMS; baseline %s on average\n",
+      "cranks    %zu; the answers miss their lowest voltages by %.0f mV on average, the equations "
+      "without correction by past cranks by %s RMS, the baseline by %s on average\n",
       scores.cranks.size(), 1e3 * scores.crank_mean_abs_error.value_or(0.0),
       millivoltsOf(scores.crank_equations_rms).c_str(),
       millivoltsOf(report.baseline.crank_mean_abs_error).c_str());
@@ -255,14 +257,14 @@ std::string resultText(const CrankingQuery& query, const CrankingAnswer& answer)
 }
 
 std::string resultText(const StopTimeQuery& query, const StopTimeAnswer& answer) {
-  std::string text =
-      format("question  longest stop at %.1f A, then a crank of %.2f s at %.1f A holds %.2f V\n",
-             query.i_load, query.t_cranking, query.i_cranking, query.u_required);
-  const char* recovers = answer.monotone ? "" : "; the battery recovers at first";
+  std::string text = format(
+      "question  longest stop at %.1f A after which a crank of %.2f s at %.1f A holds %.2f V\n",
+      query.i_load, query.t_cranking, query.i_cranking, query.u_required);
+  const char* recovers = answer.monotone ? "" : "; the battery recovers for a while";
   if (answer.t_stop && answer.outcome == StopTimeOutcome::kAtLeast)
-    text += format("stop      at least %s, the longest that is valid; 90 %% lower end %s%s\n",
-                   seconds(answer.t_stop->value).c_str(), seconds(answer.t_stop->lower).c_str(),
-                   recovers);
+    text += format(
+        "stop      at least %s, the longest that is valid; lower end of the 90 %% interval %s%s\n",
+        seconds(answer.t_stop->value).c_str(), seconds(answer.t_stop->lower).c_str(), recovers);
   else if (answer.t_stop)
     text +=
         format("stop      %s, 90 %% between %s and %s: %s%s\n",

@@ -28,13 +28,13 @@ std::string wrapped(const std::string& lead, const std::string& text) {
 std::string meaningOf(Verdict verdict) {
   switch (verdict) {
     case Verdict::kNoMismatch:
-      return "This judges the model: it is no measure of the battery's health.";
+      return "This verdict is about the model and says nothing about the battery's health.";
     case Verdict::kSensorFault:
-      return "What is at fault is the measurement or the wiring, not the battery.";
-    case Verdict::kInsufficientData: return "It says nothing about the battery.";
+      return "The fault lies in the measurement or the wiring, not in the battery.";
+    case Verdict::kInsufficientData: return "This says nothing about the battery.";
     default: break;
   }
-  return "It is the model that lacks this: a mismatch is no fault of the battery.";
+  return "This is a shortcoming of the model and does not mean that the battery is faulty.";
 }
 
 std::string threeDigits(double value) { return format("%.3g", value); }
@@ -48,15 +48,15 @@ std::string millivolts(const std::optional<double>& volts) {
 std::string whyNothingIsPromised(const UnexplainedPart& left) {
   const std::string reason =
       left.noise > kPlausible
-          ? millivolts(left.noise) + " mV RMS are left, more than instruments leave"
-          : "regressors of the currents would explain " + millivolts(left.rmse) + " mV RMS more";
-  return reason + ": any effect may be in that, and no strength of one can be promised";
+          ? millivolts(left.noise) + " mV RMS remain unexplained, more than instruments account for"
+          : millivolts(left.rmse) + " mV RMS of the error still depends on the currents";
+  return reason + "; an effect would not stand out from it, so no detection limit is stated";
 }
 
 std::string biasText(const ParameterBias& bias) {
   constexpr double kNoChange = 0.005;  // of a value: rounds to 0 %
   if (bias.parameter == "u_dc") return millivolts(bias.change) + " mV";
-  if (std::abs(bias.change) < kNoChange && std::abs(bias.z) >= kNotableZ) return "beyond";
+  if (std::abs(bias.change) < kNoChange && std::abs(bias.z) >= kNotableZ) return "beyond its bound";
   return format("%+.0f %%", 100.0 * bias.change);
 }
 
@@ -96,36 +96,37 @@ std::vector<MetricRow> metricRows(const Comparison& fit) {
   add("Q_dyn [%]", 1.0, &ErrorMetrics::q_dyn_percent, true);
   add("RMS error [mV]", 1e3, &ErrorMetrics::rmse);
   add("largest error [mV]", 1e3, &ErrorMetrics::max_abs);
-  add("cranks' minima [mV]", 1e3, &ErrorMetrics::crank_mae);
+  add("crank minima [mV]", 1e3, &ErrorMetrics::crank_mae);
   add("bias in charges [mV]", 1e3, &ErrorMetrics::charge_bias);
   add("charge current [A]", 1.0, &ErrorMetrics::charge_current_error);
   add("explained variation [%]", 1.0, &ErrorMetrics::share_percent, true);
-  add("explained, of the current [%]", 1.0, &ErrorMetrics::current_share_percent, true);
+  add("explained, current only [%]", 1.0, &ErrorMetrics::current_share_percent, true);
   return rows;
 }
 
 std::string crankCounts(const Comparison& fit) {
   if (fit.base_train.cranks + fit.base_holdout.cranks == 0) return "";
-  return format("cranks: %zu on the hold-out, %zu in training", fit.base_holdout.cranks,
+  return format("cranks: %zu in the hold-out, %zu in the training part", fit.base_holdout.cranks,
                 fit.base_train.cranks);
 }
 
 std::string baselineSentence(const Diagnosis& diagnosis) {
   const Comparison& fit = diagnosis.fit;
-  const auto share = [](const ErrorMetrics& m) {
-    return format("Q_dyn %.1f %%, RMS error %.1f mV", m.q_dyn_percent, 1e3 * m.rmse) +
-           (m.share_percent ? format(", explained variation %.1f %%", *m.share_percent) : "");
-  };
   std::string text;
-  if (fit.baseline_ridge)
-    text += "without physics, on the hold-out: a ridge regression on the current's memories " +
-            share(*fit.baseline_ridge);
-  if (fit.baseline_line)
-    text += (text.empty() ? "without physics, on the hold-out: " : "; ") +
-            ("a linear baseline " + share(*fit.baseline_line));
+  const auto add = [&text](const char* baseline, const std::optional<ErrorMetrics>& metrics) {
+    if (!metrics) return;
+    text += text.empty() ? "On the hold-out, without any physics, " : "; ";
+    text += baseline + format(" reaches Q_dyn %.1f %% and an RMS error of %.1f mV",
+                              metrics->q_dyn_percent, 1e3 * metrics->rmse);
+    if (metrics->share_percent)
+      text += format(" (explained variation %.1f %%)", *metrics->share_percent);
+  };
+  add("a ridge regression on the current and its history", fit.baseline_ridge);
+  add("a linear baseline", fit.baseline_line);
+  if (!text.empty()) text += ".";
   if (diagnosis.source.share > 0.0)
-    text += format("%sa source holds the voltage in %.0f %% of the samples",
-                   text.empty() ? "" : "; ", 100.0 * diagnosis.source.share);
+    text += format("%sA source holds the voltage in %.0f %% of the samples.",
+                   text.empty() ? "" : " ", 100.0 * diagnosis.source.share);
   return text;
 }
 

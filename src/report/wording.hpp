@@ -38,8 +38,8 @@ std::string intervalText(const std::optional<double>& lower, const std::optional
 /// a full stop.
 std::string whyNothingIsPromised(const UnexplainedPart& left);
 
-/// @return "-12 %", or of u_dc "3.4 mV": the change that a regime needs; "beyond" where the value
-/// stands at its bound and cannot go further.
+/// @return "-12 %", or of u_dc "3.4 mV": the change that a regime needs; "beyond its bound" where
+/// the value stands at its bound and cannot go further.
 std::string biasText(const ParameterBias& bias);
 
 /// @return "97 %"; never 100 %, as no confidence counts what is in no catalogue.
@@ -61,12 +61,12 @@ struct MetricRow {
 /// @return the rows of the table before and after; those that no stretch has are left out.
 std::vector<MetricRow> metricRows(const Comparison& fit);
 
-/// @return how many cranks the two parts hold, "cranks: 2 on the hold-out, 6 in training"; empty
-/// without any.
+/// @return how many cranks the two parts hold, "cranks: 2 in the hold-out, 6 in the training part";
+/// empty without any.
 std::string crankCounts(const Comparison& fit);
 
-/// @return one sentence on what needs no physics reached on the hold-out, and on the source; empty
-/// when neither is known.
+/// @return sentences on what baselines without physics reach on the hold-out, and on the source;
+/// empty when neither is known.
 std::string baselineSentence(const Diagnosis& diagnosis);
 
 /// @return how a regime's error changed, judged by the interval of the change: "better", "worse" or

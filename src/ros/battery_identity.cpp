@@ -38,8 +38,8 @@ BatteryIdentity::Sample BatteryIdentity::judge(const sensor_msgs::BatteryState& 
   others_ = serial_number == other_ ? others_ + 1 : 1;
   other_ = serial_number;
   if (others_ < kConvinced) {
-    why_none_ =
-        "samples with serial number " + other_ + " are ignored, the battery's is " + serial_number_;
+    why_none_ = "samples with serial number " + other_ + " are ignored, because the battery's is " +
+                serial_number_;
     return Sample::kOfNone;
   }
   others_ = 0;

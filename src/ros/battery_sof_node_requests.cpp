@@ -127,7 +127,7 @@ void BatterySofNode::beginRequested() {
   }
   if (is_busy) {
     waiting_goals_.back().publishFeedback(
-        feedbackOf<IdentifyFeedback>("waiting for the identification that runs"));
+        feedbackOf<IdentifyFeedback>("waiting for the running identification"));
     return;
   }
   IdentifyGoals goals = std::exchange(waiting_goals_, {});

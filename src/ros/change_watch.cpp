@@ -30,7 +30,7 @@ std::string whyNoReference(const Series& series) {
   const auto problems = findProblems(series);
   if (!problems.empty()) return "the buffered samples have a problem: " + format(problems);
   return format(
-      "the buffered samples, %zu, are too few or have too few changes of current of 8 A and more; "
+      "the %zu buffered samples are too few or have too few changes of current of 8 A and more; "
       "drive on and ask again",
       series.size());
 }
@@ -83,7 +83,7 @@ void ChangeWatch::take(const Series& series, const std::string& topic, int epoch
   std::shared_ptr<const ResponseTable> after;
   if (!before) {
     after = responseTable(series);
-    if (after) ROS_INFO("%zu samples are the reference of changes from now on", series.size());
+    if (after) ROS_INFO("%zu samples are the reference for changes from now on", series.size());
   } else if (series.size() >= kFewestRows && findProblems(series).empty()) {
     const ResponseFeatures drive = responseFeatures(responseRows(series), before->scale);
     if (drive.count() < kFewestFeatures) return;
@@ -121,7 +121,7 @@ ChangeWatch::Outcome ChangeWatch::setReference(const Series& series) {
   if (series.empty()) return {false, "no samples are buffered yet"};
   auto table = responseTable(series);
   if (!table) return {false, whyNoReference(series)};
-  const std::string said = format("%zu samples, %.0f to %.0f s, are the reference of changes",
+  const std::string said = format("%zu samples, from %.0f to %.0f s, are the reference for changes",
                                   table->samples, table->from, table->to);
   const std::lock_guard<std::mutex> lock(mutex_);
   reference_ = std::move(table);

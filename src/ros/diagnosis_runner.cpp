@@ -110,7 +110,7 @@ FinishedDiagnosis DiagnosisRunner::diagnosed(Job& job) {
   try {
     report.diagnosis = diagnose(job.recording, options);
   } catch (const std::exception& error) {
-    report.fault = std::string("the diagnosis broke off: ") + error.what();
+    report.fault = std::string("the diagnosis stopped: ") + error.what();
   }
   report.duration_ms = 1e3 * elapsed();
   const double series_blocks = options_.session.series_blocks;

@@ -42,7 +42,7 @@ void reportDataRate(Status& status, const Snapshot& now, const Snapshot& before)
   } else if (now.no_data_for) {
     status.summaryf(Level::ERROR, "no sample for %.1f s", *now.no_data_for);
   } else if (!now.status.not_valid.empty()) {
-    status.summary(Level::ERROR, "no answer is valid, " + now.status.not_valid);
+    status.summary(Level::ERROR, "no answer is valid, because " + now.status.not_valid);
   } else {
     status.summary(Level::OK, rate ? "samples arrive" : "no new sample since the last report");
   }

@@ -222,7 +222,7 @@ void findContradictions(const NodeOptions& options, Faults& faults) {
   require(window <= session.buffer, "window_s", shown(window),
           "at most ~buffer_s, which is " + shown(session.buffer));
   require(options.vehicle_type.empty() || !options.priors.empty(), "vehicle_type",
-          "'" + options.vehicle_type + "'", "with ~priors, whose types it is one of");
+          "'" + options.vehicle_type + "'", "only with ~priors, a file with such types");
 }
 
 void readPriors(NodeOptions& options, Faults& faults) {

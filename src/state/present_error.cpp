@@ -100,15 +100,17 @@ void PresentErrorFilter::follow(const InputSample& sample, double error) {
     now_.level = error;
   } else {
     const double alike = correlationOfLoads(current, *now_.current, now_.largest);
-    if (alike >= kSameLoad && duration > 0.0) compare(0, duration, error - now_.level, duration);
+    const double since = now_.since;
+    now_.since = alike >= kSameLoad ? since + duration : 0.0;
+    if (now_.since > 0.0 && since > 0.0) compare(0, duration, error - now_.level, duration);
     compareSnapshots(duration, error, current);
-    now_.since = alike >= kSameLoad ? now_.since + duration : 0.0;
-    now_.level +=
-        std::max(1.0 - std::exp(-duration / kLevelMemory), 1.0 - alike) * (error - now_.level);
+    const double share = now_.since > 0.0 ? duration / now_.since : 0.0;
+    now_.level += std::max({1.0 - std::exp(-duration / kLevelMemory), 1.0 - alike, share}) *
+                  (error - now_.level);
   }
   now_.current = current;
-  if (snapshots_.empty() || clock_ - snapshots_.back().time >= kSnapshotInterval)
-    snapshots_.push_back({clock_, now_.level, current, 1});
+  const bool is_due = snapshots_.empty() || clock_ - snapshots_.back().time >= kSnapshotInterval;
+  if (now_.since > 0.0 && is_due) snapshots_.push_back({clock_, now_.level, current, 1});
 }
 
 }  // namespace battery_sof

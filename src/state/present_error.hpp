@@ -18,15 +18,17 @@ struct PresentForecast {
  * @brief Follows what a model misses of the voltage at the load that flows, and learns from its own
  * past how far such an error misses later voltages.
  *
- *     level <- level + g (error - level),   g = max(1 - exp(-duration / 8 s), 1 - rho),
+ *     level <- level + g (error - level),   g = max(1 - exp(-duration / 8 s), 1 - rho, duration / s)
  *     rho(i, j) = max(0, 1 - |i - j| / largest current)
  *
- * Errors at loads apart are different errors, which rho says: a wrong resistance adds one that
- * grows with the difference. The level of a moment is held against the error of the next sample,
- * and against those 30 and 120 s later, where the load is then the same within a twentieth; the
- * mean squares, of the last five minutes, are what a forecast misses. Between these spans they are
- * interpolated linearly, beyond them the last two say by which power of time they grow, from a walk
- * (1) to a drift (2).
+ * s is the time for which the load has been the same. The sample of an edge may show one channel
+ * before the other, so the next one replaces what it says, and the level is the mean since then
+ * until the memory is shorter. Errors at loads apart are different errors, which rho says: a wrong
+ * resistance adds one that grows with the difference. The level of a moment behind an edge is held
+ * against the error of the next sample, and against those 30 and 120 s later, where the load is then
+ * the same within a twentieth; the mean squares, of the last five minutes, are what a forecast
+ * misses. Between these spans they are interpolated linearly, beyond them the last two say by which
+ * power of time they grow, from a walk (1) to a drift (2).
  *
  * Constant memory. Where the voltage is controlled there is no present load.
  */

@@ -89,6 +89,23 @@ class Difficulty(unittest.TestCase):
         self.assertGreater(z[0], 0.5)
         self.assertAlmostEqual(z[1] / z[0], 2.0, delta=0.05)
 
+    def test_a_resistance_is_concealed_in_a_resistance(self):
+        current = drive(300)
+        voltage = base.simulate(TRUE[:, None], current, 0.01)[:, 0]
+        fit = difficulty.fitted(LABEL, (0.01, current, voltage + 1e-3 * np.minimum(current, 0.0)))
+        bias, parameter = difficulty.largest_bias(LABEL, fit)
+        self.assertEqual(parameter, "r_discharge")
+        self.assertAlmostEqual(bias, 0.2, delta=0.01)
+        self.assertGreater(difficulty.bias_in_errors(LABEL, fit, parameter), strength.BIASED_IN_ERRORS)
+        self.assertLess(difficulty.raised(LABEL, fit.residual[fit.kept]), strength.RAISED)
+        self.assertGreater(difficulty.raised(LABEL, 3e-3 * np.ones(5)), strength.RAISED)
+
+    def test_a_tenth_more_and_no_more_is_concealed(self):
+        hidden = {"raised": 1.1, "bias": -0.1, "bias_in_errors": 3.0}
+        self.assertTrue(strength.is_concealed(hidden))
+        for key, value in (("raised", 1.11), ("bias", 0.09), ("bias_in_errors", 2.9)):
+            self.assertFalse(strength.is_concealed(dict(hidden, **{key: value})), key)
+
     def test_cells_around_edges_are_left_out(self):
         current = np.where(np.arange(300) < 150, 0.0, 20.0)
         self.assertEqual(list(np.flatnonzero(~difficulty.away_from_edges(current))), [13, 14, 15, 16])
@@ -113,7 +130,11 @@ class Seal(unittest.TestCase):
 
     def test_a_share_keeps_every_stratum(self):
         self.assertEqual({(one["level"], one["family"]) for one in levels.plan("a", 0.02)},
-                         {(one.level, one.mechanism) for one in levels.STRATA})
+                         {(one.level, one.mechanism) for one in levels.STRATA if one.level not in levels.ON_REQUEST})
+
+    def test_what_committed_seals_do_not_have_is_drawn_on_request_alone(self):
+        self.assertEqual({one["rule"] for one in levels.plan("a", 1.0, only=["C6"])}, {"concealed"})
+        self.assertFalse({one["level"] for one in levels.plan("a", 1.0)} & set(levels.ON_REQUEST))
 
     def test_the_command_seals_under_the_names_of_the_committed_seal(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -67,7 +67,7 @@ class ChangeWhileDriving(NodeTest):
 
         again = set_reference()
         self.assertTrue(again.success, again.message)
-        self.assertIn("are the reference of changes", again.message)
+        self.assertIn("are the reference for changes", again.message)
         wait_until(lambda: "responses:" in self.saved(state_file), 20, "the reference on the disk")
         node.stop()
         self.assertIn("responses:", self.saved(state_file))

@@ -142,7 +142,7 @@ class DiagnosisWhileDriving(NodeTest):
             result = goal.wait(20)
             took = time.monotonic() - begun
             self.assertEqual((goal.state(), result.success, result.code), (GoalStatus.PREEMPTED, False, DiagnoseResult.FAILED))
-            self.assertRegex(result.message, r"^the diagnosis broke off: cancelled after \d+\.\d s while \w")
+            self.assertRegex(result.message, r"^the diagnosis stopped: cancelled after \d+\.\d s while \w")
             self.assertLess(took, CANCELLED_WITHIN, result.message)
         goal = self.begin(node, "cancelled", 0.0)
         other = Goal("cancelled", "diagnose", DiagnoseAction)

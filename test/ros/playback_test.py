@@ -204,7 +204,7 @@ class Playback(NodeTest):
             self.assert_model_is_the_drives(result.model)
         feedback = [one for goal in goals for one in goal.feedback]  # what comes after the result is not passed on
         self.assertTrue(feedback and all(math.isnan(one.progress) for one in feedback))
-        self.assertLessEqual({one.stage for one in feedback}, {"fitting", "waiting for the identification that runs"})
+        self.assertLessEqual({one.stage for one in feedback}, {"fitting", "waiting for the running identification"})
 
     def assert_a_cancelled_identification_is_discarded(self, node):
         for _ in range(30):  # a fit that was quicker has succeeded

@@ -55,7 +55,7 @@ class Restart(NodeTest):
         after = wait_until(lambda: self.asked(refusals), 20, "an answer after the restart")
         self.assertTrue(player.is_alive(), "the bag goes on")
         for said in refusals:
-            self.assertIn("the saved model waits for the first sample", said)
+            self.assertIn("the saved model is waiting for the first sample", said)
         self.assertAlmostEqual(after.u_min, before.u_min, delta=0.5)
         ready = self.latest("/killed_node/status", SofStatus).wait(
             lambda s: s.state == SofStatus.READY and "the saved model is in use" in s.reason, 20, "the saved model in use")

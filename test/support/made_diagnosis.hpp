@@ -47,7 +47,7 @@ inline ControlModeOverview madeSource(const Series& series) {
   for (const double t : series.time)
     held += std::fmod(t, 150.0) >= 25.8 && std::fmod(t, 150.0) < 75.0 ? 1 : 0;
   source.share = static_cast<double>(held) / static_cast<double>(series.size());
-  source.totals = {{"a load: the current is below what a source lets through",
+  source.totals = {{"a load: the current is lower than while a source is connected",
                     ControlMode::kCurrent, 8, series.size() - held},
                    {"the voltage is held while the current moves", ControlMode::kVoltage, 8, held}};
   for (int k = 0; k < 8; ++k)
@@ -128,15 +128,16 @@ inline MadeDiagnosis madeNamed() {
   d.evidence_extended = 7050.0;
   d.effective_sample_fraction = 0.11;
   d.unexplained = {0.0004, 0.002, 0.006, {0.0015, 0.010, 0.03}, 0.0007};
-  d.candidates = {
-      {"charge_acceptance", 1840.0, 0.97, "", "acceptance", 95.0},
-      {"acid_transport", 1610.0, 0.0, "what was taken instead explains more of the error", "acid"},
-      {"sulphate_history", 410.0, 0.0, "what was taken instead explains more of the error",
-       "acceptance"},
-      {"gassing", 38.0, 0.0, "what was taken instead explains more of the error", "side_reactions"},
-      {"current_offset", 9.5, 0.0, "its evidence is too small", "instrument"},
-      {"charge_transfer", 0.4, 0.0, "its evidence is too small", "structure"},
-      {"time_skew", -1.2, 0.0, "its evidence is too small", "instrument"}};
+  d.candidates = {{"charge_acceptance", 1840.0, 0.97, "", "acceptance", 95.0},
+                  {"acid_transport", 1610.0, 0.0,
+                   "what was accepted instead explains more of the error", "acid"},
+                  {"sulphate_history", 410.0, 0.0,
+                   "what was accepted instead explains more of the error", "acceptance"},
+                  {"gassing", 38.0, 0.0, "what was accepted instead explains more of the error",
+                   "side_reactions"},
+                  {"current_offset", 9.5, 0.0, "its evidence is too small", "instrument"},
+                  {"charge_transfer", 0.4, 0.0, "its evidence is too small", "structure"},
+                  {"time_skew", -1.2, 0.0, "its evidence is too small", "instrument"}};
   for (int k = 0; k < 8; ++k) {
     const double from = 150.0 * k + 37.0;
     if (from > 690.0 && from < 820.0) continue;
@@ -209,8 +210,8 @@ inline MadeDiagnosis madeUnknown() {
   d.mechanism = Mechanism::kAcceptance;
   d.probability = 0.94;
   d.mismatch = {{187.0, 225.0, "long_charge", 0.08, 0.15, 1e-4}};
-  d.candidates = {
-      {"acid_transport", 55.0, 0.0, "what was taken instead explains more of the error", "acid"}};
+  d.candidates = {{"acid_transport", 55.0, 0.0,
+                   "what was accepted instead explains more of the error", "acid"}};
   DiscrepancyFinding discrepancy;
   discrepancy.is_used = true;
   discrepancy.left_out = {0.064, 0.021};

@@ -4,7 +4,7 @@
 import unittest
 
 from battery_sof_tools import recordings
-from battery_sof_tools.benchmark import measured
+from battery_sof_tools.benchmark import known_physics, measured
 from battery_sof_tools.stress import kill, soak
 
 
@@ -61,6 +61,18 @@ class DiagnoseMeasured(unittest.TestCase):
 
     def test_while_a_charger_regulates_the_ratio_is_of_what_is_not_explained(self):
         self.assertEqual(measured.ratio({"base": 0.1, "extended": 0.2, "shares": (20.0, 60.0, 0.0)}), 0.5)
+
+
+class KnownPhysics(unittest.TestCase):
+    def test_a_case_is_right_by_its_first_mechanism_and_compared_where_both_have_an_error(self):
+        row = {"name": "deep_001", "plan": "discharge", "mechanisms": ["open_circuit", "acid"], "usable_ah": 5.0, "verdict": "effect", "effects": ["ocv_soc"], "mechanism": "acid",
+               "held_v": {"circuit": 0.3, "extended": 0.1, "line": 0.2, "ridge": 0.05}, "shares": [None, None], "capacity_ah": [5.5, 4.8, 6.0]}
+        wrong = dict(row, mechanism="ageing", capacity_ah=[7.0, 6.0, 8.0], held_v=dict(row["held_v"], ridge=None))
+        silent = dict(row, mechanism=None, capacity_ah=None, shares=[40.0, 30.0])
+        found = known_physics.figures([row, wrong, silent, {"name": "x", "failed": "no answer"}])
+        self.assertEqual([found[key] for key in ("cases", "answered", "right", "wrong", "stated", "held")], [4, 3, 1, 1, 2, 1])
+        self.assertEqual([found[key] for key in ("beside_circuit", "not_behind_circuit", "beside_ridge", "not_behind_ridge")], [3, 2, 1, 0])
+        self.assertIn("5.5 (4.8 to 6.0)", known_physics.told(row))
 
 
 class Soak(unittest.TestCase):

@@ -1,5 +1,5 @@
-"""What mkdocs does not do by itself for the site of README.md, CONTRIBUTING.md and docs/ (mkdocs.yml): links are those of the checkout, and the public headers
-are pages of doxygen.
+"""What mkdocs does not do by itself for the site of README.md, CONTRIBUTING.md and docs/ (mkdocs.yml): links are those of the checkout, formulas are typeset, and
+the public headers are pages of doxygen.
 
 A file outside docs/ that a page links to is copied into files/ under a name that ends in .txt (roslaunch looks for launch files in build/, too). A link to a
 folder, which a site cannot show, becomes plain text.
@@ -8,9 +8,14 @@ folder, which a site cannot show, becomes plain text.
 import os
 import re
 import subprocess
+import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-ROOT = os.path.dirname(os.path.dirname(HERE))
+sys.path.insert(0, os.path.dirname(HERE))  # mkdocs loads this file alone
+
+from battery_sof_tools import formulas
+from battery_sof_tools.files import ROOT
+
 TOP = ("README.md", "CONTRIBUTING.md")  # pages outside docs/
 LINK = re.compile(r"(!?\[([^\]]*)\]\()([^)\s#:]+)((?:#[^)\s]*)?\))")
 
@@ -25,6 +30,14 @@ def on_config(config):
     return config
 
 
+def copy(path, name, site):
+    """A file that is copied into the site under a name."""
+    from mkdocs.structure.files import File
+    file = File(name, ROOT, site, False)
+    file.abs_src_path = path
+    return file
+
+
 def on_files(files, config):
     """Files by their paths in the checkout, which links lead to; where they lie in the site does not change."""
     from mkdocs.exceptions import BuildError
@@ -36,7 +49,8 @@ def on_files(files, config):
     for file in files:
         if file.abs_src_path.startswith(config["docs_dir"] + os.sep):
             file.src_uri = "docs/" + file.src_uri
-    return Files([*files, *(File(page, ROOT, site, False) for page in TOP), File("headers/index.html", site, site, False)])
+    look = [copy(path, os.path.join("katex", name), site) for name, path in formulas.style_files().items()]
+    return Files([*files, *look, *(File(page, ROOT, site, False) for page in TOP), File("headers/index.html", site, site, False)])
 
 
 def fitted(text, page, outside):
@@ -57,11 +71,18 @@ def fitted(text, page, outside):
 
 
 def on_page_markdown(markdown, page, config, files):
-    from mkdocs.structure.files import File
+    from mkdocs.exceptions import BuildError
+    try:
+        page.formulas = formulas.typeset(formulas.formulas_of(markdown))
+    except ValueError as error:
+        raise BuildError(f"{page.file.src_uri}: {error}") from error
+    return fitted(formulas.without_formulas(markdown), page.file.src_uri,
+                  lambda path: files.append(copy(os.path.join(ROOT, path), f"files/{path}.txt", config["site_dir"])))
 
-    def copied(path):
-        copy = File(f"files/{path}.txt", ROOT, config["site_dir"], False)
-        copy.abs_src_path = os.path.join(ROOT, path)
-        files.append(copy)
 
-    return fitted(markdown, page.file.src_uri, copied)
+def on_page_content(html, page, config, files):
+    return formulas.with_words(html, page.formulas)
+
+
+def on_post_page(output, page, config):
+    return formulas.with_formulas(output, page.formulas)

@@ -114,6 +114,8 @@ def figures(plays, low, high):
     for kind in ("crank", "charge"):
         one = pooled(of_kind(every, kind)) or {"count": 0}
         out[kind + "s"] = {key: one.get(key) for key in ("count", "error", "inside_percent", "width")}
+    by_past = pooled([row for row in of_kind(every, "charge") if row["by_past"]]) or {"count": 0}
+    out["charges_by_past"] = {key: by_past.get(key) for key in ("count", "error", "inside_percent", "width")}
     known = [[row["upper"] for row in of_kind(rows, "valid") if row["upper"] >= 0.0] for rows in plays]
     medians = [np.median(some) for some in known if some]
     out["standing_width_v"] = float(np.median(medians)) if medians else None
@@ -121,11 +123,12 @@ def figures(plays, low, high):
 
 
 EVENTS = "{count}: {error:.2f}, {inside_percent:.0f} %, {width:.1f}"
-HEAD = ("minutes", "valid crank, stop, charge [%]", "cranks: mean error, inside, width [V]", "charges: mean error, inside, width [A]")
+HEAD = ("minutes", "valid crank, stop, charge [%]", "cranks: mean error, inside, width [V]", "charges: mean error, inside, width [A]",
+        "of these valid by past charges alone")
 
 
 def cells(age, one):
-    events = [EVENTS.format(**one[kind]) if one[kind]["count"] else "0" for kind in ("cranks", "charges")]
+    events = [EVENTS.format(**one[kind]) if one[kind]["count"] else "0" for kind in ("cranks", "charges", "charges_by_past")]
     return [age, "{valid_crank_percent:.0f}, {valid_stop_percent:.0f}, {valid_charge_percent:.0f}".format(**one), *events]
 
 

@@ -85,7 +85,7 @@ class Clients(unittest.TestCase):
         self.start()
         for code, said in self.ask():
             self.assertEqual(code, 1, said)
-            self.assertIn("nothing identified yet", said)
+            self.assertIn("no model has been identified yet", said)
 
     def test_with_a_model_both_say_the_same(self):
         model, sof = os.path.join(self.folder, "model.yaml"), program("battery_sof", "sof")

@@ -161,7 +161,7 @@ class EnergyManager {
     decision.reserve = verdict.reserve;
     decision.planned_charge = verdict.planned_charge;
     decision.reason = verdict.may_stop && restart_
-                          ? "the engine is to start, as was decided in this stop"
+                          ? "the engine has to start, as was decided earlier in this stop"
                           : verdict.reason;
     decisions_.publish(decision);
   }

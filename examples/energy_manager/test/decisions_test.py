@@ -120,7 +120,7 @@ class Decisions(unittest.TestCase):
             self.assertGreater(len(later), 20)
             self.assertFalse([d for d, _ in later if d.may_stop])
             self.assertTrue([d for d, off in later if off and d.restart], "a restart in a stop")
-        self.assertTrue([d for d, _, _ in self.demanding.decisions if "might not hold" in d.reason])
+        self.assertTrue([d for d, _, _ in self.demanding.decisions if "might not keep" in d.reason])
         self.assertLess(self.demanding.decisions[-1][0].reserve, 0.2)
         self.assertTrue([d for d, _, _ in self.unheard_of.decisions if "extrapolat" in d.reason or "strongest" in d.reason
                          or "but the window" in d.reason], self.unheard_of.decisions[-1])

@@ -12,7 +12,7 @@ struct ContactResistance {
     return {
         "contact_resistance",
         "I6",
-        "a cable or contact changed its resistance",
+        "the resistance of a cable or contact has changed",
         "u += r_c / 2 (1 + tanh((t - t_c) / 1 s)) i; a constant contact resistance leaves no trace",
         {linearStrength("contact_step", "r_c", "ohm", 0.0005, -0.005, 0.02,
                         "docs/physics.md#contact_resistance"),

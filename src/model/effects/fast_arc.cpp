@@ -8,7 +8,7 @@ struct FastArc {
   static EffectInfo info() {
     return {"fast_arc",
             "S2",
-            "a fast polarisation that the resistances had absorbed",
+            "a fast polarisation that the circuit takes for resistance",
             "tau dv/dt = R_h i - v,  u += v",
             {linearStrength("arc_resistance", "R_h", "ohm", 0.001, 0.0, 0.01,
                             "docs/physics.md#fast_arc"),

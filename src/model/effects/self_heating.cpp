@@ -13,7 +13,7 @@ struct SelfHeating {
     return {"self_heating",
             "P9",
             "the battery warms itself",
-            "C_th dT/dt = i^2 r + i u_c2 - T / R_th\n"
+            "C_th dT/dt = i^2 r + (i u_c2)^+ - T / R_th\n"
             "r(T) = r (1 - 0.006 T), I_0(T) = I_0 exp(E_a / R (1/298 K - 1/(298 K + T)))",
             {strength("inverse_heat_capacity", "1/C_th", "K/J", 7.5e-5, 0.0, 5e-4,
                       "docs/physics.md#self_heating"),

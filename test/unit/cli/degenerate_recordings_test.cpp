@@ -200,7 +200,7 @@ TEST_F(FlippedRecordings, OfVoltageAreRefusedAndItsSignIsNamed) {
 TEST_F(FlippedRecordings, MillisecondsReadAsSecondsAreRefusedWithTheOptionThatMendsThem) {
   Series series = test::baseDrive(1, 300.0);
   for (double& time : series.time) time *= 1e3;
-  expectRefused(series, "one way", "--time-unit ms");
+  expectRefused(series, "in one direction", "--time-unit ms");
   const Outcome mended =
       sof({"identify", path("flipped.csv"), "--time-unit", "ms", "--out", model_, "--json", "-"});
   EXPECT_EQ(mended.code, 0) << mended.err;

@@ -244,7 +244,7 @@ TEST_F(Sof, PredictsInTheDirectionThatASourceImposesAndFromTheCurrentAlone) {
   EXPECT_EQ(column(path("out.csv"), "predicted_a").size(), by_current.size());
 
   const Outcome text = sof({"predict", model_, path("car.csv"), "--from", "900"});
-  EXPECT_NE(text.out.find("voltage as input where a source controls it"), std::string::npos);
+  EXPECT_NE(text.out.find("input: the voltage where a source controls it"), std::string::npos);
   EXPECT_NE(text.out.find("baseline"), std::string::npos);
 }
 

@@ -34,7 +34,7 @@ TEST(ScreenInstruments, MovesTheCurrentOnceWhateverElseIsFound) {
   ASSERT_TRUE(screening.skew);
   EXPECT_GT(screening.late_samples, 0);
   EXPECT_EQ(sentencesOf(screening, "1 gap"), 1);
-  EXPECT_EQ(sentencesOf(screening, "the current was moved by "), 1);
+  EXPECT_EQ(sentencesOf(screening, "the current was shifted by "), 1);
 }
 
 }  // namespace

@@ -179,15 +179,16 @@ TEST(Summary, OfSeveralNamesThemAllAndOfTheIndistinguishableNamesTheMechanism) {
                    "; the other: " + titleOf(several.effects[1].id)));
   Diagnosis ambiguous = judgedAs(Verdict::kAmbiguous);
   ambiguous.mechanism = Mechanism::kAcid;
-  EXPECT_TRUE(says(ambiguous, mechanismSentence(Mechanism::kAcid) + ", by one of several"));
+  EXPECT_TRUE(says(ambiguous, mechanismSentence(Mechanism::kAcid) +
+                                  ", for which several equations fit equally well"));
   EXPECT_FALSE(says(ambiguous, effectInfo("acid_transport").title));
   ambiguous.mechanism = Mechanism::kAgeing;
-  EXPECT_TRUE(
-      says(ambiguous, mechanismSentence(Mechanism::kAgeing) + ", while an equation of acid fits"));
+  EXPECT_TRUE(says(ambiguous, mechanismSentence(Mechanism::kAgeing) +
+                                  ", although the equation that fits belongs to acid"));
 }
 
 TEST(Summary, SaysWhichMechanismIsTheSecondLikeliest) {
-  EXPECT_TRUE(says(judgedAs(Verdict::kMechanism), "(probability 0.60; side_reactions 0.21)"));
+  EXPECT_TRUE(says(judgedAs(Verdict::kMechanism), "(probability 0.60; next side_reactions 0.21)"));
   Diagnosis sure = judgedAs(Verdict::kMechanism);
   sure.mechanisms.resize(1);
   EXPECT_FALSE(says(sure, "side_reactions"));
@@ -196,12 +197,12 @@ TEST(Summary, SaysWhichMechanismIsTheSecondLikeliest) {
 TEST(Summary, WithoutAnEquationSaysWhetherACorrectionIsEstimated) {
   Diagnosis diagnosis = judgedAs(Verdict::kUnexplained);
   EXPECT_TRUE(says(diagnosis, "no mechanism explains"));
-  EXPECT_TRUE(says(diagnosis, "nothing estimated"));
+  EXPECT_TRUE(says(diagnosis, "no correction estimated"));
   diagnosis = judgedAs(Verdict::kMechanism);
   EXPECT_TRUE(says(diagnosis, mechanismSentence(Mechanism::kOpenCircuit)));
-  EXPECT_TRUE(says(diagnosis, "nothing estimated"));
+  EXPECT_TRUE(says(diagnosis, "no correction estimated"));
   diagnosis.discrepancy.emplace();
-  EXPECT_TRUE(says(diagnosis, "nothing estimated")) << "it is not used";
+  EXPECT_TRUE(says(diagnosis, "no correction estimated")) << "it is not used";
   diagnosis.discrepancy->is_used = true;
   EXPECT_TRUE(says(diagnosis, "the extended model by 100.0 mV"));
 }

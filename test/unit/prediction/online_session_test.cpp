@@ -284,7 +284,8 @@ TEST(OnlineSession, BringsAThousandHertzDownToAHundredAndFindsTheSameBattery) {
 TEST(OnlineSession, WithoutAModelQueriesSayWhyAndInvalidOnesAreStillCalledInvalid) {
   OnlineSession session;
   EXPECT_EQ(session.live().predictCranking(kQuery).code, AnswerCode::kNoModel);
-  EXPECT_THAT(session.live().predictCranking(kQuery).message, HasSubstr("nothing identified yet"));
+  EXPECT_THAT(session.live().predictCranking(kQuery).message,
+              HasSubstr("no model has been identified yet"));
   EXPECT_EQ(session.live().simulateProfile({0.0, 1.0}, {0.0, 0.0}).code, AnswerCode::kNoModel);
   CrankingQuery positive = kQuery;
   positive.i_cranking = 200.0;
@@ -424,8 +425,8 @@ TEST(OnlineSession, RestoredModelAnswersFromTheFirstSampleOn) {
   session.restore(*before.model());
   EXPECT_EQ(session.live().predictCranking(kQuery).code, AnswerCode::kNoModel);
   EXPECT_THAT(session.live().predictCranking(kQuery).message,
-              HasSubstr("saved model waits for the first sample"));
-  EXPECT_THAT(session.status().reason, HasSubstr("saved model waits for the first sample"));
+              HasSubstr("saved model is waiting for the first sample"));
+  EXPECT_THAT(session.status().reason, HasSubstr("saved model is waiting for the first sample"));
   for (int n = 0; n < 200; ++n) session.push(inputs.next());
   EXPECT_EQ(session.status().state, SessionState::kReady);
   EXPECT_NEAR(session.live().predictCranking(kQuery).u_min->value,

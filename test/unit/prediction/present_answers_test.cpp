@@ -107,7 +107,7 @@ TEST(PresentAnswers, ACrankMissedByMoreThanItsIntervalEndsValidityAtOnce) {
   EXPECT_TRUE(behindACrankOffBy(0.0).valid) << behindACrankOffBy(0.0).message;
   const CrankingAnswer answer = behindACrankOffBy(-3.0);
   EXPECT_FALSE(answer.valid);
-  EXPECT_THAT(answer.message, HasSubstr("the last crank measured"));
+  EXPECT_THAT(answer.message, HasSubstr("the last crank reached"));
 }
 
 TEST(PredictRange, IntervalsGrowWithTheAgeOfTheModelWhichIsReported) {

@@ -169,7 +169,7 @@ TEST_P(SeriesBlocks, OfAnotherNumberIsNotRestored) {
   EXPECT_EQ(restoredBy(blocks_).basis, AnswerBasis::kPreviousTrip);
   EXPECT_EQ(restoredBy(1.0).basis, AnswerBasis::kPopulation);
   EXPECT_THAT(restoredBy(1.0).reason,
-              HasSubstr(format("it is of %g blocks of 12 V, series_blocks is 1", blocks_)));
+              HasSubstr(format("it is of %g blocks of 12 V, but series_blocks is 1", blocks_)));
 }
 
 INSTANTIATE_TEST_SUITE_P(OfSixToFortyEightVolts, SeriesBlocks, ::testing::Values(0.5, 2.0, 4.0));

@@ -186,8 +186,9 @@ TEST(PredictStopTime, AnIntervalFromNoStopToTheLongestSaysNothing) {
   const StopTimeAnswer answer = predictStopTime(model, query);
   EXPECT_FALSE(answer.valid);
   EXPECT_EQ(answer.t_stop->lower, 0.0);
-  EXPECT_TRUE(holds(answer.message, "says nothing, expected narrower than")) << answer.message;
-  EXPECT_TRUE(holds(answer.message, "the stop that draws all of the battery")) << answer.message;
+  EXPECT_TRUE(holds(answer.message, "is of no use, expected narrower than")) << answer.message;
+  EXPECT_TRUE(holds(answer.message, "the stop that discharges the whole battery"))
+      << answer.message;
   query.i_load = 0.0;
   EXPECT_TRUE(holds(predictStopTime(model, query).message, "s, a day"))
       << predictStopTime(model, query).message;

@@ -129,7 +129,7 @@ TEST(SavedModel, RefusedByAWrongClockIsJudgedAgainWhenTheClockIsRight) {
 TEST(SavedModel, ThatWaitsIsNotCalledUnidentified) {
   OnlineSession session;
   session.restore(test::knownModel());
-  EXPECT_EQ(session.whyNoModel().value_or(""), "the saved model waits for the first sample");
+  EXPECT_EQ(session.whyNoModel().value_or(""), "the saved model is waiting for the first sample");
   EXPECT_THAT(session.live().predictCranking(kQuery).message, Not(HasSubstr("nothing identified")));
 }
 

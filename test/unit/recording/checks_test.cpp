@@ -599,7 +599,7 @@ TEST(MissingCheck, RepeatsWhatTheIntakeRefused) {
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].id, "missing");
   EXPECT_EQ(findings[0].samples, 7U);
-  EXPECT_TRUE(says(findings[0].what, "4 without current or voltage, 1 infinite, 2 beyond"));
+  EXPECT_TRUE(says(findings[0].what, "4 without current or voltage, 1 infinite, 2 outside"));
 }
 
 /// Without every sample of which the test is true.

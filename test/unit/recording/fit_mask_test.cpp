@@ -181,6 +181,26 @@ TEST(FitMask, DoesNotMaskAValueThatWasEnteredBecauseItMayBeRight) {
   EXPECT_EQ(countMasked(instrumentLimits(series)), 0U);
 }
 
+TEST(FitMask, LaterSamplesAreJudgedByTheLimitsThatEarlierOnesShowed) {
+  Series series = cleanDrive();
+  const std::size_t known = series.size() / 2;
+  for (double& current : series.current) current = std::max(current, -150.0);
+  const auto later = series.voltage.begin() + static_cast<std::ptrdiff_t>(known);
+  std::for_each(later, series.voltage.end(), [](double& u) { u = std::max(u, 11.3); });
+  std::fill(later + 1000, later + 6000, later[1000]);
+  InstrumentLimits limits = instrumentLimits(slice(series, {0, known}));
+  const std::vector<char> before = limits.masked;
+  extendByKnownLimits(series, limits);
+  ASSERT_EQ(limits.masked.size(), series.size());
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), limits.masked.begin()));
+  std::size_t cut_off = 0;
+  for (std::size_t k = known; k < series.size(); ++k) {
+    ASSERT_EQ(limits.masked[k] != 0, series.current[k] == -150.0) << k;
+    cut_off += limits.masked[k] != 0;
+  }
+  EXPECT_GT(cut_off, 100U);
+}
+
 // ---------------------------------------------------------------------------------------------
 // quantisation
 

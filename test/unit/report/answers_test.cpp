@@ -108,7 +108,8 @@ TEST(StopTimeText, SaysWhatWasAskedAndFound) {
       << text;
   const std::string least =
       resultText(query, answered(StopTimeOutcome::kAtLeast, {72.0, 60.0, 7200.0}));
-  EXPECT_TRUE(holds(least, "at least 72.0 s, the longest that is valid; 90 % lower end 60.0 s"))
+  EXPECT_TRUE(holds(
+      least, "at least 72.0 s, the longest that is valid; lower end of the 90 % interval 60.0 s"))
       << least;
 }
 

@@ -38,13 +38,14 @@ TEST(DiagnosisPage, SaysInTheHeadlinesSecondSentenceWhatTheVerdictMeansForTheBat
     const std::string headline =
         markup.substr(markup.find("<h1>"), markup.find("</h1>") - markup.find("<h1>"));
     EXPECT_NE(
-        headline.find(". It is the model that lacks this: a mismatch is no fault of the battery."),
+        headline.find(
+            ". This is a shortcoming of the model and does not mean that the battery is faulty."),
         std::string::npos)
         << headline;
-    EXPECT_NE(markup.find("missing in the model</p>"), std::string::npos) << toString(verdict);
+    EXPECT_NE(markup.find("missing from the model</p>"), std::string::npos) << toString(verdict);
   }
   made.diagnosis.verdict = Verdict::kSensorFault;
-  EXPECT_NE(pageOf(made).find("the measurement or the wiring, not the battery.</h1>"),
+  EXPECT_NE(pageOf(made).find("the measurement or the wiring, not in the battery.</h1>"),
             std::string::npos);
 }
 
@@ -98,7 +99,7 @@ TEST(DiagnosisPage, ListsNothingWhereNoStrengthIsPromised) {
     one = {one.id, one.parameter, one.unit, std::nullopt, one.typical, false};
   made.diagnosis.unexplained.noise = 0.031;
   const std::string page = pageOf(made, false);
-  EXPECT_NE(page.find("31.0 mV RMS are left"), std::string::npos);
+  EXPECT_NE(page.find("31.0 mV RMS remain unexplained"), std::string::npos);
   EXPECT_EQ(page.find("at no strength"), std::string::npos);
 }
 
@@ -156,8 +157,8 @@ TEST(DiagnosisPage, SaysOfWhatAProbabilityIs) {
   test::MadeDiagnosis made = test::madeNamed();
   made.diagnosis.candidates[0].confidence = 0.09;
   EXPECT_NE(markupOf(pageOf(made))
-                .find("by this equation and no other that fits alike, with a "
-                      "probability of 9 %"),
+                .find("The probability that its mechanism is missing and that this equation "
+                      "describes it is 9 %"),
             std::string::npos);
 }
 
@@ -173,7 +174,7 @@ TEST_F(PlottedPage, DrawsWhatWasLearntBesideTheBaseModel) {
 
 TEST(DiagnosisPage, TellsWhatWasLearntItsKindAndWhatItAddsUnderACurrent) {
   const std::string page = pageOf(test::madeUnknown());
-  for (const char* piece : {"moves the voltage by 61.0 mV RMS", "It is in the extended model",
+  for (const char* piece : {"moves the voltage by 61.0 mV RMS", "It is part of the extended model",
                             "charging is limited by how fast", "memory of charging over 10 s",
                             "current of 20 A", "+113.0",
                             "\xe2\x88\x92"
@@ -206,11 +207,11 @@ TEST(DiagnosisPage, DrawsABandWhereTheDeviationIsKnown) {
   test::MadeDiagnosis made = test::madeUnknown();
   // over time; the curve over the current has none here
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 2u);
-  EXPECT_NE(pageOf(made).find("Bands: 95 %"), std::string::npos);
+  EXPECT_NE(pageOf(made).find("The bands are 95 % intervals"), std::string::npos);
   for (DiscrepancyAnswer& one : made.diagnosis.discrepancy->answers)
     one.charging_std.reset(), one.discharging_std.reset();
   EXPECT_EQ(countOf(markupOf(pageOf(made)), "class=\"band\""), 0u);
-  EXPECT_EQ(pageOf(made).find("Bands: 95 %"), std::string::npos);
+  EXPECT_EQ(pageOf(made).find("The bands are 95 % intervals"), std::string::npos);
 }
 
 TEST(DiagnosisPage, ABandOfVoltsWidensNoChart) {
@@ -241,8 +242,7 @@ TEST(DiagnosisPage, DrawsNoPointThatIsNotANumberAndNoChartOfOnePoint) {
 
 TEST(DiagnosisPage, NamesTheNearestEquationOfTheFamilyThatALearntForceFollows) {
   test::MadeDiagnosis made = test::madeUnknown();
-  EXPECT_NE(pageOf(made).find("No equation of the catalogue in it was weighed."),
-            std::string::npos);
+  EXPECT_NE(pageOf(made).find("No equation of this mechanism was tested."), std::string::npos);
   made.diagnosis.candidates.push_back({"sulphate_history", 12.0, 0.0, "too little", "acceptance"});
   made.diagnosis.candidates.push_back(
       {"charge_acceptance", 31.0, 0.0, "leaves what matters", "acceptance"});
@@ -297,7 +297,7 @@ TEST(DiagnosisPage, WithoutASourceDrawsNoShareAndNoStretch) {
   made.diagnosis.source = {
       false,
       0.0,
-      "Nothing charges the battery: the current is controlled throughout.",
+      "Nothing charges the battery, so the current is controlled throughout.",
       {{"nothing in the recording charges the battery", ControlMode::kCurrent, 1, 10}},
       {}};
   for (const bool zoomable : {true, false}) {

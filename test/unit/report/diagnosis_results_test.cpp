@@ -125,7 +125,7 @@ TEST(DiagnosisText, NamesTheLargestMeanErrorSignificantOrNot) {
                        {"post_charge_rest", "mean", 9, 0.158, 0.0895, 0.226, 0.06, false},
                        {"short_charge", "end", 650, 1.2, 1.1, 1.3, 0.06, false}};
   const std::string text = resultText(diagnosis);
-  EXPECT_NE(std::string::npos, text.find("high voltage charge: mean 899 mV, 95 % between 864"));
+  EXPECT_NE(std::string::npos, text.find("high voltage charge: mean 899 mV, 95 % interval 864"));
   for (const char* other : {"crank", "post charge rest", "short charge"})
     EXPECT_EQ(std::string::npos, text.find(other)) << other;
 }
@@ -170,10 +170,11 @@ TEST(DiagnosisText, StaysInsideAHundredColumns) {
 
 TEST(DiagnosisText, TellsWhatAMailNeeds) {
   const std::string text = resultText(test::madeNamed().diagnosis);
-  for (const char* piece : {"effect: The battery takes charge", "charge_acceptance",
-                            "hidden before in r_charge", "at a bound", "long charge", "95 %",
-                            "hold-out", "121.0", "6.4", "became worse in post charge rest",
-                            "could be here unseen: gassing", "14.4 V", "are estimates"})
+  for (const char* piece :
+       {"effect: The battery takes charge", "charge_acceptance",
+        "parameters biased without it: r_charge", "at a bound", "long charge", "95 %", "hold-out",
+        "121.0", "6.4", "the error grows in post charge rest",
+        "could be present without being detected: gassing", "14.4 V", "are estimates"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }
 
@@ -184,12 +185,12 @@ TEST(DiagnosisText, PromisesNoStrengthWhereTooMuchIsLeft) {
   made.diagnosis.unexplained.noise = 0.031;
   std::string text = resultText(made.diagnosis);
   std::replace(text.begin(), text.end(), '\n', ' ');
-  EXPECT_NE(text.find("limits       31.0 mV RMS are left"), std::string::npos) << text;
-  EXPECT_EQ(text.find("could be here unseen"), std::string::npos) << text;
+  EXPECT_NE(text.find("limits       31.0 mV RMS remain unexplained"), std::string::npos) << text;
+  EXPECT_EQ(text.find("could be present without being detected"), std::string::npos) << text;
   made.diagnosis.unexplained.noise = 0.001;
   made.diagnosis.unexplained.rmse = 2.0 * made.diagnosis.unexplained.limits.rmse;
   EXPECT_NE(
-      resultText(made.diagnosis).find("limits       regressors of the currents would explain"),
+      resultText(made.diagnosis).find("RMS of the error still depends on the currents; an effect"),
       std::string::npos);
 }
 
@@ -197,7 +198,8 @@ TEST(DiagnosisText, TellsTheFamilyWhatWasLearntAndWhatIsTooSmallToMatter) {
   const std::string text = resultText(test::madeUnknown().diagnosis);
   for (const char* piece :
        {"mechanism    acceptance", "0.94", "discrepancy  The discrepancy, a function",
-        "memory of charging over 10 s", "too small    0.4 mV RMS of structure is left"})
+        "memory of charging over 10 s",
+        "unexplained  0.4 mV RMS of the error still depends on the currents"})
     EXPECT_NE(text.find(piece), std::string::npos) << piece << "\n" << text;
 }
 
@@ -206,7 +208,7 @@ TEST(DiagnosisText, SaysOfHowManyCranksTheirErrorIsTheMean) {
   EXPECT_EQ(resultText(diagnosis).find("  cranks:"), std::string::npos);
   diagnosis.fit.base_holdout.cranks = 2;
   diagnosis.fit.base_train.cranks = 6;
-  EXPECT_NE(resultText(diagnosis).find("  cranks: 2 on the hold-out, 6 in training\n"),
+  EXPECT_NE(resultText(diagnosis).find("  cranks: 2 in the hold-out, 6 in the training part\n"),
             std::string::npos);
   EXPECT_EQ(resultJson(diagnosis)["fit"]["base"]["holdout"]["cranks"], 2);
 }
@@ -215,7 +217,7 @@ TEST(DiagnosisText, OfAnEmptyDiagnosisIsItsVerdict) {
   Diagnosis diagnosis;
   diagnosis.summary = "Too short.";
   EXPECT_EQ(resultText(diagnosis),
-            "verdict      insufficient_data: Too short. It says nothing about the battery.\n");
+            "verdict      insufficient_data: Too short. This says nothing about the battery.\n");
 }
 
 }  // namespace

@@ -64,10 +64,12 @@ TEST(CrankErrors, OfAWindowGoByOneNameInIdentifyAndPredict) {
   EXPECT_GT(in_fit, 0.03);
   EXPECT_NEAR(*report.from_current.crank_equations_rms, in_fit, 0.1 * in_fit);
   const std::string identified = resultText(model), predicted = resultText(report);
-  EXPECT_NE(identified.find(format("the equations miss their minima by %.0f mV RMS", 1e3 * in_fit)),
+  EXPECT_NE(identified.find(
+                format("the equations miss their lowest voltages by %.0f mV RMS", 1e3 * in_fit)),
             std::string::npos);
-  EXPECT_NE(predicted.find("the answers miss their minima by"), std::string::npos);
-  EXPECT_NE(predicted.find("the equations without past cranks by "), std::string::npos);
+  EXPECT_NE(predicted.find("the answers miss their lowest voltages by"), std::string::npos);
+  EXPECT_NE(predicted.find("the equations without correction by past cranks by "),
+            std::string::npos);
   EXPECT_EQ(identified.find("missed by"), std::string::npos);
   EXPECT_EQ(predicted.find("missed by"), std::string::npos);
 }

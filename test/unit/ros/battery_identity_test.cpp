@@ -21,7 +21,8 @@ TEST(BatteryIdentity, AnotherSerialNumberInARowIsAnotherBattery) {
   EXPECT_EQ(identity.observe(messageOf("A1")), Sample::kOfBattery);
   for (int k = 1; k < BatteryIdentity::kConvinced; ++k) {
     EXPECT_EQ(identity.observe(messageOf("B2")), Sample::kOfNone) << k;
-    EXPECT_EQ(identity.whyNone(), "samples with serial number B2 are ignored, the battery's is A1");
+    EXPECT_EQ(identity.whyNone(),
+              "samples with serial number B2 are ignored, because the battery's is A1");
   }
   EXPECT_EQ(identity.observe(messageOf("B2")), Sample::kOfOther);
   EXPECT_EQ(identity.serialNumber(), "B2");

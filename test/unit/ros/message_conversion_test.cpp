@@ -148,22 +148,22 @@ TEST(MapsOf, AnswersTheMapsThatHaveLists) {
 }
 
 TEST(MapsOf, WithoutAModelSaysTheSessionsReason) {
-  const ModelSnapshot model({}, "nothing identified yet", 50.0);
+  const ModelSnapshot model({}, "no model has been identified yet", 50.0);
   const PredictMap::Response response = mapMessage(model, mapRequest());
   EXPECT_EQ(response.code, PredictMap::Response::NO_MODEL);
-  EXPECT_EQ(response.message, "nothing identified yet");
+  EXPECT_EQ(response.message, "no model has been identified yet");
 }
 
 TEST(ResponseOf, AbsentNumbersAreNanNeverZero) {
   CrankingAnswer answer;
   answer.code = AnswerCode::kNoModel;
-  answer.message = "nothing identified yet";
+  answer.message = "no model has been identified yet";
   const PredictCranking::Response response = messageAs<PredictCranking::Response>(answer);
   EXPECT_TRUE(std::isnan(response.u_min) && std::isnan(response.lower) &&
               std::isnan(response.upper));
   EXPECT_FALSE(response.capable);
   EXPECT_EQ(response.code, PredictCranking::Response::NO_MODEL);
-  EXPECT_EQ(response.message, "nothing identified yet");
+  EXPECT_EQ(response.message, "no model has been identified yet");
 }
 
 TEST(ResponseOf, CodesOfTheServicesAreThoseOfTheCore) {

@@ -229,7 +229,7 @@ TEST(NodeOptions, PriorsAreReadForTheTypeOfVehicleAndWhatCannotBeReadIsNamed) {
   std::filesystem::remove(file);
   EXPECT_THAT(refusal(given), AllOf(HasSubstr("~priors: "), HasSubstr(file.filename().string())));
   EXPECT_THAT(refusal(with("vehicle_type", std::string("van"))),
-              HasSubstr("~vehicle_type is 'van', expected with ~priors"));
+              HasSubstr("~vehicle_type is 'van', expected only with ~priors"));
 }
 
 TEST(NodeOptions, ContradictionIsNamed) {

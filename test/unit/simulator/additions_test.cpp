@@ -135,6 +135,25 @@ TEST(SulphateHistory, DischargeRaisesTheChargeLimitAndTimeTakesItBack) {
   EXPECT_NEAR(state.sulphate - 1.0, (after - 1.0) * std::exp(-1.0), 1e-6);
 }
 
+TEST(SulphateCrystals, AreMadeByDischargeRipenAtRestAndDissolveWhileCharging) {
+  Additions a;
+  a.sulphate_crystals = true;
+  AddedVoltages added(a, kStep);
+  AddedState state = added.settled(0.0);
+  EXPECT_EQ(added.chargeLimitFactor(state), 1.0);
+  for (int n = 0; n < 60000; ++n) state = added.advance(state, -30.0, -30.0);
+  const double q = 0.5, made = q / 0.02 * relaxed(1800.0, 60.0) / (60.0 / 1800.0);
+  EXPECT_NEAR(state.fresh_ah, q, 1e-9);
+  EXPECT_NEAR(state.crystals, made, 1e-3);
+  EXPECT_NEAR(added.chargeLimitFactor(state), 1.0 + 120.0 * std::cbrt(made * q * q), 1e-3);
+  for (int n = 0; n < 1800000; ++n) state = added.advance(state, 0.0, 0.0);
+  EXPECT_NEAR(state.crystals, made * std::exp(-1.0), 1e-3);
+  EXPECT_NEAR(state.fresh_ah, q, 1e-9);
+  for (int n = 0; n < 90000; ++n) state = added.advance(state, 30.0, 30.0);
+  EXPECT_EQ(state.fresh_ah, 0.0);
+  EXPECT_EQ(added.chargeLimitFactor(state), 1.0);
+}
+
 TEST(SulphateHistory, ChargeAfterADischargeIsTakenAtALowerVoltage) {
   Additions a;
   a.sulphate_history = true;

@@ -28,7 +28,7 @@ TEST_F(DrawScenario, ListsEveryKindWithItsIds) {
   for (std::string kind, mechanism, id; lines >> kind >> mechanism >> id;) kinds.insert(kind);
   EXPECT_EQ(kinds.count("base_control"), 1u);
   EXPECT_EQ(kinds.count("structural_control"), 1u);
-  EXPECT_EQ(kinds.count("effect"), 17u);
+  EXPECT_EQ(kinds.count("effect"), 18u);
   EXPECT_EQ(kinds.count("instrument_fault"), 10u);
   EXPECT_EQ(kinds.count("unlisted_law"), 6u);
   EXPECT_EQ(kinds.count("structural_effect"), 7u);
@@ -36,6 +36,7 @@ TEST_F(DrawScenario, ListsEveryKindWithItsIds) {
   EXPECT_EQ(kinds.count("porous_effect"), 3u);
   EXPECT_EQ(kinds.count("masked"), 4u);
   EXPECT_EQ(kinds.count("absent"), 4u);
+  EXPECT_EQ(kinds.count("deep_cycle"), 1u);
 }
 
 TEST_F(DrawScenario, EveryKindListedCanBeDrawnAndSaysWhatIsTrue) {
@@ -53,6 +54,33 @@ TEST_F(DrawScenario, EveryKindListedCanBeDrawnAndSaysWhatIsTrue) {
     EXPECT_EQ(json.count("regime_from_s"), kind.kind == "absent" ? 1u : 0u);
     EXPECT_EQ(contentOf(recording()).find("time_s,current_a,voltage_v\n"), 0u);
   }
+}
+
+TEST_F(DrawScenario, ADeepCycleRunsABlockDownAndSaysWhatItHolds) {
+  std::set<std::string> plans;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    ASSERT_EQ(DrawInFolder::draw({"--kind", "deep_cycle", "--seed", std::to_string(seed)}), 0)
+        << err_;
+    const auto json = nlohmann::json::parse(contentOf(label()));
+    plans.insert(json["plan"].get<std::string>());
+    const double usable = json["usable_ah"], nominal = json["nominal_ah"];
+    EXPECT_GT(usable, 0.3 * nominal) << seed;
+    EXPECT_LT(usable, 1.3 * nominal) << seed;
+    EXPECT_LT(json["soc_at_end"].get<double>(), 0.7) << seed;
+    std::istringstream rows(contentOf(recording()));
+    std::string header;
+    std::getline(rows, header);
+    double time = 0.0, current = 0.0, voltage = 0.0, lowest = 0.0, least = 99.0;
+    for (char comma = 0; rows >> time >> comma >> current >> comma >> voltage;) {
+      lowest = std::min(lowest, current);
+      least = std::min(least, voltage);
+    }
+    EXPECT_NEAR(lowest, -json["discharge_a"].get<double>(), 0.01) << seed;
+    EXPECT_GT(least, 10.3) << seed;
+    EXPECT_GT(time, 3600.0) << seed;
+  }
+  EXPECT_EQ(plans.size(), 3u);
+  EXPECT_EQ(DrawInFolder::draw({"--kind", "deep_cycle", "--seed", "1", "--rate", "10"}), 2);
 }
 
 TEST_F(DrawScenario, TheSameSeedGivesTheSameBytesAndAnotherSeedOthers) {

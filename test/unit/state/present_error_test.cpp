@@ -43,6 +43,14 @@ TEST(PresentError, IsTheMeanOfTheLastSecondsAndFollowsANewLoadAtOnce) {
   EXPECT_EQ(filter.state().current, -200.0);
 }
 
+TEST(PresentError, TheSampleOfAnEdgeSaysNothingOnceTheNextIsThere) {
+  const auto edge = [](int n) { return n == 0 ? 1.7 : 0.01; };
+  const PresentError error = followed(seenTo(200.0), 3, edge).state();
+  EXPECT_NEAR(error.level, 0.01, 1e-9);
+  EXPECT_LT(std::sqrt(missedAhead(error, 0.0)), 0.011);
+  EXPECT_LT(std::sqrt(missedAhead(followed(seenTo(200.0), 60, edge).state(), 30.0)), 0.011);
+}
+
 TEST(PresentError, SaysNothingWhereTheVoltageIsControlled) {
   PresentErrorFilter filter = followed(seenTo(200.0), 60, [](int) { return -0.5; });
   InputSample charge;

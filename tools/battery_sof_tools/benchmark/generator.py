@@ -55,7 +55,7 @@ class Generator:
         ids = collections.defaultdict(list)
         words = {kind: word for word, kind in KIND_OF.items()}
         for kind, _, name in self.listed():
-            if kind not in LAW_KIND_OF.values():
+            if kind not in (*LAW_KIND_OF.values(), "deep_cycle"):
                 ids[words.get(kind, kind)].append(name)
         return dict(ids)
 

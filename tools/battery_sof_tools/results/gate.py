@@ -45,7 +45,7 @@ FIGURES = (
     *(Figure(f"study.{kind}.{group}.{what}", LESS) for kind in ("crank", "charge") for group in ("simulated", "real") for what in ("error", "width")),
     *(Figure(f"reproduction.{one}", MORE) for one in ("qmin", "qmed", "qmin_s")),
     *(Figure(f"reproduction.{one}", LESS) for one in ("cmed", "cmax", "crank3", "qlow", "chigh")),
-    *(Figure(f"speed.{one}.ratio", MORE, f"speed.{one}") for one in ("search_over_ceres", "search_over_plain_ceres", "composed_over_ceres")),
+    *(Figure(f"speed.{one}.ratio", MORE, f"speed.{one}") for one in ("search_over_ceres", "search_over_bounded_ceres", "composed_over_ceres")),
     Figure("queries.base.work_p99_ms", LESS, 0.1),     # 0.13 and 0.16 ms at raised and at ordinary priority beside builds, and as much again
     Figure("queries.effects.work_p99_ms", LESS, 0.5),  # 0.83 and 1.16 ms likewise
 )

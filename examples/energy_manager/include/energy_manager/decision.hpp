@@ -15,11 +15,11 @@ struct Rule {
   double u_required = 7.2;
   /// [V], by which the lower bound of a crank has to lie above u_required
   double margin = 0.2;
-  /// [s], from the wish to start the engine to the crank, and the shortest stop worth it
+  /// [s], from the wish to start the engine to the crank, and the shortest stop that is worth it
   double look_ahead = 3.0;
   /// [A], <= 0: consumers while the engine is off, before a stop was seen
   double i_load = -20.0;
-  /// [A], < 0: the crank that is always reckoned with; a stronger one that was seen counts instead
+  /// [A], < 0: the weakest crank to plan for; a stronger one that was seen counts instead
   double i_cranking = -200.0;
   double t_cranking = 0.5;  ///< [s]
   double u_boost = 14.2;    ///< [V], held by the generator while braking
@@ -27,7 +27,7 @@ struct Rule {
   double t_boost = 10.0;    ///< [s], a braking
 };
 
-/// One answer of battery_sof: its 5 % quantile, and whether the model supports it.
+/// One answer of battery_sof: the lower end of its interval, and whether it is valid.
 struct Answer {
   bool valid = false;
   double lower = std::numeric_limits<double>::quiet_NaN();
@@ -51,16 +51,16 @@ struct Verdict {
 };
 
 /**
- * @brief Whether the engine may be off: a crank after look_ahead holds u_required by a margin, and
- * the model supports it.
+ * @brief Decides whether the engine may be off: a crank after look_ahead has to keep u_required
+ * with a margin, and the answer that says so has to be valid.
  *
  *     may_stop = valid  and  lower >= u_required + margin  and  longest stop >= look_ahead
  *
- * Asked again and again during a stop, the same rule says when to start the engine: while there is
- * still look_ahead left. Whatever is missing, late or not supported lets the engine run. Braking
- * counts on the lower bound of the charge.
+ * The rule is applied again and again during a stop, so it also decides when to start the engine:
+ * while there is still time for look_ahead. The engine runs if an answer is missing, late or not
+ * valid. Braking plans with the lower bound of the charge.
  *
- * @param answers none when they are missing or late.  @param why the sentence for that.
+ * @param answers none if they are missing or late.  @param why the reason, if so.
  */
 inline Verdict decide(const Rule& rule, const std::optional<Answers>& answers,
                       const std::string& why) {
@@ -74,14 +74,15 @@ inline Verdict decide(const Rule& rule, const std::optional<Answers>& answers,
   if (!crank.valid) {
     verdict.reason = "the engine runs: " + crank.message;
   } else if (!(verdict.reserve >= rule.margin)) {
-    verdict.reason = "the engine runs: a crank might not hold";
+    verdict.reason = "the engine runs: a crank might not keep the required voltage";
   } else if (!stop.valid || !(stop.lower >= rule.look_ahead)) {
-    verdict.reason = "the engine runs: " +
-                     (stop.valid ? std::string("the stop would be too short") : stop.message);
+    verdict.reason =
+        "the engine runs: " +
+        (stop.valid ? std::string("the stop would be too short to be worth it") : stop.message);
   } else {
     verdict.may_stop = true;
     verdict.longest_stop = stop.lower;
-    verdict.reason = "a crank holds";
+    verdict.reason = "a crank keeps the required voltage";
   }
   return verdict;
 }

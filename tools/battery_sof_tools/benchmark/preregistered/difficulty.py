@@ -28,6 +28,7 @@ class Fit:
     kept: np.ndarray       # cells away from edges
     z: float
     z_start: float         # with the true parameters, before anything is absorbed
+    errors: np.ndarray     # standard errors of the parameters under the case's noise
 
 
 def cells(values):
@@ -44,12 +45,17 @@ def away_from_edges(current):
     return ~(cells(np.cumsum(near)[:-1].astype(float))[:, 0] > 0.0)
 
 
+def white_variance(acquisition, resistance):
+    """Of a sample of the voltage [V^2], both channels' noise and rounding in it."""
+    of_voltage = acquisition["voltage_white_v"] ** 2 + acquisition["voltage_step_v"] ** 2 / 12.0
+    return of_voltage + resistance ** 2 * (acquisition["current_white_a"] ** 2 + acquisition["current_step_a"] ** 2 / 12.0)
+
+
 class Noise:
     """Products under the inverse covariance of white + correlated + walking noise, cells left out having none."""
 
     def __init__(self, acquisition, resistance, kept, interval):
-        white = acquisition["voltage_white_v"] ** 2 + acquisition["voltage_step_v"] ** 2 / 12.0
-        white += resistance ** 2 * (acquisition["current_white_a"] ** 2 + acquisition["current_step_a"] ** 2 / 12.0)
+        white = white_variance(acquisition, resistance)
         self.weight = kept / (white / CELL)
         keep = np.exp(-interval / acquisition["voltage_correlation_time_s"])
         spread = max(acquisition["voltage_correlated_v"], 1e-6) ** 2
@@ -109,7 +115,14 @@ def fitted(label, recording):
         normal = best[3][1:, 1:]
         move = -np.linalg.solve(normal + damping * np.diag(np.diag(normal)), best[3][1:, 0])
         now = best[1] + np.clip(move, -1.0, 1.0)
-    return Fit(best[1], best[2], kept, float(np.sqrt(max(best[0], 0.0))), z_start)
+    return Fit(best[1], best[2], kept, float(np.sqrt(max(best[0], 0.0))), z_start, standard_errors(best[3][1:, 1:]))
+
+
+def standard_errors(normal):
+    """Of the parameters but the level, which a walking one takes up whole: its error is infinite, and no other's depends on it."""
+    errors, others = np.full(len(normal), np.inf), np.arange(len(normal)) != base.U_DC
+    errors[others] = np.sqrt(np.diag(np.linalg.inv(normal[np.ix_(others, others)])))
+    return errors
 
 
 def difference(label, recording, one, other):
@@ -121,13 +134,30 @@ def difference(label, recording, one, other):
     return float(np.sqrt(max((apart.T @ noise.weighted(apart)).item(), 0.0)))
 
 
+BIASED = ("r_discharge", "r_charge", "c2", "beta")
+
+
 def largest_bias(label, fit, start=None):
     """Largest relative error of r_discharge, r_charge, C_2 and beta, and whose it is; start: from these parameters, not the true ones."""
     start = base.true_parameters(label) if start is None else start
     apart = (fit.parameters - start)[:4]
     relative = np.append(apart[:2] / start[:2], np.expm1(apart[2:]))
     worst = int(np.argmax(np.abs(relative)))
-    return float(relative[worst]), ["r_discharge", "r_charge", "c2", "beta"][worst]
+    return float(relative[worst]), BIASED[worst]
+
+
+def bias_in_errors(label, fit, parameter, start=None):
+    """That of a parameter in its standard errors."""
+    start = base.true_parameters(label) if start is None else start
+    k = BIASED.index(parameter)
+    return float(abs(fit.parameters[k] - start[k]) / fit.errors[k])
+
+
+def raised(label, residual):
+    """What a residual [V] makes of the RMS of a sample's noise, as a factor: 1 where it is nothing."""
+    acquisition, start = label["truth"]["acquisition"], base.true_parameters(label)
+    noise = white_variance(acquisition, 0.5 * (start[0] + start[1])) + acquisition["voltage_correlated_v"] ** 2
+    return float(np.sqrt(1.0 + np.mean(residual ** 2) / noise))
 
 
 def raw_error(label, recording):

@@ -30,15 +30,17 @@ STRATA = (
     Stratum("D1", "decoy", INSTRUMENT_FAULTS, 3, "as drawn"),
     Stratum("U1", "unknown", UNLISTED, 4, "as drawn"),
     Stratum("X1", "structural_effect", PHYSICS_1_TO_7, 4, "as drawn"),
-    Stratum("X1", "porous_effect", ("charge_acceptance", "acid_transport", "gassing"), 2, "as drawn"))
+    Stratum("X1", "porous_effect", ("charge_acceptance", "acid_transport", "gassing"), 2, "as drawn"),
+    Stratum("C6", "effect", PHYSICS_1_TO_7 + ("cpe2", "second_electrode"), 3, "concealed"))
 Z_WANTED = {"C1": (12.0, 40.0), "C2": (4.0, 8.0)}
-SHORT_S = 300.0  # what C3 shows first
+SHORT_S = 300.0  # what C3 and C6 show first
+ON_REQUEST = ("C6",)  # levels that committed seals do not have
 
 
 def plan(secret, share, max_porous=None, duration_s=None, only=None):
     """Cases without their strengths, under opaque names in an order of the seed. Every stratum keeps at least one case."""
     dice, cases, porous = random.Random(seed_of(secret, "order")), [], 0
-    for stratum in (one for one in STRATA if not only or one.level in only):
+    for stratum in (one for one in STRATA if (one.level in only if only else one.level not in ON_REQUEST)):
         ids = list(stratum.ids)
         dice.shuffle(ids)
         rows = [name for _ in range(stratum.each) for name in ids]

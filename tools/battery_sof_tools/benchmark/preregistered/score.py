@@ -47,6 +47,11 @@ def of_strength(part):
     return lambda case: (judged.strength_found(case) or (None, None))[part]
 
 
+def of_concealed(right):
+    """For rates(): right(case) of the cases that conceal what they were made to."""
+    return lambda case: [right(case)] if case.label["as_wanted"] else []
+
+
 # Of every level what has a registered aim, or stands on a page, in the gate or in BOUNDS (docs/physics.md#cases-with-known-truth).
 FIGURES = (
     count("false_alarm", "N1", "false alarm: any verdict but no_mismatch", lambda c: c.verdict != "no_mismatch", "<= 1/60"),
@@ -59,6 +64,14 @@ FIGURES = (
     count("c1_unknown", "C1", "called unknown", lambda c: c.verdict == "unknown", "<= 5 %"),
     count("c3_short_wrong", "C3", "first five minutes: a wrong name", judged.wrong_before, "<= 3 %"),
     count("c3_biased", "C3", "first five minutes: a base parameter biased by 10 % or more", lambda c: c.label.get("as_wanted")),
+    count("c6_concealed", "C6", "first five minutes: a base parameter biased by 10 % and 3 standard errors, the residual raised by 10 % at most",
+          lambda c: c.label["as_wanted"]),
+    *(rates(f"c6_{key}", "C6", "of these, " + text, of_concealed(right)) for key, text, right in (
+        ("short_named", "first five minutes: truth in the first class", lambda c: judged.class_true(c, c.short)),
+        ("short_wrong", "first five minutes: a wrong name", judged.wrong_before),
+        ("named", "the whole: truth in the first class, at most three names", judged.class_true),
+        ("mechanism", "the whole: its mechanism named", lambda c: c.outcome in ("right", "beside")),
+        ("wrong", "the whole: a wrong name", judged.wrong_names))),
     middle("c4_ratio", "C4", "RMS together over that of the larger part, median", lambda c: c.label.get("ratio"), "< 0.4"),
     count("c4_both", "C4", "both effects named", judged.both_named),
     count("c5_warned", "C5", "warned before", judged.warned, ">= 95 %"),
@@ -96,7 +109,7 @@ def broken(report):
 
 # ------------------------------------------------------------------------------------------------ by mechanisms: a right mechanism with a wrong name in it is half of an answer
 
-LEVELS = ("N2", "C1", "C2", "C3", "C4", "C5", "D1", "X1")  # of which the catalogue has what is true
+LEVELS = ("N2", "C1", "C2", "C3", "C4", "C5", "C6", "D1", "X1")  # of which the catalogue has what is true
 COUNTS = {"right": "right mechanism", "beside": "of these another mechanism beside it", "wrong": "only wrong mechanisms", "none": "an alarm without a mechanism", "missed": "missed"}
 # The count of names that a level's mechanisms stand beside.
 BY_NAME = {"N2": ("no wrong name of tier P or I", lambda case: not judged.wrong_names(case)),
@@ -141,6 +154,7 @@ def confusion(cases):
 
 WRONG = {"N1": lambda case: case.verdict != "no_mismatch", "N2": judged.wrong_names,
          "C3": lambda case: not judged.class_true(case) or judged.wrong_before(case),
+         "C6": lambda case: not judged.class_true(case) or judged.wrong_before(case),
          "C5": lambda case: not judged.class_true(case) or not judged.warned(case) or judged.wrong_before(case),
          "D1": lambda case: judged.wrong_physics(case) or not judged.fault_found(case),
          "U1": lambda case: case.verdict != "unknown",
@@ -155,7 +169,7 @@ def went_wrong(case):
 def told_of(case):
     """A failure in one line: case, truth, how hard it was, what was said."""
     label = case.label
-    hard = ", ".join(f"{key} {label[key]:g}" for key in ("z", "z_whole", "z_short", "ratio") if label.get(key) is not None)
+    hard = ", ".join(f"{key} {label[key]:g}" for key in ("z", "z_whole", "z_short", "ratio", "bias", "raised") if label.get(key) is not None)
     text = f"{label['name']} {case.level} {label['family']} {label['id']} scale {'x'.join(f'{s:g}' for s in label['scale'])}"
     for name, answer in case.answers.items():
         names = ", ".join(f"{'|'.join(class_of(one))} {one['evidence'] or 0:.0f}" for one in answer["effects"])

@@ -20,7 +20,7 @@ from ..runner import ANSWERS, complete
 from . import judged, levels, strength
 
 KEPT = ("name", "level", "family", "id", "seed", "scale", "duration_s", "z", "z_whole", "z_wanted", "z_short", "bias", "biased",
-        "absorbed", "ratio", "as_wanted")
+        "absorbed", "raised", "bias_in_errors", "ratio", "as_wanted")
 BEGUN, SETTINGS, LABELS, SEAL, TOLD = "begun.jsonl", "settings.json", "labels.jsonl", "seal.json", "told.jsonl"
 TOLD_LEVELS = ("C1", "C4", "X1")
 SAME = 1e-5  # relative: strengths are sealed with six digits
@@ -94,7 +94,7 @@ def run(build, sealed, out, jobs=2, with_truth=True):
 
 def windows(label):
     """Parts of the recording that are shown, by name: options of sof."""
-    ends = {"C3": levels.SHORT_S, "C5": label.get("regime_from_s")}
+    ends = {"C3": levels.SHORT_S, "C6": levels.SHORT_S, "C5": label.get("regime_from_s")}
     return {"whole": (), **({"short": ("--to", f"{ends[label['level']]:g}")} if label["level"] in ends else {})}
 
 

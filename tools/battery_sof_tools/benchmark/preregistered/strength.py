@@ -14,6 +14,8 @@ LARGEST_SCALE, SMALLEST_SCALE = 1.0, 1e-3  # what the generator draws reaches to
 LARGEST_SECOND = 3.0
 NEAR_Z = 0.1           # relative distance to the wanted z that is near enough
 HIDDEN_Z, BIASED = 5.0, 0.1     # absorbed: z below, bias above
+# Concealed: the residual is raised by no more, a parameter is biased by BIASED and by as many of its standard errors.
+RAISED, BIASED_IN_ERRORS = 1.1, 3.0
 MASKED_RATIO = 0.4
 MIN_MASKED_Z = 8.0   # of both together: a mask that leaves less is a null
 SEEDS_TRIED = 5        # drives drawn for an absorbed or a masked case until one does
@@ -50,7 +52,7 @@ def drives(case):
 
 def with_strength(generator, case):
     """The case with its scale, and what is known of its difficulty."""
-    search = {"z": for_z, "absorbed": for_absorbed, "masked": for_masked, "as drawn": as_drawn}[case["rule"]]
+    search = {"z": for_z, "absorbed": for_absorbed, "concealed": for_concealed, "masked": for_masked, "as drawn": as_drawn}[case["rule"]]
     return search(generator, case)
 
 
@@ -160,13 +162,53 @@ def absorbed_at(generator, case, scale):
     label, recording = drawn(generator, case, scale)
     first = cut(recording, SHORT_S)
     short = difficulty.fitted(label, first)
-    z, start = short.z, None
+    z, start, left = short.z, None, short.residual[short.kept]
     if case["id"] in WITH_COMPANION:
         without = drawn_and_fitted(generator, case, 0.0, to_s=SHORT_S)[2]
         z, start = difficulty.difference(label, first, short, without), without.parameters
+        left = (short.residual - without.residual)[short.kept & without.kept]
     bias, parameter = difficulty.largest_bias(label, short, start)
-    return dict(case, scale=[scale], z_short=rounded(z), z_whole=rounded(difficulty.fitted(label, recording).z), bias=rounded(bias),
+    seen = dict(case, scale=[scale], z_short=rounded(z), z_whole=rounded(difficulty.fitted(label, recording).z), bias=rounded(bias),
                 biased=parameter, absorbed=rounded(1.0 - short.z / max(short.z_start, short.z, 1e-9)))
+    if case["rule"] == "concealed":
+        seen.update(raised=rounded(difficulty.raised(label, left), 4), bias_in_errors=rounded(difficulty.bias_in_errors(label, short, parameter, start)))
+    return seen
+
+
+def for_concealed(generator, case):
+    """Concealed in the first minutes: the base circuit takes the effect up in biased parameters, and its residual hardly shows it.
+
+    Bias and residual go about in proportion to the scale: of some drives the one with the most bias for what is left is taken.
+    """
+    best = None
+    for one in drives(case):
+        try:
+            seen = absorbed_at(generator, one, 1.0)
+        except Failure:
+            continue
+        gain = abs(seen["bias"]) / max(left_of(seen["raised"]), 1e-6)
+        if best is None or gain > best[0]:
+            best = gain, seen
+        if is_concealed(seen) or gain * left_of(RAISED) > 1.5 * BIASED:
+            break
+    if best is None:
+        raise Failure("no drive of this case could be drawn")
+    seen = best[1]
+    for _ in range(3):
+        scale = rounded(min(max(0.95 * left_of(RAISED) / max(left_of(seen["raised"]), 1e-6) * seen["scale"][0], 0.01), LARGEST_SCALE))
+        if is_concealed(seen) or scale == seen["scale"][0]:
+            break
+        seen = absorbed_at(generator, seen, scale)
+    return dict(seen, as_wanted=is_concealed(seen))
+
+
+def left_of(raised):
+    """RMS of what the fit leaves of the effect, in that of the noise."""
+    return float(np.sqrt(max(raised ** 2 - 1.0, 0.0)))
+
+
+def is_concealed(seen):
+    return bool(seen["raised"] <= RAISED and abs(seen["bias"]) >= BIASED and seen["bias_in_errors"] >= BIASED_IN_ERRORS)
 
 
 def for_masked(generator, case):

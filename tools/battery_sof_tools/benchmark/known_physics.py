@@ -1,0 +1,109 @@
+"""What is said of batteries whose physics is known, but written by equations that the product does not have.
+
+    scripts/known_physics BUILD --kind deep_cycle|behind_charger --out DIR [--seed 1] [--count 40] [--jobs 2] [--json FILE]
+
+deep_cycle: porous blocks that are run down and charged on a bench. behind_charger: an hour of a start-stop car at one sample a second, whose charge
+acceptance follows from the surface of dissolving crystals. Draws cases (`draw_scenario`), diagnoses each and identifies it with its nominal capacity
+given: whether the first mechanism is true of it, what is left on the last quarter beside the circuit, a line fit and a ridge, and of deep cycles whether
+the capacity's 90 % interval holds the charge that the block gives from full to 10.5 V at its discharge current.
+"""
+
+import argparse
+import collections
+import functools
+import json
+import os
+import statistics
+import tempfile
+
+from ..files import read_json, write_json
+from ..rates import rate
+from ..sof import RECORDING, call, catalogue, diagnose, program, run
+from ..tables import table
+from .generator import seed_of
+from .runner import ANSWERS, complete, kept_for
+
+PATIENCE_S = 600.0
+COLUMNS = ("case", "verdict", "effects", "first mechanism", "circuit [mV]", "extended [mV]", "line [mV]", "ridge [mV]", "shares [%]", "charge it holds [Ah]", "stated [Ah]")
+MODELS = ("circuit", "extended", "line", "ridge")
+
+Kind = collections.namedtuple("Kind", "options")  # of draw_scenario
+KINDS = {"deep_cycle": Kind(("--kind", "deep_cycle")), "behind_charger": Kind(("--kind", "effect", "--id", "fresh_sulphate", "--rate", "1", "--duration", "3600"))}
+
+
+def mechanisms_of(label, known):
+    """Those that are true of a case."""
+    return label.get("mechanisms") or sorted({known.mechanism(one) for one in label["expected"]["effects"]})
+
+
+def answered(build, kind, case):
+    """What the two commands say of a case, and what is true."""
+    sof = program(build, "sof")
+    with tempfile.TemporaryDirectory(prefix="known_") as folder:
+        recording, label, model = (os.path.join(folder, name) for name in (RECORDING, "label.json", "model.yaml"))
+        run([program(build, "draw_scenario"), *KINDS[kind].options, "--seed", str(case["seed"]), "--out", recording, "--label", label])
+        truth = read_json(label)
+        nominal = truth.get("nominal_ah") or truth["truth"]["battery"]["capacity_ah"]
+        capacity = ("--capacity-ah", f"{nominal:.6g}")
+        said = diagnose(sof, recording, *capacity, patience_s=PATIENCE_S)
+        fitted = json.loads(call([sof, "identify", recording, "--out", model, "--json", "-", *capacity], patience_s=PATIENCE_S))
+    fit = said["fit"] or {"base": {"holdout": {}}, "extended": {"holdout": {}}}
+    compared = (fit["base"]["holdout"], fit["extended"]["holdout"], said["baseline_line"] or {}, said["baseline"] or {})
+    stated = [fitted.get(key) for key in ("capacity_ah", "capacity_lower_ah", "capacity_upper_ah")]
+    return {"mechanisms": mechanisms_of(truth, catalogue(sof)), "plan": truth.get("plan"), "usable_ah": truth.get("usable_ah"), "verdict": said["verdict"],
+            "effects": [one["id"] for one in said["effects"]], "mechanism": said["mechanism"], "held_v": {name: one.get("rmse_v") for name, one in zip(MODELS, compared)},
+            "shares": [one.get("share_percent") for one in compared[:2]], "capacity_ah": None if None in stated else stated}
+
+
+def error_of(row, name):
+    """What is left on the last quarter: of the variation where a charger holds the voltage, else RMS."""
+    share = row["shares"][MODELS.index(name)] if name in MODELS[:2] else None
+    return 100.0 - share if share is not None else row["held_v"][name]
+
+
+def figures(rows):
+    """Counts over rows of answered()."""
+    judged = [row for row in rows if "failed" not in row]
+    right = [row for row in judged if row["mechanism"] in row["mechanisms"]]
+    stated = [row for row in judged if row["capacity_ah"] and row["usable_ah"]]
+    holds = [row for row in stated if row["capacity_ah"][1] <= row["usable_ah"] <= row["capacity_ah"][2]]
+    ahead = {}
+    for name in ("circuit", "ridge"):
+        compared = [row for row in judged if row["held_v"]["extended"] is not None and row["held_v"][name] is not None and (name != "ridge" or row["shares"][1] is None)]
+        ahead |= {f"beside_{name}": len(compared), f"not_behind_{name}": sum(error_of(row, "extended") <= 1.001 * error_of(row, name) for row in compared)}
+    return {"cases": len(rows), "answered": len(judged), "right": len(right), "wrong": sum(row["mechanism"] is not None for row in judged) - len(right),
+            "stated": len(stated), "held": len(holds),
+            "width": statistics.median((row["capacity_ah"][2] - row["capacity_ah"][1]) / row["usable_ah"] for row in stated) if stated else None, **ahead}
+
+
+def told(row):
+    if "failed" in row:
+        return (row["name"], row["failed"], *[""] * (len(COLUMNS) - 2))
+    held = ["-" if row["held_v"][name] is None else f"{1e3 * row['held_v'][name]:.0f}" for name in MODELS]
+    shares = " -> ".join(f"{one:.0f}" for one in row["shares"] if one is not None)
+    stated = "{:.1f} ({:.1f} to {:.1f})".format(*row["capacity_ah"]) if row["capacity_ah"] else "-"
+    return (", ".join(filter(None, (row["name"], row["plan"]))), row["verdict"], ", ".join(row["effects"]), row["mechanism"] or "-", *held, shares or "-",
+            f"{row['usable_ah']:.1f}" if row["usable_ah"] else "-", stated)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build")
+    parser.add_argument("--kind", choices=KINDS, required=True)
+    parser.add_argument("--out", required=True, help="folder of answers: a run that was cut off goes on")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=40)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--json", help="file of figures")
+    a = parser.parse_args()
+    kept_for(a.out, program(a.build, "sof"))
+    cases = [{"name": f"{a.kind}_{k:03d}", "seed": seed_of(a.seed, a.kind, k)} for k in range(1, a.count + 1)]
+    rows = complete(os.path.join(a.out, a.kind + "_" + ANSWERS), functools.partial(answered, a.build, a.kind), cases, a.jobs, "diagnosed")
+    found = figures([rows[case["name"]] for case in cases])
+    print("\n".join(table(COLUMNS, [told(rows[case["name"]]) for case in cases])))
+    print(f"\nmechanism right {rate(found['right'], found['answered'])}, wrong {found['wrong']}; not behind the circuit "
+          f"{rate(found['not_behind_circuit'], found['beside_circuit'])}, the ridge {rate(found['not_behind_ridge'], found['beside_ridge'])}; "
+          f"capacity stated for {found['stated']}, its interval holds {rate(found['held'], found['stated'])}")
+    if a.json:
+        write_json(a.json, found)
+    return 0
