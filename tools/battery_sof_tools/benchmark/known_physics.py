@@ -51,7 +51,7 @@ def answered(build, kind, case):
     compared = (fit["base"]["holdout"], fit["extended"]["holdout"], said["baseline_line"] or {}, said["baseline"] or {})
     stated = [fitted.get(key) for key in ("capacity_ah", "capacity_lower_ah", "capacity_upper_ah")]
     return {"mechanisms": mechanisms_of(truth, catalogue(sof)), "plan": truth.get("plan"), "usable_ah": truth.get("usable_ah"), "verdict": said["verdict"],
-            "effects": [one["id"] for one in said["effects"]], "mechanism": said["mechanism"], "held_v": {name: one.get("rmse_v") for name, one in zip(MODELS, compared)},
+            "effects": [one["id"] for one in said["effects"]], "mechanism": said["mechanism"], "likely": [one["id"] for one in said["mechanisms"]], "held_v": {name: one.get("rmse_v") for name, one in zip(MODELS, compared)},
             "shares": [one.get("share_percent") for one in compared[:2]], "capacity_ah": None if None in stated else stated}
 
 
@@ -72,6 +72,7 @@ def figures(rows):
         compared = [row for row in judged if row["held_v"]["extended"] is not None and row["held_v"][name] is not None and (name != "ridge" or row["shares"][1] is None)]
         ahead |= {f"beside_{name}": len(compared), f"not_behind_{name}": sum(error_of(row, "extended") <= 1.001 * error_of(row, name) for row in compared)}
     return {"cases": len(rows), "answered": len(judged), "right": len(right), "wrong": sum(row["mechanism"] is not None for row in judged) - len(right),
+            "in_set": sum(bool(set(row["likely"]) & set(row["mechanisms"])) for row in judged),
             "stated": len(stated), "held": len(holds),
             "width": statistics.median((row["capacity_ah"][2] - row["capacity_ah"][1]) / row["usable_ah"] for row in stated) if stated else None, **ahead}
 
@@ -101,7 +102,7 @@ def main():
     rows = complete(os.path.join(a.out, a.kind + "_" + ANSWERS), functools.partial(answered, a.build, a.kind), cases, a.jobs, "diagnosed")
     found = figures([rows[case["name"]] for case in cases])
     print("\n".join(table(COLUMNS, [told(rows[case["name"]]) for case in cases])))
-    print(f"\nmechanism right {rate(found['right'], found['answered'])}, wrong {found['wrong']}; not behind the circuit "
+    print(f"\nmechanism right {rate(found['right'], found['answered'])}, wrong {found['wrong']}, in the set of likely ones {rate(found['in_set'], found['answered'])}; not behind the circuit "
           f"{rate(found['not_behind_circuit'], found['beside_circuit'])}, the ridge {rate(found['not_behind_ridge'], found['beside_ridge'])}; "
           f"capacity stated for {found['stated']}, its interval holds {rate(found['held'], found['stated'])}")
     if a.json:

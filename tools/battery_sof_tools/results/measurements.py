@@ -156,7 +156,6 @@ def as_written(name):
 
 RULES = "scripts/compare_stop_rules --build BUILD "
 TWO_DRIVES = "DATA/startstop_car/drive_1.csv DATA/startstop_car/drive_2.csv " + CAR
-KNOWN = "scripts/known_physics BUILD --kind {0} --out OUT/known --json OUT/{0}.json"
 OUT_OF_MODEL = "scripts/out_of_model --build BUILD --out OUT --seed {} --kinds null=10,imperfect_null=20,other_form=58 --json OUT/cases.json"
 
 
@@ -184,8 +183,6 @@ MEASUREMENTS = {
     "weakening": Measurement((f"{RULES}--weakening 10 --u-required 9",), stops, 20, False),
     "out_of_model": Measurement((OUT_OF_MODEL.format(36),), out_of_model, 40, False),
     "nulls_1hz": Measurement((*nulls_of(41), *nulls_of(43)), fleet_nulls, 120, False),
-    "deep_cycles": Measurement((KNOWN.format("deep_cycle"),), as_written("deep_cycle"), 30, False),
-    "behind_charger": Measurement((KNOWN.format("behind_charger"),), as_written("behind_charger"), 20, False),
     "speed": Measurement(("scripts/bench BUILD", "scripts/bench_composed BUILD"), speed, 5, False),
     "queries": Measurement(("scripts/with_ros bash -c '. BUILD/devel/setup.sh && exec scripts/bench_queries BUILD 60'",), queries, 4, False),
 }
