@@ -128,25 +128,30 @@ def next_scale(tried, wanted):
     return scale * (wanted / max(z, 1e-3)) ** (1.0 / min(max(slope, 0.3), 3.0))
 
 
-def for_absorbed(generator, case):
-    """Hidden in the first minutes: the base circuit takes the effect up in biased parameters and leaves z < 5.
-
-    Bias and z both go about in proportion to the scale: of some drives the one with the most bias for its z is taken.
-    """
+def most_biased(generator, case, left, most, enough=lambda seen: False):
+    """Of some drives, at full strength, the one with the most bias for what the fit leaves of the effect, left(seen); most: as much may be left."""
     best = None
     for one in drives(case):
         try:
             seen = absorbed_at(generator, one, 1.0)
         except Failure:
             continue
-        gain = abs(seen["bias"]) / max(seen["z_short"], 1e-3)
+        gain = abs(seen["bias"]) / left(seen)
         if best is None or gain > best[0]:
             best = gain, seen
-        if gain * HIDDEN_Z > 1.5 * BIASED:
+        if enough(seen) or gain * most > 1.5 * BIASED:
             break
     if best is None:
         raise Failure("no drive of this case could be drawn")
-    seen = best[1]
+    return best[1]
+
+
+def for_absorbed(generator, case):
+    """Hidden in the first minutes: the base circuit takes the effect up in biased parameters and leaves z < 5.
+
+    Bias and z both go about in proportion to the scale: of some drives the one with the most bias for its z is taken.
+    """
+    seen = most_biased(generator, case, lambda one: max(one["z_short"], 1e-3), HIDDEN_Z)
     for _ in range(3):
         scale = rounded(min(max(0.9 * HIDDEN_Z / max(seen["z_short"], 1e-3) * seen["scale"][0], 0.01), LARGEST_SCALE))
         if scale == seen["scale"][0]:
@@ -180,20 +185,7 @@ def for_concealed(generator, case):
 
     Bias and residual go about in proportion to the scale: of some drives the one with the most bias for what is left is taken.
     """
-    best = None
-    for one in drives(case):
-        try:
-            seen = absorbed_at(generator, one, 1.0)
-        except Failure:
-            continue
-        gain = abs(seen["bias"]) / max(left_of(seen["raised"]), 1e-6)
-        if best is None or gain > best[0]:
-            best = gain, seen
-        if is_concealed(seen) or gain * left_of(RAISED) > 1.5 * BIASED:
-            break
-    if best is None:
-        raise Failure("no drive of this case could be drawn")
-    seen = best[1]
+    seen = most_biased(generator, case, lambda one: max(left_of(one["raised"]), 1e-6), left_of(RAISED), is_concealed)
     for _ in range(3):
         scale = rounded(min(max(0.95 * left_of(RAISED) / max(left_of(seen["raised"]), 1e-6) * seen["scale"][0], 0.01), LARGEST_SCALE))
         if is_concealed(seen) or scale == seen["scale"][0]:
