@@ -10,6 +10,7 @@ install(FILES ${CMAKE_BINARY_DIR}/${PROJECT_NAME}-config.cmake ${CMAKE_BINARY_DI
 file(RELATIVE_PATH prefix_of_pc_file "/${LIBRARY_DESTINATION}/pkgconfig" "/")  # `cmake --install --prefix` says where
 configure_file(cmake/${PROJECT_NAME}.pc.in ${CMAKE_BINARY_DIR}/${PROJECT_NAME}.pc @ONLY)
 # catkin installs a file of that name, which asks for all of ROS; cmake leaves it where both are of one second.
+#catkin_lint: ignore_once env_var
 install(CODE "file(REMOVE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${LIBRARY_DESTINATION}/pkgconfig/${PROJECT_NAME}.pc\")")
 #catkin_lint: ignore_once missing_file wrong_install_destination
 install(FILES ${CMAKE_BINARY_DIR}/${PROJECT_NAME}.pc DESTINATION ${LIBRARY_DESTINATION}/pkgconfig)
