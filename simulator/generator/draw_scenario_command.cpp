@@ -7,6 +7,7 @@
 #include "simulator/generator/deep_cycle.hpp"
 #include "simulator/generator/law_injection.hpp"
 #include "simulator/generator/law_scenario.hpp"
+#include "simulator/generator/physical_difference.hpp"
 #include "simulator/program_frame.hpp"
 #include "simulator/recording_output.hpp"
 
@@ -16,6 +17,8 @@ namespace {
 struct Arguments {
   Order order;
   InjectionOrder law;
+  DifferenceOrder difference;
+  std::vector<std::string> causes;
   std::string out, label, into;
   bool list = false;
 };
@@ -53,6 +56,12 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option(
       "--into", arguments.into,
       "recording, time_s,current_a,voltage_v: put the law of --mechanism and --id into it");
+  app.add_option("--cause", arguments.causes,
+                 "ID=STRENGTH, of physical_difference: with --into, in place of a law; repeatable");
+  app.add_option("--capacity-ah", arguments.difference.capacity_ah,
+                 "of the recorded battery, with --cause [Ah]")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
   app.add_option("--strength", arguments.law.strength, "of the law in a recording")
       ->capture_default_str();
   app.add_option("--r-discharge", arguments.law.r_discharge, "of the recorded battery [Ohm]")
@@ -63,22 +72,40 @@ void addOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--label", arguments.label, "what is true of it: .json");
 }
 
+/// "slow_diffusion=1.5"
+DifferenceOrder::Part partOf(const std::string& text) {
+  const auto sign = text.find('=');
+  double strength = 0.0;
+  if (sign == std::string::npos || !CLI::detail::lexical_cast(text.substr(sign + 1), strength))
+    throw std::invalid_argument("--cause: \"" + text + "\", expected ID=STRENGTH");
+  return {text.substr(0, sign), strength};
+}
+
 void inject(Arguments arguments) {
   if (arguments.out.empty()) throw std::invalid_argument("--out is required");
+  const std::vector<RecordedSample> measured = readRecording(arguments.into);
+  if (!arguments.causes.empty()) {
+    for (const std::string& one : arguments.causes)
+      arguments.difference.parts.push_back(partOf(one));
+    return writeRecording(arguments.out, withDifference(measured, arguments.difference),
+                          Digits::kMany);
+  }
   arguments.law.mechanism = arguments.order.what.mechanism;
   arguments.law.id = arguments.order.what.id;
   arguments.law.seed = arguments.order.seed;
-  writeRecording(arguments.out, injected(readRecording(arguments.into), arguments.law),
-                 Digits::kMany);
+  writeRecording(arguments.out, injected(measured, arguments.law), Digits::kMany);
 }
 
 void run(const Arguments& arguments, std::ostream& out) {
   if (arguments.list) {
     for (const ScenarioKind& one : scenarioKinds())
       out << one.kind << " " << one.mechanism << " " << one.id << "\n";
+    for (const PhysicalCause& one : physicalCauses())
+      out << "physical_difference " << one.mechanism << " " << one.id << "\n";
     return;
   }
   if (!arguments.into.empty()) return inject(arguments);
+  if (!arguments.causes.empty()) throw std::invalid_argument("--cause goes with --into alone");
   if (arguments.out.empty() || arguments.label.empty())
     throw std::invalid_argument("--out and --label are required");
   requireRecordingName(arguments.out);
