@@ -558,7 +558,7 @@ class Entries(unittest.TestCase):
             self.assertTrue(os.path.exists(path), name)
 
     def test_help_is_printed_without_a_build(self):
-        for name in ("proof", "out_of_model", "proof_real", "gate", "score_next_window", "calibrate_diagnosis", "compare_stop_rules", "same_diagnosis"):
+        for name in ("proof", "out_of_model", "proof_real", "causes", "gate", "score_next_window", "calibrate_diagnosis", "compare_stop_rules", "same_diagnosis"):
             told_of = subprocess.run([sys.executable, os.path.join(ROOT, "scripts", name), "--help"], capture_output=True, text=True, cwd="/")
             self.assertEqual(told_of.returncode, 0, told_of.stderr)
             self.assertIn("usage", told_of.stdout)

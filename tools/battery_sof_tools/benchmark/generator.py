@@ -16,6 +16,7 @@ PROGRAM = "draw_scenario"
 KIND_OF = {"null": "base_control", "structural_null": "structural_control", "porous_null": "porous_control",
            "decoy": "instrument_fault", "unknown": "unlisted_law"}  # of the catalogue's; the others have the same name
 LAW_KIND_OF = {"null": "control", "imperfect_null": "control_with_recorder", "other_form": "out_of_catalogue"}
+CAUSES = "physical_difference"  # of a porous block, put into measured recordings
 
 
 def as_planned(label):
@@ -55,7 +56,7 @@ class Generator:
         ids = collections.defaultdict(list)
         words = {kind: word for word, kind in KIND_OF.items()}
         for kind, _, name in self.listed():
-            if kind not in (*LAW_KIND_OF.values(), "deep_cycle"):
+            if kind not in (*LAW_KIND_OF.values(), "deep_cycle", CAUSES):
                 ids[words.get(kind, kind)].append(name)
         return dict(ids)
 
@@ -80,17 +81,30 @@ class Generator:
 
     def laws(self):
         """{mechanism: [form, ...]} of laws that no catalogue has."""
-        forms = collections.defaultdict(list)
-        for kind, mechanism, form in self.listed():
-            if kind == LAW_KIND_OF["other_form"]:
-                forms[mechanism].append(form)
-        return dict(forms)
+        return self.by_mechanism(LAW_KIND_OF["other_form"])
+
+    def causes(self):
+        """{mechanism: [cause, ...]} of a porous block."""
+        return self.by_mechanism(CAUSES)
+
+    def by_mechanism(self, wanted):
+        """{mechanism: [id, ...]} of a kind."""
+        ids = collections.defaultdict(list)
+        for kind, mechanism, name in self.listed():
+            if kind == wanted:
+                ids[mechanism].append(name)
+        return dict(ids)
 
     def draw_labelled(self, case, recording, label):
         """Draws a case and writes its label. case: kind and form in the benchmarks' words, or kind and id in those of `draw_scenario`."""
         run([self.program(), "--kind", LAW_KIND_OF.get(case["kind"], case["kind"]), "--out", recording, "--label", label]
             + ["--independent-drive"] * case.get("independent_drive", False)
             + options(case, ("mechanism", "form", "id", "seed", "drive-seed", "rate", "duration")))
+
+    def cause(self, recording, out, strengths, capacity_ah):
+        """Writes a recording with the difference of a porous block in it. strengths: {cause: strength}."""
+        run([self.program(), "--into", recording, "--capacity-ah", f"{capacity_ah:g}", "--out", out]
+            + [word for name, strength in strengths.items() for word in ("--cause", f"{name}={strength!r}")])
 
     def inject(self, recording, out, case, strength, resistances):
         """Writes a recording with a law in it. case: mechanism, form, seed. resistances: while discharging and charging [Ohm]."""

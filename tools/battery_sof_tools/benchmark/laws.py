@@ -152,12 +152,14 @@ def shifted(t, u, delay):
 def changed(name, t, i, u, strength, tau, instant):
     """Current and voltage with an effect of the catalogue.
 
-    current_offset [A]; time_skew: voltage late by [s]; contact_resistance: step at an instant [ohm];
+    current_offset [A]; current_gain: share that is shown too much; time_skew: voltage late by [s]; contact_resistance: step at an instant [ohm];
     voltage_drift [V/h]; acid_transport: R LP_tau[i] [ohm]; ocv_soc: slope over charge [V/Ah];
     high_rate_depletion: 0.15 V ln(1 - LP_tau[(-i)+] / i_L), strength 1/i_L [1/A].
     """
     if name == "current_offset":
         return i + strength, u
+    if name == "current_gain":
+        return i * (1.0 + strength), u
     if name == "time_skew":
         return i, shifted(t, u, strength)
     added = {"contact_resistance": lambda: strength * i * (t > instant),

@@ -30,28 +30,30 @@ def ridge_columns(time_s, current):
             yield charge * size / (size + stock)
 
 
+def standardised(columns, rows=slice(None)):
+    """Columns as a matrix, each with mean 0 and deviation 1 over some rows."""
+    return np.array([(one - one[rows].mean()) / (one[rows].std() + 1e-12) for one in columns]).T
+
+
+def weights(x, y, penalty):
+    """Ridge weights of y, whose mean is 0, on standardised columns."""
+    return np.linalg.solve(x.T @ x / len(x) + penalty * np.eye(x.shape[1]), x.T @ y / len(x))
+
+
+def chosen_penalty(x, y):
+    """The penalty that block cross-validation chooses."""
+    blocks = np.array_split(np.arange(len(x)), 6)
+    others = [np.setdiff1d(np.arange(len(x)), block) for block in blocks]
+    return min((10.0 ** k for k in range(-5, 3)), key=lambda penalty: sum(
+        ((x[block] @ weights(x[rest], y[rest], penalty) - y[block]) ** 2).sum() for rest, block in zip(others, blocks)))
+
+
 def ridge_rmse(time_s, current, voltage, max_rows=30000):
-    """Hold-out RMSE [V] of a ridge regression of the voltage on ridge_columns(), its weight by block cross-validation."""
+    """Hold-out RMSE [V] of a ridge regression of the voltage on ridge_columns(), its penalty by block cross-validation."""
     n = len(time_s)
     first_held = int(TRAINING * n)
     rows = np.arange(0, first_held, max(1, first_held // max_rows))
-    held = np.arange(first_held, n)
-    train, test = [], []
-    for column in ridge_columns(time_s, current):
-        mean, scale = column[rows].mean(), column[rows].std() + 1e-12
-        train.append((column[rows] - mean) / scale)
-        test.append((column[held] - mean) / scale)
-    x, y, level = np.array(train).T, voltage[rows], voltage[rows].mean()
-    blocks = np.array_split(np.arange(len(rows)), 6)
-
-    def fitted(some, weight):
-        gram = x[some].T @ x[some] / len(some)
-        return np.linalg.solve(gram + weight * np.eye(x.shape[1]), x[some].T @ (y[some] - level) / len(some))
-
-    def missed(weight):
-        others = [(np.setdiff1d(np.arange(len(rows)), block), block) for block in blocks]
-        return sum(((x[block] @ fitted(rest, weight) + level - y[block]) ** 2).sum() for rest, block in others)
-
-    weight = min((10.0 ** k for k in range(-5, 3)), key=missed)
-    answer = np.array(test).T @ fitted(np.arange(len(rows)), weight) + level
-    return float(np.sqrt(np.mean((answer - voltage[held]) ** 2)))
+    x, level = standardised(ridge_columns(time_s, current), rows), voltage[rows].mean()
+    y = voltage - level
+    answer = x[first_held:] @ weights(x[rows], y[rows], chosen_penalty(x[rows], y[rows]))
+    return float(np.sqrt(np.mean((answer - y[first_held:]) ** 2)))

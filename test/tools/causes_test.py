@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""Causes put into measured recordings: the plan, the search for a strength, what is left of a difference, and the scoring."""
+
+import collections
+import unittest
+
+import numpy as np
+
+from battery_sof_tools.benchmark import causes, causes_score, laws
+from battery_sof_tools.sof import Failure
+
+MECHANISMS = ["acceptance", "acid", "ageing", "structure"]
+
+
+class Plan(unittest.TestCase):
+    def test_every_first_part_has_each_kind_in_its_share(self):
+        kinds = causes.kinds_in_turn({"single": 70, "sham": 20, "pair": 14})
+        self.assertEqual(collections.Counter(kinds), {"single": 70, "sham": 20, "pair": 14})
+        self.assertEqual(collections.Counter(kinds[:52]), {"single": 35, "sham": 10, "pair": 7})
+
+    def test_mechanisms_take_turns_and_a_pair_has_two(self):
+        cases = causes.plan(3, {"single": 8, "sham": 2, "pair": 12}, MECHANISMS)
+        self.assertEqual(cases, causes.plan(3, {"single": 8, "sham": 2, "pair": 12}, MECHANISMS[::-1]))
+        single = collections.Counter(one["mechanisms"][0] for one in cases if one["kind"] == "single")
+        self.assertEqual(single, dict.fromkeys(MECHANISMS, 2))
+        pairs = {tuple(one["mechanisms"]) for one in cases if one["kind"] == "pair"}
+        self.assertEqual(len(pairs), 12)
+        self.assertTrue(all(first != second for first, second in pairs))
+        self.assertEqual(len({one["seed"] for one in cases}), len(cases))
+        self.assertNotEqual(causes.digest_of(cases), causes.digest_of(causes.plan(4, {"single": 8, "sham": 2, "pair": 12}, MECHANISMS)))
+
+
+class Strength(unittest.TestCase):
+    def test_is_searched_until_z_is_near(self):
+        strength, z = causes.strength_of(lambda one: 2.0 * one ** 0.8, 12.0)
+        self.assertAlmostEqual(z, 2.0 * strength ** 0.8)
+        self.assertLess(abs(z / 12.0 - 1.0), 0.2)
+
+    def test_a_cause_that_does_not_go_that_far_is_refused(self):
+        with self.assertRaisesRegex(Failure, "wanted 12"):
+            causes.strength_of(lambda one: 0.01 * one, 12.0)
+
+    def test_what_the_circuit_takes_up_is_not_seen(self):
+        dice = np.random.default_rng(1)
+        t = np.arange(600.0)
+        i = 20.0 * np.sign(np.sin(t / 17.0)) + 10.0 * np.sin(t / 5.0)
+        yardstick = causes.Yardstick(laws.Beside(t, i, 12.5 + 5e-3 * i + dice.normal(0.0, 0.01, 600)))
+        voltage = yardstick.beside.u
+        self.assertLess(yardstick.z(yardstick.beside.i, voltage + 0.1 + 1e-3 * i), 1e-6)
+        seen = yardstick.z(yardstick.beside.i, voltage + 1e-2 * np.sin(t / 30.0))
+        self.assertGreater(seen, 5.0)
+        self.assertAlmostEqual(yardstick.z(yardstick.beside.i, voltage + 2e-2 * np.sin(t / 30.0)), 2.0 * seen, places=6)
+
+
+def held(rmse, share=None, equations=None):
+    return {"rmse_v": rmse, "share_percent": share, "equations_share_percent": equations}
+
+
+def case(kind, truths, named, before=(), z=5.0, share=(50.0, 60.0, 70.0), **more):
+    errors = {"base": held(0.2, share[0], 10.0), "extended": held(0.1, share[1]), "line": held(0.3, 0.0), "ridge": held(0.15)}
+    def answer(names):
+        return {"mechanism": None, "effects": [{"id": name, "mechanism": name, "probability": None} for name in names]}
+    row = {"answer": dict(answer(named), errors=errors), "mean_v": 0.4, "oracle": {"errors": held(0.1, share[2])}, "same": {"errors": held(0.1, share[1])}, "wrong": {"failed": "no answer"}, **more}
+    label = {"kind": kind, "mechanisms": truths, "causes": [{"z": z, "mechanism": one} for one in truths]}
+    return causes_score.Case(row, label, answer(before))
+
+
+class Scoring(unittest.TestCase):
+    def test_only_what_is_new_counts(self):
+        one = case("pair", ["acid", "ageing"], ["acid", "ageing", "structure", "acceptance"], before=["acid", "acceptance"])
+        self.assertEqual((one.right, one.wrong, one.judged), ({"ageing"}, {"structure"}, True))
+        self.assertFalse(case("single", ["acid"], ["acid"], before=["acid"]).judged)
+        self.assertEqual(case("single", ["acceptance"], []).always(), (1, 0))
+        self.assertEqual(case("sham", [], []).always(), (0, 1))
+
+    def test_counts_shams_and_gain(self):
+        cases = [case("single", ["acid"], ["acid"], z=2.5), case("single", ["ageing"], ["acid"], z=40.0), case("sham", [], ["acid"]), case("sham", [], []),
+                 case("pair", ["acid", "ageing"], ["acid"])]
+        found = causes_score.figures(cases, [])
+        self.assertEqual((found["right_minus_wrong"], found["shams"], found["false"]), (1, 2, 1))
+        # 50 % is unexplained by circuit and regression, 40 % by the diagnosis, 30 % by the oracle
+        self.assertAlmostEqual(found["gain_share"], np.log(50.0 / 40.0) / np.log(50.0 / 30.0))
+        self.assertAlmostEqual(found["gain_share_over_named"], 0.0)
+        self.assertEqual(found["over_regression"]["mean"], (2.0, 2))
+        self.assertEqual(found["over_regression"]["ridge"], (None, 0))
+        self.assertAlmostEqual(found["volts_over_regression"]["ridge"][0], 0.75)
+        text = causes_score.as_markdown(cases, [("case_0009", None, "not drawn")])
+        self.assertIn("| z 2 to 4 | 1 | 1 | 1 | 0 | 0 |", text)
+        self.assertIn("| z 16 to 32 | 1 | 1 | 0 | 1 | 0 |", text)
+
+    def test_where_nothing_regulates_the_error_is_in_volts(self):
+        found = case("single", ["acid"], [], share=(None, None, None)).errors()
+        self.assertEqual((found["ridge"], found["circuit + regression"], found["circuit"]), (0.15, 0.2, None))
+
+    def test_the_wrong_effect_is_neither_true_nor_named(self):
+        self.assertEqual(causes.given_effects("slow_diffusion", []), {"oracle": "acid_transport", "wrong": "current_offset"})
+        self.assertEqual(causes.given_effects("current_offset", ["high_rate_depletion"]), {"oracle": "current_offset", "wrong": "cpe2"})
+
+
+if __name__ == "__main__":
+    unittest.main()
