@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -15,6 +16,11 @@ namespace battery_sof {
 
 class ExplanationFits;
 struct DiagnoseOptions;
+
+/// Where a composition fits best that is searched from some starts; none where no start has a finite
+/// cost. Called by several threads at once.
+using FitComposition = std::function<std::optional<CompositionPoint>(
+    const BatteryModel&, const std::vector<CompositionPoint>& starts)>;
 
 /// One piece of an explanation: an effect of the catalogue, or a mechanism's regressors where none
 /// of its effects does.
@@ -108,20 +114,20 @@ struct Explanation {
 };
 
 /**
- * @brief Explains errors by mechanisms first: in each step the mechanism of greatest evidence, by
- * one of its effects or by its regressors, whichever the data support; then what was selected
- * is weighed again with the rest.
+ * @brief Explains errors by mechanisms first: in each step what is of greatest evidence, an effect or
+ * a mechanism's regressors; an effect in place of its mechanism's regressors where it does as well.
+ * Then each part must be worth its place once more with the others.
  *
- * Evidence is that of LinearProblem at one fraction for all: a composition stands by its errors at
- * its best parameters and the directions these may move in (Laplace), regressors by one strength a
- * group. Every set is fitted whole, the base circuit with it.
+ * Evidence is that of LinearProblem at one fraction for all: a composition stands by its errors where
+ * it was fitted and the directions its parameters may move in (Laplace), regressors by one strength a
+ * group.
  *
  * @param fits to the rows, with these options; nothing else was explained by them.
  * @param ids effects that may be named.  @param options where effects are given they are taken
- * without a test, and nothing else is looked for.
+ * without a test, and nothing else is looked for.  @param fit to the same rows.
  */
 Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
-                    const DiagnoseOptions& options);
+                    const DiagnoseOptions& options, const FitComposition& fit);
 
 /**
  * @brief What the rows say, linearised, of a selection that was made in another way

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "explanation_fits.hpp"
+
+namespace battery_sof {
+
+/// What an effect adds to the base circuit at one point of its grid.
+struct EffectGridPoint {
+  std::string id;
+  CompositionPoint point;  // of the base circuit with it
+  bool one_sided;
+  Eigen::VectorXd added;  // counted rows [V]
+};
+
+/// Effects of the catalogue on grids of their shapes and instants, in addition to the base circuit:
+/// what each promises, where its fit begins, and how strong it must be to be found.
+class EffectGrid {
+ public:
+  /// @param fits must outlive this.  @param ids effects of the grid.
+  /// @param threads as of DiagnoseOptions.
+  EffectGrid(const ExplanationFits& fits, const std::vector<std::string>& ids, int threads = 1);
+
+  const std::vector<EffectGridPoint>& points() const { return points_; }
+  /// Gain of ln evidence by each point added to a state, linear in its strength, noise taken again.
+  std::vector<double> gainsOf(const ExplanationState& state) const;
+  /// The same, the best of every effect.
+  std::map<std::string, double> bestGains(const ExplanationState& state) const;
+  /// Where a fit of a state with one effect more begins: at the strength that the state's errors ask
+  /// for.
+  CompositionPoint startOf(const ExplanationState& state, const BatteryModel& larger,
+                           const EffectGridPoint& from) const;
+  /// Detection limits: the smallest strengths that would have been selected (linearised). Counts
+  /// what neither the state nor another mechanism's regressors take up of a typical signature, less
+  /// the residual that looks like it. @param needed gain of a mechanism.
+  std::vector<DetectionLimit> minStrengths(const ExplanationState& state,
+                                           const std::function<double(Mechanism)>& needed) const;
+
+ private:
+  /// The base circuit with an effect at its magnitudes.
+  CompositionPoint magnitudesOf(const BatteryModel& model) const;
+  std::vector<CompositionPoint> shapesOf(const BatteryModel& model) const;
+  std::vector<EffectGridPoint> pointsOf(const std::string& id) const;
+  /// Multiple of a grid point that a state's errors ask for; at least a tenth.
+  double strengthOf(const ExplanationState& state, const EffectGridPoint& from) const;
+  /// @param times a typical strength.  @return none of an effect without a strength.
+  std::optional<DetectionLimit> minStrength(const EffectGridPoint& point, double times) const;
+
+  const ExplanationFits& fits_;
+  int threads_;
+  std::vector<EffectGridPoint> points_;
+};
+
+}  // namespace battery_sof
