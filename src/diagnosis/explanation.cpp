@@ -47,6 +47,13 @@ double rankOf(const ExplanationState& state) {
                                   0.5 * static_cast<double>(state.model.effects().size()));
 }
 
+/// The mechanism of what a state has in addition to another.
+Mechanism addedTo(const ExplanationState& less, const ExplanationState& more) {
+  for (const Mechanism mechanism : more.estimated)
+    if (!less.estimated.count(mechanism)) return mechanism;
+  return mechanismOf(more.members.back());
+}
+
 std::string namesOf(const ExplanationState& state) {
   Effects names = state.members;
   if (!state.estimated.empty()) names.push_back("what no equation represents");
@@ -77,6 +84,8 @@ class Selection {
     while (given_.empty() && partsIn(now) < kMaxTerms) {
       std::optional<ExplanationState> next = bestAddition(now);
       if (!next) break;
+      if (addedTo(now, *next) == Mechanism::kStructure)
+        structure_gain_ += next->evidence - now.evidence;
       now = std::move(*next);
       takeNoise(now);
       tell(options_, "comparing mechanisms (accepted so far: " + namesOf(now) + ")");
@@ -244,8 +253,21 @@ class Selection {
            fits_.crankOf(part) >= std::max(options_.relevance.crank, 0.5 * with.fit.noise);
   }
 
+  /// Gain of ln evidence that a mechanism must bring. A battery's own structure is never quite the
+  /// catalogue's: the residual of it is no physics.
+  double needed(Mechanism mechanism) const {
+    const bool is_physics =
+        mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
+    return is_physics ? std::max(kMinGain, kCatalogueTolerance * structure_gain_) : kMinGain;
+  }
+
+  bool isWorth(const ExplanationState& with, const ExplanationState& without,
+               Mechanism mechanism) const {
+    return with.evidence - without.evidence >= needed(mechanism) && isRelevant(with, without);
+  }
+  /// The same of a state's last effect.
   bool isWorth(const ExplanationState& with, const ExplanationState& without) const {
-    return with.evidence - without.evidence >= kMinGain && isRelevant(with, without);
+    return isWorth(with, without, mechanismOf(with.members.back()));
   }
 
   /// Whether an effect represents its mechanism's regressors: as evident, or these add nothing above
@@ -274,7 +296,7 @@ class Selection {
       if (now.estimated.count(one)) continue;
       ExplanationState with = fits_.withRegressors(now, one);
       const ExplanationState& so_far = regressors ? *regressors : best ? *best : now;
-      if (!(rankOf(with) > rankOf(so_far)) || !isWorth(with, now)) continue;
+      if (!(rankOf(with) > rankOf(so_far)) || !isWorth(with, now, one)) continue;
       regressors = std::move(with);
       mechanism = one;
     }
@@ -319,19 +341,21 @@ class Selection {
 
   /// Whether a part stays: worth its place with the others; in a short recording, where what shows
   /// in one event alone has nothing that it could be held against, without any one quarter, too.
-  bool stays(const ExplanationState& state, const ExplanationState& less) const {
-    if (fits_.isShort()) return isWorth(state, less) && fits_.leastGain(state, less) > kTie;
-    return partsIn(state) < 2 || isWorth(state, less);
+  bool stays(const ExplanationState& state, const ExplanationState& less,
+             Mechanism mechanism) const {
+    if (fits_.isShort())
+      return isWorth(state, less, mechanism) && fits_.leastGain(state, less) > kTie;
+    return partsIn(state) < 2 || isWorth(state, less, mechanism);
   }
 
   void removeWeak(ExplanationState& state) const {
     for (const std::string& id : Effects(state.members)) {
       const std::optional<ExplanationState> less = without(state, id);
-      if (less && !stays(state, *less)) state = *less;
+      if (less && !stays(state, *less, mechanismOf(id))) state = *less;
     }
     for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
       const ExplanationState less = without(state, mechanism);
-      if (!stays(state, less)) state = less;
+      if (!stays(state, less, mechanism)) state = less;
     }
   }
 
@@ -372,7 +396,7 @@ class Selection {
     found_.effective_sample_fraction = fits_.effectiveSampleFraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.detection_limits = grid_.minStrengths(state, [&](Mechanism mechanism) {
-      return std::max(kMinGain, leastNamed(found_.terms, mechanism));
+      return std::max(needed(mechanism), leastNamed(found_.terms, mechanism));
     });
   }
 
@@ -391,6 +415,7 @@ class Selection {
   const FitComposition fit_;
   const EffectGrid grid_;
   std::map<std::string, Effects> alike_;  // of an effect, in the step that took it
+  double structure_gain_ = 0.0;           // of ln evidence, by what was taken of it
   Explanation found_;
 };
 
