@@ -6,8 +6,10 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kGridStep = 1.5;  // prior standard deviations between the shapes tried
-constexpr int kInstants = 9;       // instants tried over a recording
+constexpr double kGridStep = 1.5;       // prior standard deviations between the shapes tried
+constexpr int kInstants = 9;            // instants tried over a recording
+constexpr double kLeastStrength = 0.1;  // of a grid point, where a fit begins
+
 /// What the linear fit of a state leaves.
 struct LinearRest {
   LinearRest(const ExplanationFits& fits, const ExplanationState& state)
@@ -27,7 +29,7 @@ struct LinearRest {
 };
 
 /// A state with a mechanism's regressors as strong as they may be: what these can take up of an
-/// effect is reported their mechanism.
+/// effect counts as their mechanism's.
 ExplanationState withFreeRegressors(const ExplanationFits& fits, const ExplanationState& state,
                                     Mechanism mechanism) {
   ExplanationState next = fits.withRegressors(state, mechanism);
@@ -60,17 +62,18 @@ EffectGrid::EffectGrid(const ExplanationFits& fits, const std::vector<std::strin
     std::move(grid.begin(), grid.end(), std::back_inserter(points_));
 }
 
-std::vector<double> EffectGrid::gainsOf(const ExplanationState& state) const {
+std::vector<GridGain> EffectGrid::gainsOf(const ExplanationState& state) const {
   const LinearRest rest(fits_, state);
   const double rss = rest.left.squaredNorm(),
                rows = fits_.effectiveSampleFraction() * rest.sums.problem.rows;
-  std::vector<double> gains(points_.size(), 0.0);
+  std::vector<GridGain> gains(points_.size());
   parallelFor(points_.size(), threads_, [&](std::size_t g) {
     const Eigen::VectorXd added = fits_.whitened(points_[g].added);
     const double length = rest.lengthOf(added), along = added.dot(rest.left);
+    gains[g].strength = std::copysign(std::max(std::abs(along / length), kLeastStrength), along);
     if (!(length > 1e-8 * added.squaredNorm()) || (points_[g].one_sided && along < 0.0)) return;
     const double share = std::min(along * along / length / rss, 1.0 - 1e-9);
-    gains[g] =
+    gains[g].value =
         -0.5 * rows * std::log1p(-share) -
         0.5 * std::log1p(kWideStrength * kWideStrength * rows * length / (rss * (1.0 - share)));
   });
@@ -78,16 +81,15 @@ std::vector<double> EffectGrid::gainsOf(const ExplanationState& state) const {
 }
 
 std::map<std::string, double> EffectGrid::bestGains(const ExplanationState& state) const {
-  const std::vector<double> gains = gainsOf(state);
+  const std::vector<GridGain> gains = gainsOf(state);
   std::map<std::string, double> best;
   for (std::size_t g = 0; g < points_.size(); ++g)
-    best[points_[g].id] = std::max(best[points_[g].id], gains[g]);
+    best[points_[g].id] = std::max(best[points_[g].id], gains[g].value);
   return best;
 }
 
 CompositionPoint EffectGrid::startOf(const ExplanationState& state, const BatteryModel& larger,
-                                     const EffectGridPoint& from) const {
-  const double share = from.added.squaredNorm() > 0.0 ? strengthOf(state, from) : 1.0;
+                                     const EffectGridPoint& from, double strength) const {
   CompositionPoint start = embedded(state.model, state.point, larger);
   const BatteryModel alone = enlarged(BatteryModel(), from.id);
   for (const FitCoordinate& c : fits_.coordinatesOf(larger)) {
@@ -98,7 +100,7 @@ CompositionPoint EffectGrid::startOf(const ExplanationState& state, const Batter
     // nearby, but for strengths of wide bounds
     const double most = std::max(3.0, c.std);
     start.parameters[c.row] = c.strength && !c.logarithmic
-                                  ? c.value(std::clamp(share, -most, most) * c.of(there))
+                                  ? c.value(std::clamp(strength, -most, most) * c.of(there))
                                   : there;
   }
   beginNewStates(larger, start, state.model);
@@ -185,13 +187,6 @@ std::vector<EffectGridPoint> EffectGrid::pointsOf(const std::string& id) const {
     if (one.added.squaredNorm() > 1e-14) points.push_back(std::move(one));
   }
   return points;
-}
-
-double EffectGrid::strengthOf(const ExplanationState& state, const EffectGridPoint& from) const {
-  const LinearRest rest(fits_, state);
-  const Eigen::VectorXd added = fits_.whitened(from.added);
-  const double share = added.dot(rest.left) / rest.lengthOf(added);
-  return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
 }
 
 std::optional<DetectionLimit> EffectGrid::minStrength(const EffectGridPoint& point,

@@ -18,6 +18,12 @@ struct EffectGridPoint {
   Eigen::VectorXd added;  // counted rows [V]
 };
 
+/// A grid point added to a state, linear in its strength.
+struct GridGain {
+  double value = 0.0;     ///< of ln evidence
+  double strength = 0.1;  ///< multiple of the point that the state's errors ask for; |.| >= 0.1
+};
+
 /// Effects of the catalogue on grids of their shapes and instants, in addition to the base circuit:
 /// what each promises, where its fit begins, and how strong it must be to be found.
 class EffectGrid {
@@ -27,14 +33,13 @@ class EffectGrid {
   EffectGrid(const ExplanationFits& fits, const std::vector<std::string>& ids, int threads = 1);
 
   const std::vector<EffectGridPoint>& points() const { return points_; }
-  /// Gain of ln evidence by each point added to a state, linear in its strength, noise taken again.
-  std::vector<double> gainsOf(const ExplanationState& state) const;
+  /// One a point; noise taken again.
+  std::vector<GridGain> gainsOf(const ExplanationState& state) const;
   /// The same, the best of every effect.
   std::map<std::string, double> bestGains(const ExplanationState& state) const;
-  /// Where a fit of a state with one effect more begins: at the strength that the state's errors ask
-  /// for.
+  /// Where a fit of a state with one effect more begins. @param strength as of GridGain.
   CompositionPoint startOf(const ExplanationState& state, const BatteryModel& larger,
-                           const EffectGridPoint& from) const;
+                           const EffectGridPoint& from, double strength) const;
   /// Detection limits: the smallest strengths that would have been selected (linearised). Counts
   /// what neither the state nor another mechanism's regressors take up of a typical signature, less
   /// the residual that looks like it. @param needed gain of a mechanism.
@@ -46,8 +51,6 @@ class EffectGrid {
   CompositionPoint magnitudesOf(const BatteryModel& model) const;
   std::vector<CompositionPoint> shapesOf(const BatteryModel& model) const;
   std::vector<EffectGridPoint> pointsOf(const std::string& id) const;
-  /// Multiple of a grid point that a state's errors ask for; at least a tenth.
-  double strengthOf(const ExplanationState& state, const EffectGridPoint& from) const;
   /// @param times a typical strength.  @return none of an effect without a strength.
   std::optional<DetectionLimit> minStrength(const EffectGridPoint& point, double times) const;
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 #include "diagnosis/effect_grid.hpp"
@@ -20,14 +21,6 @@ constexpr std::size_t kClosest = 5;
 constexpr double kWorthATry = 0.1;  // of the best one's gain on the grid
 
 using Effects = std::vector<std::string>;
-
-/// Ids in the catalogue's order: what is given is one set, however it was written.
-Effects inOrder(const Effects& given) {
-  Effects ids;
-  for (const EffectInfo& effect : effectCatalogue())
-    if (contains(given, effect.id)) ids.push_back(effect.id);
-  return ids;
-}
 
 BatteryModel composedOf(const Effects& members) {
   BatteryModel model;
@@ -66,7 +59,7 @@ class Selection {
   Selection(ExplanationFits& fits, const Effects& ids, const DiagnoseOptions& options,
             FitComposition fit)
       : options_(options),
-        given_(inOrder(options.given)),
+        given_(inCatalogueOrder(options.given)),
         fits_(fits),
         fit_(std::move(fit)),
         grid_(fits_, ids, options.threads) {}
@@ -76,6 +69,7 @@ class Selection {
     fits_.evaluateEvidence(start);
     takeMechanisms(start, grid_.bestGains(start));
     tell(options_, "comparing mechanisms");
+    circuit_ = start;
     ExplanationState now = start;
     for (const std::string& id : given_) {
       std::vector<ExplanationState> with = withEffects(now, {id});
@@ -171,31 +165,37 @@ class Selection {
     return found;
   }
 
-  /// Effects fitted and linearised, with regressors beside them.
-  /// @return none where no start has a finite cost.
-  std::optional<ExplanationState> composed(const Effects& members,
-                                           const std::set<Mechanism>& estimated,
-                                           const std::vector<CompositionPoint>& starts) const {
+  /// Effects linearised at a point, with regressors beside them.
+  /// @return none where the rows have no finite voltage or derivative there.
+  std::optional<ExplanationState> placed(const Effects& members,
+                                         const std::set<Mechanism>& estimated,
+                                         const CompositionPoint& point) const {
     ExplanationState state;
     state.model = composedOf(members);
     state.members = members;
     state.estimated = estimated;
-    const std::optional<CompositionPoint> point = fit_(state.model, starts);
-    if (!point) return std::nullopt;
-    state.point = *point;
+    state.point = point;
     state.coordinates = fits_.coordinatesOf(state.model);
     if (!fits_.linearize(state)) return std::nullopt;
     fits_.evaluateEvidence(state);
     return state;
   }
 
+  /// The same where the effects fit best.
+  std::optional<ExplanationState> composed(const Effects& members,
+                                           const std::set<Mechanism>& estimated,
+                                           const std::vector<CompositionPoint>& starts) const {
+    const std::optional<CompositionPoint> point = fit_(composedOf(members), starts);
+    return point ? placed(members, estimated, *point) : std::nullopt;
+  }
+
   /// A state with one effect more: from where it stands, from where the grid promises most, and from
   /// there with the circuit at its typical values, as a circuit that has taken the effect up is far
   /// from where it belongs.
   std::optional<ExplanationState> withEffect(const ExplanationState& state,
-                                             const EffectGridPoint& from) const {
+                                             const EffectGridPoint& from, double strength) const {
     const BatteryModel larger = enlarged(state.model, from.id);
-    const CompositionPoint promising = grid_.startOf(state, larger, from);
+    const CompositionPoint promising = grid_.startOf(state, larger, from, strength);
     CompositionPoint typical = promising;
     typical.parameters.head(kRowUDc) = BatteryModel().typicalParameters().head(kRowUDc);
     Effects members = state.members;
@@ -207,23 +207,24 @@ class Selection {
   /// Points of the grid to try in addition to a state, one an effect: the most promising, and the
   /// first of every mechanism. @param only these effects, whatever they promise; empty: all.
   std::vector<std::size_t> promisingPoints(const ExplanationState& state,
+                                           const std::vector<GridGain>& gains,
                                            const Effects& only) const {
     const std::vector<EffectGridPoint>& points = grid_.points();
-    const std::vector<double> gains = grid_.gainsOf(state);
     std::map<std::string, std::size_t> best;
     for (std::size_t g = 0; g < points.size(); ++g) {
       const std::string& id = points[g].id;
-      if (state.has(id) || !(only.empty() ? gains[g] > 0.0 : contains(only, id))) continue;
-      if (!best.count(id) || gains[g] > gains[best[id]]) best[id] = g;
+      if (state.has(id) || !(only.empty() ? gains[g].value > 0.0 : contains(only, id))) continue;
+      if (!best.count(id) || gains[g].value > gains[best[id]].value) best[id] = g;
     }
     std::vector<std::size_t> order, tried;
     for (const auto& one : best) order.push_back(one.second);
     std::sort(order.begin(), order.end(),
-              [&](std::size_t a, std::size_t b) { return gains[a] > gains[b]; });
+              [&](std::size_t a, std::size_t b) { return gains[a].value > gains[b].value; });
     std::set<Mechanism> seen;
     for (const std::size_t g : order) {
       const bool is_first = seen.insert(mechanismOf(points[g].id)).second;
-      if (tried.size() < kClosest || (is_first && gains[g] > kWorthATry * gains[order.front()]))
+      if (tried.size() < kClosest ||
+          (is_first && gains[g].value > kWorthATry * gains[order.front()].value))
         tried.push_back(g);
     }
     return tried;
@@ -231,15 +232,17 @@ class Selection {
 
   /// A state with each of these, best first. @param only as of promisingPoints().
   std::vector<ExplanationState> withEffects(const ExplanationState& state, const Effects& only) {
-    const std::vector<std::size_t> tried = promisingPoints(state, only);
+    const std::vector<GridGain> gains = grid_.gainsOf(state);
+    const std::vector<std::size_t> tried = promisingPoints(state, gains, only);
     std::vector<std::optional<ExplanationState>> fitted(tried.size());
-    parallelFor(tried.size(), options_.threads,
-                [&](std::size_t k) { fitted[k] = withEffect(state, grid_.points()[tried[k]]); });
+    parallelFor(tried.size(), options_.threads, [&](std::size_t k) {
+      fitted[k] = withEffect(state, grid_.points()[tried[k]], gains[tried[k]].strength);
+    });
     std::vector<ExplanationState> all;
     for (std::optional<ExplanationState>& one : fitted)
       if (one && std::isfinite(one->evidence)) all.push_back(std::move(*one));
     for (const ExplanationState& one : all)
-      addWeighed(one.members.back(), one.evidence - state.evidence);
+      addWeighed(found_.weighed, one.members.back(), one.evidence - state.evidence);
     std::stable_sort(
         all.begin(), all.end(),
         [](const ExplanationState& a, const ExplanationState& b) { return rankOf(a) > rankOf(b); });
@@ -283,8 +286,50 @@ class Selection {
                     kCatalogueTolerance * ExplanationFits::beyond(both, without));
   }
 
-  /// The effect or the mechanism's regressors of greatest evidence in addition to a state; an effect
-  /// in place of its mechanism's regressors where it does as well. None where none is worth it.
+  /// Whether regressors are no more than what the effects named of their mechanism may leave of it.
+  bool isRestOfNamed(const ExplanationState& regressors, const ExplanationState& now,
+                     Mechanism mechanism) const {
+    const bool is_named = std::any_of(now.members.begin(), now.members.end(),
+                                      [&](const auto& id) { return mechanismOf(id) == mechanism; });
+    return is_named && ExplanationFits::beyond(regressors, now) <
+                           kCatalogueTolerance * ExplanationFits::beyond(regressors, circuit_);
+  }
+
+  /// Notes what would do as well in the place of the last effect of a state.
+  /// @param effects that were fitted beside it, in addition to `now`.
+  void takeAlike(const ExplanationState& best, const std::vector<ExplanationState>& effects,
+                 const ExplanationState& now) {
+    const std::string id = best.members.back();
+    for (const ExplanationState& one : effects) {
+      const std::string& other = one.members.back();
+      // An effect that holds this one is as good as it alone: it adds nothing.
+      if (other != id && isWorth(one, now) && one.evidence > best.evidence - kTie &&
+          !contains(effectInfo(other).needs, id) && !contains(alike_[id], other))
+        alike_[id].push_back(other);
+    }
+  }
+
+  /// Effects of a mechanism in place of its regressors: one after the other while each is worth it,
+  /// until they do as well. None where they never do.
+  std::optional<ExplanationState> effectsFor(Mechanism mechanism, const ExplanationState& now,
+                                             const ExplanationState& regressors) {
+    ExplanationState best = now;
+    while (partsIn(best) < kMaxTerms) {
+      const std::vector<ExplanationState> effects = withEffects(best, {});
+      const auto next =
+          std::find_if(effects.begin(), effects.end(), [&](const ExplanationState& one) {
+            return mechanismOf(one.members.back()) == mechanism && isWorth(one, best);
+          });
+      if (next == effects.end()) break;
+      takeAlike(*next, effects, best);
+      best = *next;
+      if (doesAsWell(best, regressors, mechanism, now)) return best;
+    }
+    return std::nullopt;
+  }
+
+  /// The effect or the mechanism's regressors of greatest evidence in addition to a state; its
+  /// effects in place of a mechanism's regressors where they do as well. None where none is worth it.
   std::optional<ExplanationState> bestAddition(const ExplanationState& now) {
     const std::vector<ExplanationState> effects = withEffects(now, {});
     const ExplanationState* best = nullptr;
@@ -296,32 +341,24 @@ class Selection {
       if (now.estimated.count(one)) continue;
       ExplanationState with = fits_.withRegressors(now, one);
       const ExplanationState& so_far = regressors ? *regressors : best ? *best : now;
-      if (!(rankOf(with) > rankOf(so_far)) || !isWorth(with, now, one)) continue;
+      if (!(rankOf(with) > rankOf(so_far)) || !isWorth(with, now, one) ||
+          isRestOfNamed(with, now, one))
+        continue;
       regressors = std::move(with);
       mechanism = one;
     }
     if (regressors) {
-      const auto stands =
-          std::find_if(effects.begin(), effects.end(), [&](const ExplanationState& one) {
-            return mechanismOf(one.members.back()) == *mechanism && isWorth(one, now) &&
-                   doesAsWell(one, *regressors, *mechanism, now);
-          });
-      if (stands == effects.end()) return regressors;
-      best = &*stands;
+      std::optional<ExplanationState> effects_of = effectsFor(*mechanism, now, *regressors);
+      return effects_of ? effects_of : regressors;
     }
     if (!best) return std::nullopt;
-    const std::string id = best->members.back();
-    // An effect that holds this one is as good as it alone: it adds nothing.
-    for (const ExplanationState& one : effects)
-      if (&one != best && isWorth(one, now) && one.evidence > best->evidence - kTie &&
-          !contains(effectInfo(one.members.back()).needs, id))
-        alike_[id].push_back(one.members.back());
+    takeAlike(*best, effects, now);
     return *best;
   }
 
-  /// A state without one of its effects, and those that need it, fitted again.
-  std::optional<ExplanationState> without(const ExplanationState& state,
-                                          const std::string& id) const {
+  /// A state without one of its effects, and those that need it, fitted again; at the circuit where
+  /// the rows cannot be linearised at that fit.
+  ExplanationState without(const ExplanationState& state, const std::string& id) const {
     Effects others;
     for (const std::string& one : state.members)
       if (one != id && !contains(effectInfo(one).needs, id)) others.push_back(one);
@@ -329,7 +366,10 @@ class Selection {
     const CompositionPoint fresh = embedded(BatteryModel(), fits_.base(), model);
     CompositionPoint kept = fresh;
     takeShared(state.model, state.point, model, kept);
-    return composed(others, state.estimated, {kept, fresh});
+    std::optional<ExplanationState> less = composed(others, state.estimated, {kept, fresh});
+    if (!less) less = placed(others, state.estimated, fresh);
+    if (!less) throw std::invalid_argument("explain: the base circuit has no finite voltage");
+    return *less;
   }
 
   ExplanationState without(const ExplanationState& state, Mechanism mechanism) const {
@@ -344,14 +384,15 @@ class Selection {
   bool stays(const ExplanationState& state, const ExplanationState& less,
              Mechanism mechanism) const {
     if (fits_.isShort())
-      return isWorth(state, less, mechanism) && fits_.leastGain(state, less) > kTie;
+      return isWorth(state, less, mechanism) && fits_.leastGain(state, less) >= kMinGain;
     return partsIn(state) < 2 || isWorth(state, less, mechanism);
   }
 
   void removeWeak(ExplanationState& state) const {
     for (const std::string& id : Effects(state.members)) {
-      const std::optional<ExplanationState> less = without(state, id);
-      if (less && !stays(state, *less, mechanismOf(id))) state = *less;
+      if (!contains(state.members, id)) continue;  // went with what it needs
+      const ExplanationState less = without(state, id);
+      if (!stays(state, less, mechanismOf(id))) state = less;
     }
     for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
       const ExplanationState less = without(state, mechanism);
@@ -376,8 +417,7 @@ class Selection {
 
   void takeTerms(const ExplanationState& state) {
     for (const std::string& id : state.members)
-      if (const std::optional<ExplanationState> less = without(state, id))
-        takeTerm(state, *less, mechanismOf(id), id);
+      takeTerm(state, without(state, id), mechanismOf(id), id);
     for (const Mechanism mechanism : state.estimated)
       takeTerm(state, without(state, mechanism), mechanism, "");
     std::stable_sort(found_.terms.begin(), found_.terms.end(),
@@ -400,26 +440,27 @@ class Selection {
     });
   }
 
-  void addWeighed(const std::string& id, double gain) {
-    for (WeighedMember& known : found_.weighed)
-      if (known.id == id) {
-        known.gain = std::max(known.gain, gain);
-        return;
-      }
-    found_.weighed.push_back({id, gain});
-  }
-
   const DiagnoseOptions& options_;
   const Effects given_;
   ExplanationFits& fits_;
   const FitComposition fit_;
   const EffectGrid grid_;
+  ExplanationState circuit_;
   std::map<std::string, Effects> alike_;  // of an effect, in the step that took it
   double structure_gain_ = 0.0;           // of ln evidence, by what was taken of it
   Explanation found_;
 };
 
 }  // namespace
+
+void addWeighed(std::vector<WeighedMember>& weighed, const std::string& id, double gain) {
+  for (WeighedMember& known : weighed)
+    if (known.id == id) {
+      known.gain = std::max(known.gain, gain);
+      return;
+    }
+  weighed.push_back({id, gain});
+}
 
 MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids) {
   const DiagnoseOptions options;

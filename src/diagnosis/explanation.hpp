@@ -44,6 +44,9 @@ struct WeighedMember {
   std::optional<ScoreGain> score = std::nullopt;
 };
 
+/// Notes a gain of an effect that was fitted; of several the largest stays.
+void addWeighed(std::vector<WeighedMember>& weighed, const std::string& id, double gain);
+
 /// A battery's own law is never quite the catalogue's: a smaller share of what something explains
 /// is not reported of anything else [1].
 constexpr double kCatalogueTolerance = 0.1;

@@ -270,17 +270,16 @@ Recording shortDrive(std::uint64_t seed, double duration, double arc) {
 }
 
 TEST(ShortDrive, OfAMinuteAndAQuarterWithASecondArcHasThatMechanismInItsSetInSixOfEight) {
-  int right = 0, missed = 0;
+  int right = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const Diagnosis diagnosis = diagnose(shortDrive(seed, 75.0, 0.003));
     const auto& likely = diagnosis.mechanisms;
     right += std::any_of(likely.begin(), likely.end(), [](const MechanismProbability& one) {
       return one.mechanism == Mechanism::kStructure;
     });
-    missed += diagnosis.verdict == Verdict::kNoMismatch;
+    EXPECT_NE(Verdict::kNoMismatch, diagnosis.verdict) << "seed " << seed;
   }
   EXPECT_GE(right, 6);
-  EXPECT_LE(missed, 1);
 }
 
 TEST(ShortDrive, OfTheBaseModelLacksNothing) {
