@@ -2,94 +2,56 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
-#include <stdexcept>
-#include <utility>
 
-#include "diagnosis/effect_grid.hpp"
 #include "diagnosis/residuals.hpp"
+#include "effect_search.hpp"
 #include "model/effect.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr std::size_t kMaxTerms = 5;
-// effects that are fitted in a step, and the first of every mechanism
-constexpr std::size_t kClosest = 5;
-constexpr double kWorthATry = 0.1;  // of the best one's gain on the grid
+constexpr int kFirstIterations = 4;
+constexpr double kSettled = 0.1;  // ln evidence
+constexpr int kMaxTerms = 5;
+constexpr int kSwaps = 3;  // rounds in which places may be taken by what does better
 
-using Effects = std::vector<std::string>;
-
-BatteryModel composedOf(const Effects& members) {
-  BatteryModel model;
-  for (const std::string& id : members)
-    if (!contains(model.effects(), id)) model = enlarged(model, id);
-  return model;
+/// Ids in the catalogue's order: what is given is one set, however it was written.
+std::vector<std::string> inOrder(const std::vector<std::string>& given) {
+  std::vector<std::string> ids;
+  for (const EffectInfo& effect : effectCatalogue())
+    if (contains(given, effect.id)) ids.push_back(effect.id);
+  return ids;
 }
 
-std::size_t partsIn(const ExplanationState& state) {
-  return state.members.size() + state.estimated.size();
-}
-
-/// By what one explanation is taken before another: of two that are as good the one with fewer
-/// effects, an equation before regressors.
-double rankOf(const ExplanationState& state) {
-  return state.evidence - kTie * (static_cast<double>(state.estimated.size()) +
-                                  0.5 * static_cast<double>(state.model.effects().size()));
-}
-
-/// The mechanism of what a state has in addition to another.
-Mechanism addedTo(const ExplanationState& less, const ExplanationState& more) {
-  for (const Mechanism mechanism : more.estimated)
-    if (!less.estimated.count(mechanism)) return mechanism;
-  return mechanismOf(more.members.back());
-}
-
-std::string namesOf(const ExplanationState& state) {
-  Effects names = state.members;
-  if (!state.estimated.empty()) names.push_back("what no equation represents");
-  return join(names);
-}
-
-class Selection {
+class StepwiseSelection {
  public:
-  /// @param ids effects of the grid.
-  Selection(ExplanationFits& fits, const Effects& ids, const DiagnoseOptions& options,
-            FitComposition fit)
+  StepwiseSelection(ExplanationFits& fits, const std::vector<std::string>& ids,
+                    const DiagnoseOptions& options)
       : options_(options),
-        given_(inCatalogueOrder(options.given)),
+        given_(inOrder(options.given)),
         fits_(fits),
-        fit_(std::move(fit)),
-        grid_(fits_, ids, options.threads) {}
+        search_(fits_, options.given.empty() ? ids : options.given, options.threads) {}
 
   Explanation run() {
-    ExplanationState start = fits_.baseState();
-    fits_.evaluateEvidence(start);
-    takeMechanisms(start, grid_.bestGains(start));
+    ExplanationState start = circuit();
+    tell(options_, "testing the effects of the catalogue");
+    search_.takeGrid();
     tell(options_, "comparing mechanisms");
-    circuit_ = start;
     ExplanationState now = start;
-    for (const std::string& id : given_) {
-      std::vector<ExplanationState> with = withEffects(now, {id});
-      if (!with.empty()) now = std::move(with.front());
+    const auto effects = search_.bestGains(now);
+    for (const LinearProblem& half : fits_.halfSamples(fits_.sumsOf(now, true)))
+      found_.mechanisms.push_back(evidenceFrom(half, effects));
+    for (const std::string& id : given_) take(now, id);
+    while (given_.empty() &&
+           static_cast<int>(now.members.size() + now.estimated.size()) < kMaxTerms && extend(now)) {
+      tell(options_, "comparing mechanisms (accepted so far: " + takenIn(now) + ")");
+      weighAgain(now);
+      fits_.takeEffectiveSampleFraction(now);
+      fits_.evaluateEvidence(now);
     }
-    while (given_.empty() && partsIn(now) < kMaxTerms) {
-      std::optional<ExplanationState> next = bestAddition(now);
-      if (!next) break;
-      if (addedTo(now, *next) == Mechanism::kStructure)
-        structure_gain_ += next->evidence - now.evidence;
-      now = std::move(*next);
-      takeNoise(now);
-      tell(options_, "comparing mechanisms (accepted so far: " + namesOf(now) + ")");
-    }
-    if (given_.empty()) removeWeak(now);
-    takeNoise(now);
-    fits_.evaluateEvidence(start);
-    found_.base_evidence = start.evidence;
-    takeTerms(now);
-    takeRest(now);
+    finish(now, start);
     return std::move(found_);
   }
 
@@ -99,7 +61,8 @@ class Selection {
                      const CompositionPoint& point) {
     ExplanationState start = fits_.baseState();
     moveTo(BatteryModel(), circuit, start);
-    takeMechanisms(start, {});
+    for (const LinearProblem& half : fits_.halfSamples(fits_.sumsOf(start, true)))
+      found_.mechanisms.push_back(evidenceFrom(half, {}));
     ExplanationState state = start;
     moveTo(model, point, state);
     found_.model = model;
@@ -109,9 +72,9 @@ class Selection {
   }
 
   MechanismEvidence mechanisms() {
-    ExplanationState start = fits_.baseState();
-    fits_.evaluateEvidence(start);
-    return evidenceFrom(fits_.sumsOf(start, true).problem, grid_.bestGains(start));
+    const ExplanationState start = circuit();
+    search_.takeGrid();
+    return evidenceFrom(fits_.sumsOf(start, true).problem, search_.bestGains(start));
   }
 
  private:
@@ -128,14 +91,16 @@ class Selection {
     fits_.evaluateEvidence(state);
   }
 
-  void takeNoise(ExplanationState& state) {
-    fits_.takeNoise(state);
-    fits_.evaluateEvidence(state);
-  }
-
-  void takeMechanisms(const ExplanationState& start, const std::map<std::string, double>& effects) {
-    for (const LinearProblem& half : fits_.halfSamples(fits_.sumsOf(start, true)))
-      found_.mechanisms.push_back(evidenceFrom(half, effects));
+  /// The base circuit where it fits best.
+  ExplanationState circuit() {
+    ExplanationState start = fits_.baseState();
+    ExplanationState typical = start;
+    typical.point.parameters.head(kRowUDc) = BatteryModel().typicalParameters().head(kRowUDc);
+    fits_.begin(start, kFirstIterations);
+    fits_.begin(typical, kFirstIterations);
+    if (typical.evidence > start.evidence) start = std::move(typical);
+    fits_.optimize(start);
+    return start;
   }
 
   /// What rows say for each mechanism in addition to a state: linear fits of its regressors alone,
@@ -165,88 +130,69 @@ class Selection {
     return found;
   }
 
-  /// Effects linearised at a point, with regressors beside them.
-  /// @return none where the rows have no finite voltage or derivative there.
-  std::optional<ExplanationState> placed(const Effects& members,
-                                         const std::set<Mechanism>& estimated,
-                                         const CompositionPoint& point) const {
-    ExplanationState state;
-    state.model = composedOf(members);
-    state.members = members;
-    state.estimated = estimated;
-    state.point = point;
-    state.coordinates = fits_.coordinatesOf(state.model);
-    if (!fits_.linearize(state)) return std::nullopt;
+  static std::string takenIn(const ExplanationState& state) {
+    std::vector<std::string> names = state.members;
+    if (!state.estimated.empty()) names.push_back("what no equation represents");
+    return join(names);
+  }
+
+  /// Takes in what is known to be there.
+  void take(ExplanationState& state, const std::string& id) {
+    if (state.has(id)) return;
+    std::optional<ExplanationState> with = search_.with(state, id);
+    if (!with) return;
+    state = std::move(*with);
+    fits_.takeEffectiveSampleFraction(state);
     fits_.evaluateEvidence(state);
-    return state;
   }
 
-  /// The same where the effects fit best.
-  std::optional<ExplanationState> composed(const Effects& members,
-                                           const std::set<Mechanism>& estimated,
-                                           const std::vector<CompositionPoint>& starts) const {
-    const std::optional<CompositionPoint> point = fit_(composedOf(members), starts);
-    return point ? placed(members, estimated, *point) : std::nullopt;
+  /// What the effects of a mechanism that a state has explain [V].
+  static double explainedBy(Mechanism mechanism, const ExplanationState& state) {
+    const bool named =
+        std::any_of(state.members.begin(), state.members.end(),
+                    [&](const std::string& id) { return mechanismOf(id) == mechanism; });
+    return named && state.explained.count(mechanism) ? state.explained.at(mechanism) : 0.0;
   }
 
-  /// A state with one effect more: from where it stands, from where the grid promises most, and from
-  /// there with the circuit at its typical values, as a circuit that has taken the effect up is far
-  /// from where it belongs.
-  std::optional<ExplanationState> withEffect(const ExplanationState& state,
-                                             const EffectGridPoint& from, double strength) const {
-    const BatteryModel larger = enlarged(state.model, from.id);
-    const CompositionPoint promising = grid_.startOf(state, larger, from, strength);
-    CompositionPoint typical = promising;
-    typical.parameters.head(kRowUDc) = BatteryModel().typicalParameters().head(kRowUDc);
-    Effects members = state.members;
-    members.push_back(from.id);
-    return composed(members, state.estimated,
-                    {embedded(state.model, state.point, larger), promising, typical});
+  /// Whether effects represent their mechanism's regressors: as evident, or these add nothing above
+  /// the relevance threshold, or no more than a battery's own law differs from the catalogue's.
+  /// @param without the mechanism.
+  bool doesAsWell(const ExplanationState& member, const ExplanationState& regressors,
+                  Mechanism mechanism, const ExplanationState& without) const {
+    if (member.evidence > regressors.evidence - kTie) return true;
+    const ExplanationState both = fits_.withRegressors(member, mechanism);
+    if (both.evidence - member.evidence < kMinGain) return true;
+    const double mechanism_brings =
+        std::hypot(ExplanationFits::beyond(both, without), explainedBy(mechanism, without));
+    return ExplanationFits::beyond(both, member) <
+           std::max(fits_.relevanceLimit(both), kCatalogueTolerance * mechanism_brings);
   }
 
-  /// Points of the grid to try in addition to a state, one an effect: the most promising, and the
-  /// first of every mechanism. @param only these effects, whatever they promise; empty: all.
-  std::vector<std::size_t> promisingPoints(const ExplanationState& state,
-                                           const std::vector<GridGain>& gains,
-                                           const Effects& only) const {
-    const std::vector<EffectGridPoint>& points = grid_.points();
-    std::map<std::string, std::size_t> best;
-    for (std::size_t g = 0; g < points.size(); ++g) {
-      const std::string& id = points[g].id;
-      if (state.has(id) || !(only.empty() ? gains[g].value > 0.0 : contains(only, id))) continue;
-      if (!best.count(id) || gains[g].value > gains[best[id]].value) best[id] = g;
+  /// What represents a mechanism in addition to a state: the best of its effects where that does as
+  /// well as its regressors, else those.
+  ExplanationState standingFor(Mechanism mechanism, const ExplanationState& without,
+                               const std::vector<ExplanationState>& members) const {
+    ExplanationState estimated = fits_.withRegressors(without, mechanism);
+    for (const ExplanationState& member : members)
+      if (mechanismOf(member.members.back()) == mechanism)
+        return doesAsWell(member, estimated, mechanism, without) ? member : estimated;
+    return estimated;
+  }
+
+  /// The same once a mechanism is chosen: its effects one after the other, while each is worth it,
+  /// until they do as well as its regressors.
+  ExplanationState membersFor(Mechanism mechanism, const ExplanationState& without,
+                              ExplanationState regressors) {
+    ExplanationState best = without;
+    for (int count = 0; count < kMaxTerms; ++count) {
+      const std::vector<ExplanationState> members = search_.withMembers(best, mechanism);
+      if (members.empty() || members.front().evidence - best.evidence < kMinGain ||
+          !isRelevant(members.front(), best))
+        break;
+      best = members.front();
+      if (doesAsWell(best, regressors, mechanism, without)) return best;
     }
-    std::vector<std::size_t> order, tried;
-    for (const auto& one : best) order.push_back(one.second);
-    std::sort(order.begin(), order.end(),
-              [&](std::size_t a, std::size_t b) { return gains[a].value > gains[b].value; });
-    std::set<Mechanism> seen;
-    for (const std::size_t g : order) {
-      const bool is_first = seen.insert(mechanismOf(points[g].id)).second;
-      if (tried.size() < kClosest ||
-          (is_first && gains[g].value > kWorthATry * gains[order.front()].value))
-        tried.push_back(g);
-    }
-    return tried;
-  }
-
-  /// A state with each of these, best first. @param only as of promisingPoints().
-  std::vector<ExplanationState> withEffects(const ExplanationState& state, const Effects& only) {
-    const std::vector<GridGain> gains = grid_.gainsOf(state);
-    const std::vector<std::size_t> tried = promisingPoints(state, gains, only);
-    std::vector<std::optional<ExplanationState>> fitted(tried.size());
-    parallelFor(tried.size(), options_.threads, [&](std::size_t k) {
-      fitted[k] = withEffect(state, grid_.points()[tried[k]], gains[tried[k]].strength);
-    });
-    std::vector<ExplanationState> all;
-    for (std::optional<ExplanationState>& one : fitted)
-      if (one && std::isfinite(one->evidence)) all.push_back(std::move(*one));
-    for (const ExplanationState& one : all)
-      addWeighed(found_.weighed, one.members.back(), one.evidence - state.evidence);
-    std::stable_sort(
-        all.begin(), all.end(),
-        [](const ExplanationState& a, const ExplanationState& b) { return rankOf(a) > rankOf(b); });
-    return all;
+    return regressors;
   }
 
   /// Whether a part exceeds the relevance threshold: of all rows, or while cranking.
@@ -258,173 +204,178 @@ class Selection {
 
   /// Gain of ln evidence that a mechanism must bring. A battery's own structure is never quite the
   /// catalogue's: the residual of it is no physics.
-  double needed(Mechanism mechanism) const {
-    const bool is_physics =
-        mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
-    return is_physics ? std::max(kMinGain, kCatalogueTolerance * structure_gain_) : kMinGain;
-  }
-
-  bool isWorth(const ExplanationState& with, const ExplanationState& without,
-               Mechanism mechanism) const {
-    return with.evidence - without.evidence >= needed(mechanism) && isRelevant(with, without);
-  }
-  /// The same of a state's last effect.
-  bool isWorth(const ExplanationState& with, const ExplanationState& without) const {
-    return isWorth(with, without, mechanismOf(with.members.back()));
-  }
-
-  /// Whether an effect represents its mechanism's regressors: as evident, or these add nothing above
-  /// the relevance threshold, or no more than a battery's own law differs from the catalogue's.
-  /// @param without the mechanism.
-  bool doesAsWell(const ExplanationState& effect, const ExplanationState& regressors,
-                  Mechanism mechanism, const ExplanationState& without) const {
-    if (effect.evidence > regressors.evidence - kTie) return true;
-    const ExplanationState both = fits_.withRegressors(effect, mechanism);
-    if (both.evidence - effect.evidence < kMinGain) return true;
-    return ExplanationFits::beyond(both, effect) <
-           std::max(fits_.relevanceLimit(both),
-                    kCatalogueTolerance * ExplanationFits::beyond(both, without));
+  double needed(const ExplanationState& state, Mechanism mechanism) const {
+    const bool physics = mechanism != Mechanism::kStructure && mechanism != Mechanism::kInstrument;
+    return physics ? std::max(kMinGain, kCatalogueTolerance * state.structure_gain) : kMinGain;
   }
 
   /// Whether regressors are no more than what the effects named of their mechanism may leave of it.
-  bool isRestOfNamed(const ExplanationState& regressors, const ExplanationState& now,
+  bool isRestOfNamed(const ExplanationState& regressors, const ExplanationState& state,
                      Mechanism mechanism) const {
-    const bool is_named = std::any_of(now.members.begin(), now.members.end(),
-                                      [&](const auto& id) { return mechanismOf(id) == mechanism; });
-    return is_named && ExplanationFits::beyond(regressors, now) <
-                           kCatalogueTolerance * ExplanationFits::beyond(regressors, circuit_);
+    if (regressors.estimated.size() == state.estimated.size()) return false;
+    return ExplanationFits::beyond(regressors, state) <
+           kCatalogueTolerance * std::hypot(ExplanationFits::beyond(regressors, state),
+                                            explainedBy(mechanism, state));
   }
 
-  /// Notes what would do as well in the place of the last effect of a state.
-  /// @param effects that were fitted beside it, in addition to `now`.
-  void takeAlike(const ExplanationState& best, const std::vector<ExplanationState>& effects,
-                 const ExplanationState& now) {
-    const std::string id = best.members.back();
-    for (const ExplanationState& one : effects) {
-      const std::string& other = one.members.back();
-      // An effect that holds this one is as good as it alone: it adds nothing.
-      if (other != id && isWorth(one, now) && one.evidence > best.evidence - kTie &&
-          !contains(effectInfo(other).needs, id) && !contains(alike_[id], other))
-        alike_[id].push_back(other);
-    }
+  static std::set<std::string> partsOf(const ExplanationState& state) {
+    std::set<std::string> parts(state.members.begin(), state.members.end());
+    for (const Mechanism mechanism : state.estimated) parts.insert(mechanismId(mechanism));
+    return parts;
   }
 
-  /// Effects of a mechanism in place of its regressors: one after the other while each is worth it,
-  /// until they do as well. None where they never do.
-  std::optional<ExplanationState> effectsFor(Mechanism mechanism, const ExplanationState& now,
-                                             const ExplanationState& regressors) {
-    ExplanationState best = now;
-    while (partsIn(best) < kMaxTerms) {
-      const std::vector<ExplanationState> effects = withEffects(best, {});
-      const auto next =
-          std::find_if(effects.begin(), effects.end(), [&](const ExplanationState& one) {
-            return mechanismOf(one.members.back()) == mechanism && isWorth(one, best);
-          });
-      if (next == effects.end()) break;
-      takeAlike(*next, effects, best);
-      best = *next;
-      if (doesAsWell(best, regressors, mechanism, now)) return best;
-    }
-    return std::nullopt;
-  }
-
-  /// The effect or the mechanism's regressors of greatest evidence in addition to a state; its
-  /// effects in place of a mechanism's regressors where they do as well. None where none is worth it.
-  std::optional<ExplanationState> bestAddition(const ExplanationState& now) {
-    const std::vector<ExplanationState> effects = withEffects(now, {});
-    const ExplanationState* best = nullptr;
-    for (const ExplanationState& one : effects)
-      if (!best && isWorth(one, now)) best = &one;
-    std::optional<ExplanationState> regressors;
-    std::optional<Mechanism> mechanism;
-    for (const Mechanism one : kAllMechanisms) {
-      if (now.estimated.count(one)) continue;
-      ExplanationState with = fits_.withRegressors(now, one);
-      const ExplanationState& so_far = regressors ? *regressors : best ? *best : now;
-      if (!(rankOf(with) > rankOf(so_far)) || !isWorth(with, now, one) ||
-          isRestOfNamed(with, now, one))
+  /// Takes in the mechanism of greatest evidence. The same parts get the same mechanism once: what
+  /// was taken and let go does not come again and again. @return whether one was worth it.
+  bool extend(ExplanationState& state) {
+    const std::vector<ExplanationState> members = search_.withMembers(state, std::nullopt);
+    ExplanationState best = state;
+    std::optional<Mechanism> chosen;
+    const std::set<std::string> parts = partsOf(state);
+    for (const Mechanism mechanism : kAllMechanisms) {
+      if (state.estimated.count(mechanism) || tried_.count({parts, mechanism})) continue;
+      const ExplanationState of_mechanism = standingFor(mechanism, state, members);
+      if (of_mechanism.evidence - state.evidence < needed(state, mechanism)) continue;
+      if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) ||
+          !isRelevant(of_mechanism, state) || isRestOfNamed(of_mechanism, state, mechanism))
         continue;
-      regressors = std::move(with);
-      mechanism = one;
+      best = of_mechanism;
+      chosen = mechanism;
     }
-    if (regressors) {
-      std::optional<ExplanationState> effects_of = effectsFor(*mechanism, now, *regressors);
-      return effects_of ? effects_of : regressors;
+    if (!chosen) return false;
+    tried_.insert({parts, *chosen});
+    if (best.estimated.size() > state.estimated.size()) best = membersFor(*chosen, state, best);
+    best.explained[*chosen] =
+        std::hypot(explainedBy(*chosen, state), ExplanationFits::beyond(best, state));
+    if (*chosen == Mechanism::kStructure)
+      best.structure_gain = std::max(state.structure_gain, best.evidence - state.evidence);
+    state = std::move(best);
+    fits_.optimize(state);
+    return true;
+  }
+
+  /// What its effects of structure are worth together: of two that share it each is worth less.
+  void takeStructureGain(ExplanationState& state) {
+    std::set<std::string> structure;
+    for (const std::string& id : state.members)
+      if (mechanismOf(id) == Mechanism::kStructure) structure.insert(id);
+    if (structure.empty()) return;
+    const ExplanationState without = fits_.withoutMembers(state, structure);
+    state.structure_gain = std::max(state.structure_gain, state.evidence - without.evidence);
+  }
+
+  /// Each part once more with the others: regressors give way to an effect that does as well, what
+  /// is not worth its place goes.
+  void weighAgain(ExplanationState& state) {
+    if (state.members.size() + state.estimated.size() < 2) return;
+    for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
+      ExplanationState without = fits_.withoutRegressors(state, mechanism);
+      if (state.evidence - without.evidence < kMinGain || !isRelevant(state, without)) {
+        state = std::move(without);
+        continue;
+      }
+      const std::vector<ExplanationState> members = search_.withMembers(without, mechanism);
+      if (!members.empty() && doesAsWell(members.front(), state, mechanism, without))
+        state = members.front();
     }
-    if (!best) return std::nullopt;
-    takeAlike(*best, effects, now);
-    return *best;
+    takeStructureGain(state);
+    for (const std::string& id : std::vector<std::string>(state.members)) {
+      if (state.members.size() + state.estimated.size() < 2) return;
+      ExplanationState without = fits_.withoutMembers(state, {id});
+      const double gain = state.evidence - without.evidence;
+      if (gain < needed(state, mechanismOf(id)) || !isRelevant(state, without))
+        state = std::move(without);
+    }
   }
 
-  /// A state without one of its effects, and those that need it, fitted again; at the circuit where
-  /// the rows cannot be linearised at that fit.
-  ExplanationState without(const ExplanationState& state, const std::string& id) const {
-    Effects others;
-    for (const std::string& one : state.members)
-      if (one != id && !contains(effectInfo(one).needs, id)) others.push_back(one);
-    const BatteryModel model = composedOf(others);
-    const CompositionPoint fresh = embedded(BatteryModel(), fits_.base(), model);
-    CompositionPoint kept = fresh;
-    takeShared(state.model, state.point, model, kept);
-    std::optional<ExplanationState> less = composed(others, state.estimated, {kept, fresh});
-    if (!less) less = placed(others, state.estimated, fresh);
-    if (!less) throw std::invalid_argument("explain: the base circuit has no finite voltage");
-    return *less;
-  }
-
-  ExplanationState without(const ExplanationState& state, Mechanism mechanism) const {
-    ExplanationState less = state;
-    less.estimated.erase(mechanism);
-    fits_.evaluateEvidence(less);
-    return less;
-  }
-
-  /// Whether a part stays: worth its place with the others; in a short recording, where what shows
-  /// in one event alone has nothing that it could be held against, without any one quarter, too.
-  bool stays(const ExplanationState& state, const ExplanationState& less,
-             Mechanism mechanism) const {
-    if (fits_.isShort())
-      return isWorth(state, less, mechanism) && fits_.leastGain(state, less) >= kMinGain;
-    return partsIn(state) < 2 || isWorth(state, less, mechanism);
-  }
-
-  void removeWeak(ExplanationState& state) const {
-    for (const std::string& id : Effects(state.members)) {
-      if (!contains(state.members, id)) continue;  // went with what it needs
-      const ExplanationState less = without(state, id);
-      if (!stays(state, less, mechanismOf(id))) state = less;
+  /// What shows in one event alone has nothing that it could be held against: in a short recording
+  /// the rest must speak for a term without any one quarter, too.
+  void removeWhatShowsOnce(ExplanationState& state) {
+    for (const std::string& id : std::vector<std::string>(state.members)) {
+      ExplanationState without = fits_.withoutMembers(state, {id});
+      if (!(fits_.leastGain(state, without) > 0.0)) state = std::move(without);
     }
     for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
-      const ExplanationState less = without(state, mechanism);
-      if (!stays(state, less, mechanism)) state = less;
+      ExplanationState without = fits_.withoutRegressors(state, mechanism);
+      if (!(fits_.leastGain(state, without) > 0.0)) state = std::move(without);
     }
   }
 
-  /// What a part is worth, what it adds, and what could stand in its place.
-  void takeTerm(const ExplanationState& state, const ExplanationState& less, Mechanism mechanism,
-                const std::string& id) {
-    SelectedTerm term{mechanism, id, state.evidence - less.evidence, 0.0, {}, 0.0};
-    term.half_gains = fits_.halfSampleGains(state, less);
-    term.rms = ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(less)));
-    Effects alike = id.empty() ? Effects() : alike_[id];
-    if (!id.empty())
-      for (const std::string& same : effectInfo(id).same_as) alike.push_back(same);
-    for (const std::string& other : alike)
-      if (!state.has(other) && !contains(term.indistinguishable, other))
-        term.indistinguishable.push_back(other);
-    found_.terms.push_back(std::move(term));
-  }
-
-  void takeTerms(const ExplanationState& state) {
-    for (const std::string& id : state.members)
-      takeTerm(state, without(state, id), mechanismOf(id), id);
-    for (const Mechanism mechanism : state.estimated)
-      takeTerm(state, without(state, mechanism), mechanism, "");
+  void finish(ExplanationState& state, ExplanationState& start) {
+    fits_.refine(state);
+    if (given_.empty() && fits_.isShort()) {
+      removeWhatShowsOnce(state);
+      fits_.refine(state);
+    }
+    fits_.evaluateEvidence(start);
+    found_.base_evidence = start.evidence;
+    takePlaces(state);
     std::stable_sort(found_.terms.begin(), found_.terms.end(),
                      [](const SelectedTerm& a, const SelectedTerm& b) { return a.gain > b.gain; });
+    takeRest(state);
+  }
+
+  /// Every part's place. Where another does better in one, it is taken and the places are weighed
+  /// once more.
+  void takePlaces(ExplanationState& state) {
+    for (int round = 0; round < kSwaps; ++round) {
+      found_.terms.clear();
+      better_.reset();
+      for (const std::string& id : std::vector<std::string>(state.members))
+        takePlace(state, fits_.withoutMembers(state, {id}), mechanismOf(id), id);
+      for (const Mechanism mechanism : std::set<Mechanism>(state.estimated)) {
+        ExplanationState without = fits_.withoutRegressors(state, mechanism);
+        takePlace(state, without, mechanism, "");
+      }
+      if (!better_ || !given_.empty() || round + 1 == kSwaps) break;
+      state = std::move(*better_);
+      fits_.optimize(state);
+    }
     found_.evidence = state.evidence;
     found_.model = state.model;
     found_.point = state.point;
+  }
+
+  void weighRival(const ExplanationState& rival, const ExplanationState& state) {
+    if (search_.rankOf(rival) > std::max(search_.rankOf(state), better_ ? search_.rankOf(*better_)
+                                                                        : search_.rankOf(state)) +
+                                    kSettled)
+      better_ = rival;
+  }
+
+  /// What a part is worth, what it adds, and what could stand in its place.
+  void takePlace(const ExplanationState& state, const ExplanationState& without,
+                 Mechanism mechanism, const std::string& id) {
+    SelectedTerm one{mechanism, id, state.evidence - without.evidence, 0.0, {}, 0.0};
+    one.half_gains = fits_.halfSampleGains(state, without);
+    one.rms =
+        ExplanationFits::rms(fits_.beyondBase(fits_.modelled(state) - fits_.modelled(without)));
+    const std::vector<ExplanationState> members = search_.withMembers(without, std::nullopt);
+    for (const ExplanationState& member : members) {
+      if (!std::isfinite(member.evidence)) continue;
+      const double gain = member.evidence - without.evidence;
+      const std::string& other = member.members.back();
+      // An effect that holds this one is as good as it alone: it adds nothing.
+      if (!id.empty() && other != id && gain > one.gain - kTie &&
+          !contains(effectInfo(other).needs, id))
+        one.indistinguishable.push_back(other);
+      if (mechanismOf(other) == mechanism) weighRival(member, state);
+    }
+    if (!id.empty())
+      for (const std::string& alike : effectInfo(id).same_as)
+        if (!state.has(alike) && !contains(one.indistinguishable, alike))
+          one.indistinguishable.push_back(alike);
+    if (id.empty() && !better_)
+      for (const ExplanationState& member : members)
+        if (mechanismOf(member.members.back()) == mechanism &&
+            doesAsWell(member, state, mechanism, without)) {
+          better_ = member;
+          break;
+        }
+    for (const Mechanism other : kAllMechanisms) {
+      if (without.estimated.count(other) || other == mechanism) continue;
+      weighRival(standingFor(other, without, members), state);
+    }
+    found_.terms.push_back(one);
   }
 
   /// What the library would still take.
@@ -435,48 +386,39 @@ class Selection {
     found_.unexplained.limits.rmse = fits_.relevanceLimit(state);
     found_.effective_sample_fraction = fits_.effectiveSampleFraction();
     found_.edge_jitter = fits_.timingJitterNoise().jitter();
-    found_.detection_limits = grid_.minStrengths(state, [&](Mechanism mechanism) {
-      return std::max(needed(mechanism), leastNamed(found_.terms, mechanism));
+    found_.weighed = search_.weighed();
+    found_.detection_limits = search_.minStrengths(state, [&](Mechanism mechanism) {
+      return std::max(needed(state, mechanism), leastNamed(found_.terms, mechanism));
     });
   }
 
   const DiagnoseOptions& options_;
-  const Effects given_;
+  std::vector<std::string> given_;
   ExplanationFits& fits_;
-  const FitComposition fit_;
-  const EffectGrid grid_;
-  ExplanationState circuit_;
-  std::map<std::string, Effects> alike_;  // of an effect, in the step that took it
-  double structure_gain_ = 0.0;           // of ln evidence, by what was taken of it
+  EffectSearch search_;
+  // mechanisms tried with these parts
+  std::set<std::pair<std::set<std::string>, Mechanism>> tried_;
+  // than the state, by what could stand in a place
+  std::optional<ExplanationState> better_;
   Explanation found_;
 };
 
 }  // namespace
 
-void addWeighed(std::vector<WeighedMember>& weighed, const std::string& id, double gain) {
-  for (WeighedMember& known : weighed)
-    if (known.id == id) {
-      known.gain = std::max(known.gain, gain);
-      return;
-    }
-  weighed.push_back({id, gain});
-}
-
 MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids) {
   const DiagnoseOptions options;
-  return Selection(fits, ids, options, {}).mechanisms();
+  return StepwiseSelection(fits, ids, options).mechanisms();
 }
 
 Explanation explanationAround(ExplanationFits& fits, const CompositionPoint& circuit,
                               const BatteryModel& model, const CompositionPoint& point,
                               const DiagnoseOptions& options) {
-  return Selection(fits, {}, options, {}).around(circuit, model, point);
+  return StepwiseSelection(fits, model.effects(), options).around(circuit, model, point);
 }
 
 Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
-                    const DiagnoseOptions& options, const FitComposition& fit) {
-  tell(options, "testing the effects of the catalogue");
-  return Selection(fits, options.given.empty() ? ids : options.given, options, fit).run();
+                    const DiagnoseOptions& options) {
+  return StepwiseSelection(fits, ids, options).run();
 }
 
 }  // namespace battery_sof

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -16,11 +15,6 @@ namespace battery_sof {
 
 class ExplanationFits;
 struct DiagnoseOptions;
-
-/// Where a composition fits best that is searched from some starts; none where no start has a finite
-/// cost. Called by several threads at once.
-using FitComposition = std::function<std::optional<CompositionPoint>(
-    const BatteryModel&, const std::vector<CompositionPoint>& starts)>;
 
 /// One piece of an explanation: an effect of the catalogue, or a mechanism's regressors where none
 /// of its effects does.
@@ -43,9 +37,6 @@ struct WeighedMember {
   /// on left-out blocks, over what had been accepted before; none where it was not scored
   std::optional<ScoreGain> score = std::nullopt;
 };
-
-/// Notes a gain of an effect that was fitted; of several the largest stays.
-void addWeighed(std::vector<WeighedMember>& weighed, const std::string& id, double gain);
 
 /// A battery's own law is never quite the catalogue's: a smaller share of what something explains
 /// is not reported of anything else [1].
@@ -117,20 +108,20 @@ struct Explanation {
 };
 
 /**
- * @brief Explains errors by mechanisms first: in each step what is of greatest evidence, an effect or
- * a mechanism's regressors; an effect in place of its mechanism's regressors where it does as well.
- * Then each part must be worth its place once more with the others.
+ * @brief Explains errors by mechanisms first: in each step the mechanism of greatest evidence, by
+ * one of its effects or by its regressors, whichever the data support; then what was selected
+ * is weighed again with the rest.
  *
- * Evidence is that of LinearProblem at one fraction for all: a composition stands by its errors where
- * it was fitted and the directions its parameters may move in (Laplace), regressors by one strength a
- * group.
+ * Evidence is that of LinearProblem at one fraction for all: a composition stands by its errors at
+ * its best parameters and the directions these may move in (Laplace), regressors by one strength a
+ * group. Every set is fitted whole, the base circuit with it.
  *
  * @param fits to the rows, with these options; nothing else was explained by them.
  * @param ids effects that may be named.  @param options where effects are given they are taken
- * without a test, and nothing else is looked for.  @param fit to the same rows.
+ * without a test, and nothing else is looked for.
  */
 Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
-                    const DiagnoseOptions& options, const FitComposition& fit);
+                    const DiagnoseOptions& options);
 
 /**
  * @brief What the rows say, linearised, of a selection that was made in another way
