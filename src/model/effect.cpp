@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "effects/effect_definition.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 
@@ -35,6 +36,13 @@ const std::vector<EffectInfo>& effectCatalogue() {
     return infos;
   }();
   return catalogue;
+}
+
+std::vector<std::string> inCatalogueOrder(const std::vector<std::string>& ids) {
+  std::vector<std::string> ordered;
+  for (const EffectInfo& info : effectCatalogue())
+    if (contains(ids, info.id)) ordered.push_back(info.id);
+  return ordered;
 }
 
 const EffectInfo* catalogued(const std::string& id) {
