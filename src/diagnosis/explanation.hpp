@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -17,11 +16,6 @@ namespace battery_sof {
 class ExplanationFits;
 struct DiagnoseOptions;
 
-/// Where a composition fits best that is searched from some starts; none where no start has a finite
-/// cost. Called by several threads at once.
-using FitComposition = std::function<std::optional<CompositionPoint>(
-    const BatteryModel&, const std::vector<CompositionPoint>& starts)>;
-
 /// One piece of an explanation: an effect of the catalogue, or a mechanism's regressors where none
 /// of its effects does.
 struct SelectedTerm {
@@ -34,8 +28,6 @@ struct SelectedTerm {
   std::vector<std::string> indistinguishable;  ///< ids that would do as well in its place
   double probability = 0.0;                    ///< of its mechanism, where it is reported [0, 1]
   std::vector<double> half_gains = {};         ///< the gain on each half-sample of the rows [1]
-  /// Whether it may be what the largest term leaves of its own mechanism: it is not named.
-  bool is_rest = false;
 };
 
 /// An effect that was fitted in some step.
@@ -46,16 +38,17 @@ struct WeighedMember {
   std::optional<ScoreGain> score = std::nullopt;
 };
 
-/// Notes a gain of an effect that was fitted; of several the largest stays.
-void addWeighed(std::vector<WeighedMember>& weighed, const std::string& id, double gain);
-
 /// A battery's own law is never quite the catalogue's: a smaller share of what something explains
 /// is not reported of anything else [1].
 constexpr double kCatalogueTolerance = 0.1;
 
-/// Marks what gains less than a tenth of the largest term, of another mechanism, where nothing better
-/// tells what that leaves of its own. @param terms largest gain first.
-void markRests(std::vector<SelectedTerm>& terms);
+/// @param terms largest gain first.  @return gain of ln evidence below which one of a mechanism is
+/// not named in addition to them.
+inline double leastNamed(const std::vector<SelectedTerm>& terms, Mechanism mechanism) {
+  if (terms.empty() || terms.front().mechanism == mechanism)
+    return -std::numeric_limits<double>::infinity();
+  return kCatalogueTolerance * terms.front().gain;
+}
 
 /// [V], RMS that instruments may leave of a recording apart from white noise and rounding
 constexpr double kPlausible = 0.01;
@@ -115,20 +108,20 @@ struct Explanation {
 };
 
 /**
- * @brief Explains errors by mechanisms first: in each step what is of greatest evidence, an effect or
- * a mechanism's regressors; an effect in place of its mechanism's regressors where it does as well.
- * Then each part must be worth its place once more with the others.
+ * @brief Explains errors by mechanisms first: in each step the mechanism of greatest evidence, by
+ * one of its effects or by its regressors, whichever the data support; then what was selected
+ * is weighed again with the rest.
  *
- * Evidence is that of LinearProblem at one fraction for all: a composition stands by its errors where
- * it was fitted and the directions its parameters may move in (Laplace), regressors by one strength a
- * group.
+ * Evidence is that of LinearProblem at one fraction for all: a composition stands by its errors at
+ * its best parameters and the directions these may move in (Laplace), regressors by one strength a
+ * group. Every set is fitted whole, the base circuit with it.
  *
  * @param fits to the rows, with these options; nothing else was explained by them.
  * @param ids effects that may be named.  @param options where effects are given they are taken
- * without a test, and nothing else is looked for.  @param fit to the same rows.
+ * without a test, and nothing else is looked for.
  */
 Explanation explain(ExplanationFits& fits, const std::vector<std::string>& ids,
-                    const DiagnoseOptions& options, const FitComposition& fit);
+                    const DiagnoseOptions& options);
 
 /**
  * @brief What the rows say, linearised, of a selection that was made in another way

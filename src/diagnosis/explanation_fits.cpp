@@ -10,7 +10,8 @@ namespace {
 constexpr double kMinSampleFraction = 0.02;
 // the same from any state before
 constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;
-constexpr int kSampleFractionPasses = 8;
+constexpr int kSampleFractionPasses = 8, kPolishes = 2;
+constexpr double kPolished = 1e-3;  // ln evidence
 constexpr double kHeavyDischarge = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
 // steps of a voltage channel's random walk over the training part
 constexpr int kRandomWalk = 24;
@@ -80,6 +81,7 @@ Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model,
 
 bool ExplanationFits::linearize(ExplanationState& state) const {
   pulse();
+  spent_ += counted_.size() * state.coordinates.size();
   Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(
       state.model.parameterCount() + state.model.stateCount(), state.coordinates.size());
   for (std::size_t j = 0; j < state.coordinates.size(); ++j) {
@@ -147,8 +149,48 @@ ExplanationSums ExplanationFits::evaluateEvidence(ExplanationState& state) const
   return sums;
 }
 
+void ExplanationFits::begin(ExplanationState& state, int iterations) const {
+  state.evidence = -std::numeric_limits<double>::infinity();
+  if (!linearize(state)) return;
+  evaluateEvidence(state);
+  improve(state, iterations);
+}
+
+void ExplanationFits::optimize(ExplanationState& state) {
+  evaluateEvidence(state);
+  const auto key = std::make_pair(std::set<std::string>(state.members.begin(), state.members.end()),
+                                  state.estimated);
+  ExplanationState other = state;
+  if (takeKnown(key, other)) {
+    if (linearize(other)) evaluateEvidence(other);
+    if (other.evidence > state.evidence) state = std::move(other);
+  }
+  improve(state);
+  if (!std::isfinite(state.evidence)) return;
+  const std::lock_guard<std::mutex> lock(known_mutex_);
+  known_.insert_or_assign(key, std::make_pair(state.model, state.point));
+}
+
+bool ExplanationFits::takeKnown(const Parts& parts, ExplanationState& state) {
+  const std::lock_guard<std::mutex> lock(known_mutex_);
+  const auto known = known_.find(parts);
+  if (known == known_.end()) return false;
+  state.point = movedTo(state.model, known->second.first, known->second.second);
+  return true;
+}
+
 void ExplanationFits::pulse() const {
   if (options_.pulse && std::this_thread::get_id() == caller_) options_.pulse();
+}
+
+void ExplanationFits::refine(ExplanationState& state) {
+  for (int round = 0; round <= kPolishes; ++round) {
+    takeNoise(state);
+    evaluateEvidence(state);
+    const double before = state.evidence;
+    if (round < kPolishes) improve(state, kMaxIterations, kPolished);
+    if (state.evidence - before < kPolished) return;
+  }
 }
 
 void ExplanationFits::takeNoise(const ExplanationState& state) {
@@ -207,6 +249,46 @@ ExplanationState ExplanationFits::withRegressors(const ExplanationState& state,
   next.estimated.insert(mechanism);
   evaluateEvidence(next);
   return next;
+}
+
+ExplanationState ExplanationFits::withoutMembers(ExplanationState& state,
+                                                 const std::set<std::string>& ids) {
+  ExplanationState next = state;
+  const auto isOut = [&](const std::string& id) { return ids.count(id) > 0; };
+  next.members.erase(std::remove_if(next.members.begin(), next.members.end(), isOut),
+                     next.members.end());
+  next.model = BatteryModel();
+  for (const std::string& other : next.members)
+    if (!next.has(other)) next.model = enlarged(next.model, other);
+  next.coordinates = coordinatesOf(next.model);
+  next.point = movedTo(next.model, state.model, state.point);
+  if (!linearize(next)) {
+    next.point = embedded(BatteryModel(), base_, next.model);
+    if (!linearize(next))
+      throw std::invalid_argument("explain: the base circuit has no finite voltage");
+  }
+  optimize(next);
+  ExplanationState again = state;
+  takeShared(next.model, next.point, again.model, again.point);
+  if (linearize(again)) takeBetter(state, std::move(again));
+  return next;
+}
+
+ExplanationState ExplanationFits::withoutRegressors(ExplanationState& state, Mechanism mechanism) {
+  ExplanationState next = state;
+  next.estimated.erase(mechanism);
+  optimize(next);
+  takeBetter(state, withRegressors(next, mechanism));
+  return next;
+}
+
+void ExplanationFits::takeBetter(ExplanationState& state, ExplanationState again) {
+  evaluateEvidence(again);
+  if (!(again.evidence > state.evidence)) return;
+  optimize(again);
+  again.explained = state.explained;
+  again.structure_gain = state.structure_gain;
+  state = std::move(again);
 }
 
 Eigen::MatrixXd ExplanationFits::penalised(const ExplanationSums& sums,
@@ -308,6 +390,13 @@ void ExplanationFits::takeRelevance() {
                rmse = options_.relevance.rmse;
   relevant_ =
       std::sqrt((1.0 - share) * rmse * rmse + share * std::pow(std::max(rmse, currents), 2));
+}
+
+CompositionPoint ExplanationFits::movedTo(const BatteryModel& model, const BatteryModel& from,
+                                          const CompositionPoint& there) const {
+  CompositionPoint point = embedded(BatteryModel(), base_, model);
+  takeShared(from, there, model, point);
+  return point;
 }
 
 }  // namespace battery_sof

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <atomic>
 #include <functional>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
@@ -28,9 +31,19 @@ struct ExplanationState {
   std::vector<std::string> members;  // named ones, without what they need
   LinearFit fit;
   double evidence = -std::numeric_limits<double>::infinity();
+  double structure_gain = 0.0;            // of ln evidence, by the structure taken in
+  std::map<Mechanism, double> explained;  // [V], by the mechanisms taken in
 
   /// Whether an effect is in its composition.
   bool has(const std::string& id) const { return contains(model.effects(), id); }
+};
+
+/// What an effect adds to the base circuit at one point of its grid.
+struct EffectGridPoint {
+  std::string id;
+  CompositionPoint point;  // of the base circuit with it
+  bool one_sided;
+  Eigen::VectorXd added;  // counted rows [V]
 };
 
 /// @return a composition with one effect more, and what that one needs.
@@ -68,10 +81,12 @@ struct ExplanationSums {
  * @brief Fits of compositions and of mechanisms' regressors with them to the rows of one sequence,
  * at one effective sample fraction for all.
  *
- * Linear around points that are fitted elsewhere (CompositionProblem).
+ * A set of parts has one fit: the best that any path has come to (optimize()).
  */
 class ExplanationFits {
  public:
+  static constexpr int kMaxIterations = 12;
+
   /// @param inputs not needed afterwards.  @param base circuit fitted to them.
   ExplanationFits(const InputSequence& inputs, const CompositionPoint& base,
                   const DiagnoseOptions& options);
@@ -90,6 +105,16 @@ class ExplanationFits {
   ExplanationSums sumsOf(const ExplanationState& state, bool all) const;
   /// @return the sums that it stands on.
   ExplanationSums evaluateEvidence(ExplanationState& state) const;
+  /// Gauss-Newton steps in all coordinates within their bounds, the columns solved along, while ln
+  /// evidence grows.
+  /// @param state with its evidence.  @param settled ln evidence that a step has to gain.
+  void improve(ExplanationState& state, int iterations = kMaxIterations,
+               double settled = 0.1) const;
+  /// The first steps of a search.
+  void begin(ExplanationState& state, int iterations) const;
+  /// Fits a state to the end, from where it stands or from the best that another path has come to
+  /// with the same parts.
+  void optimize(ExplanationState& state);
   /// Takes what edges of the current add to the rows' noise (TimingJitterNoise), and the effective
   /// sample fraction: of greatest evidence with all that can be estimated in addition to a state.
   void takeNoise(const ExplanationState& state);
@@ -99,8 +124,16 @@ class ExplanationFits {
   /// RMS of the counted rows once all that can be estimated with the base circuit is taken out
   /// [V]; infinite without a finite voltage.
   double minError();
+  /// Fits a state closely and takes the effective sample fraction there: one score for one set,
+  /// whichever way led to it.
+  void refine(ExplanationState& state);
   /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
   ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
+  /// A state without some of its parts, fitted to the end.
+  /// @param state moves to where they are added to that, if it does better there: what a part is
+  /// worth does not depend on the way that led to either.
+  ExplanationState withoutMembers(ExplanationState& state, const std::set<std::string>& ids);
+  ExplanationState withoutRegressors(ExplanationState& state, Mechanism mechanism);
   /// A column of the counted rows as innovations of TimingJitterNoise.
   Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }
   /// The columns' products with their priors, in units of the scaled noise.
@@ -139,6 +172,7 @@ class ExplanationFits {
   const std::vector<Eigen::Index>& counted() const { return counted_; }
   double effectiveSampleFraction() const { return effective_sample_fraction_; }
   const TimingJitterNoise& timingJitterNoise() const { return noise_; }
+  bool isSpent() const { return spent_ > kBudget; }
   /// Relevance threshold of an RMS in addition to a state [V].
   double relevanceLimit(const ExplanationState& state) const {
     return std::max(relevant_, 0.5 * state.fit.noise);
@@ -147,6 +181,10 @@ class ExplanationFits {
   Eigen::VectorXd errorsOf(const BatteryModel& model, const CompositionPoint& point) const;
 
  private:
+  class StepCost;
+  // of spent_: rows with the derivatives of a usual composition; then what stands is reported
+  static constexpr std::size_t kBudget = 36000000;
+
   /// The counted rows of the table, and a voltage channel's random walk: ramps one after the other,
   /// each of a random height.
   void takeFree();
@@ -157,7 +195,18 @@ class ExplanationFits {
   void takeWhitening(const TimingJitterNoise& noise);
   /// DiagnoseOptions::pulse, from the thread that constructed this alone.
   void pulse() const;
+  /// Takes a fit of the same parts from elsewhere where it does better, to its end.
+  void takeBetter(ExplanationState& state, ExplanationState again);
   const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
+  /// A point of a composition that holds all of another's parameters and states, as a point of the
+  /// other.
+  CompositionPoint movedTo(const BatteryModel& model, const BatteryModel& from,
+                           const CompositionPoint& there) const;
+
+  using Parts = std::pair<std::set<std::string>, std::set<Mechanism>>;
+  /// Moves a state to the best fit of its parts so far. @return whether there is one.
+  bool takeKnown(const Parts& parts, ExplanationState& state);
+
   DiagnoseOptions options_;
   CompositionPoint base_;
   Linearization response_;
@@ -172,6 +221,9 @@ class ExplanationFits {
   TimingJitterNoise noise_;
   double max_random_walk_ = 0.0, relevant_ = 0.0;  // [V]
   double effective_sample_fraction_ = 1.0;
+  std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
+  std::mutex known_mutex_;
+  mutable std::atomic<std::size_t> spent_{0};  // derivatives of rows by coordinates
   std::thread::id caller_ = std::this_thread::get_id();
 };
 

@@ -302,7 +302,7 @@ void judgeFindings(const Recording& recording, const Residuals& residuals,
   const bool is_lead_acid = selected.explained.is_lead_acid;
   const Unexplained rest = restOf(residuals, selected.last, found);
   std::vector<SelectedTerm> terms = confirmed(explanation.terms, rest.has_discrepancy);
-  if (options.given.empty()) removeRests(terms);
+  if (options.given.empty()) removeSmall(terms);
   found.mechanism_evidence = explanation.mechanisms;
   if (!terms.empty()) takeMechanisms(explanation.terms, is_lead_acid, terms, found);
   found.verdict = judge(terms, residuals.screened.faults, rest);

@@ -19,9 +19,6 @@ namespace {
 constexpr double kLongAndSlow = 4500.0;
 constexpr double kLowestVoltage = 10.5, kHighestVoltage = 15.5;  // [V] a block of lead-acid cells
 constexpr double kNominalVoltage = 12.8;                         // [V]
-constexpr double kEnough = 1e-6;     // share of the cost, of a step of a fit
-constexpr int kFirstIterations = 4;  // of a fit from each start: the best one is fitted to the end
-constexpr int kFitIterations = 40;
 
 /// Whether a voltage is that of blocks of six lead-acid cells, one or more in a row.
 bool isLeadAcid(const Series& series) {
@@ -109,29 +106,6 @@ void explainByScore(const Series& train, const IdentifyOptions& fit,
   explained.selection = std::move(selection);
 }
 
-/// Fits to the training part's rows by the search of identify(); every row counts alike, as in the
-/// evidence.
-FitComposition fitOver(const Residuals& residuals, const DiagnoseOptions& options) {
-  CompositionSearch search;
-  search.tolerance = kEnough;
-  search.max_iterations = kFitIterations;
-  if (options.threads == 1) search.pulse = options.pulse;
-  return
-      [&residuals, search](const BatteryModel& model, const std::vector<CompositionPoint>& starts) {
-        const bool is_fast = !residuals.screened.slow && actsAtEdges(model);
-        FitCost cost;
-        cost.crank_weight = 1.0;
-        cost.known = knownOf(residuals.search.priors, model.effects());
-        const CompositionProblem problem(model, is_fast ? residuals.inputs : residuals.quiet, cost,
-                                         starts.front());
-        CompositionSearch first = search;
-        first.max_iterations = kFirstIterations;
-        const std::optional<CompositionFit> best = fitFromStarts(problem, starts, first);
-        if (!best) return std::optional<CompositionPoint>();
-        return std::make_optional(fitComposition(problem, {best->point}, search).point);
-      };
-}
-
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
 /// that can be estimated is taken out: a rest or a step that one channel shows late can look like a
 /// source, and a voltage that is controlled although it is not brings its noise into the battery's
@@ -163,7 +137,7 @@ Explained explainErrors(const Recording& recording, const Residuals& residuals,
     explainByScore(train, identifyOptions(train, explained.driving, options), ids, options, *fits,
                    explained);
   else
-    explained.explanation = explain(*fits, ids, options, fitOver(residuals, options));
+    explained.explanation = explain(*fits, ids, options);
   return explained;
 }
 

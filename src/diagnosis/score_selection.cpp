@@ -24,6 +24,13 @@ constexpr int kFirstSteps = 3, kFurtherSteps = 8;  // of a candidate's fit
 
 using Effects = std::vector<std::string>;
 
+Effects inOrder(const Effects& some) {
+  Effects ids;
+  for (const EffectInfo& effect : effectCatalogue())
+    if (contains(some, effect.id)) ids.push_back(effect.id);
+  return ids;
+}
+
 bool holdsAll(const Effects& larger, const Effects& smaller) {
   return std::all_of(smaller.begin(), smaller.end(),
                      [&](const std::string& id) { return contains(larger, id); });
@@ -68,8 +75,8 @@ class Selection {
   ScoreSelection run(const Effects& ids) {
     Effects members;
     if (!options_.given.empty()) {
-      for (const std::string& id : inCatalogueOrder(options_.given)) {
-        members = inCatalogueOrder(enlarged(BatteryModel(members), id).effects());
+      for (const std::string& id : inOrder(options_.given)) {
+        members = inOrder(enlarged(BatteryModel(members), id).effects());
         scoreAll({members}, nullptr);
       }
     } else {
@@ -150,7 +157,7 @@ class Selection {
     for (const std::string& id : ids)
       if (!contains(members, id))
         additions.push_back(
-            {id, inCatalogueOrder(enlarged(BatteryModel(members), id).effects()), {}, {}, {}});
+            {id, inOrder(enlarged(BatteryModel(members), id).effects()), {}, {}, {}});
     const FittedModel& model = at(members).model;
     const FittedCost cost = fittedCost(model, series_, train_, fit_);
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
@@ -158,7 +165,7 @@ class Selection {
       additions[k].promise =
           promiseOf(model, cost, additions[k].effects, series_, train_, fit_, kFirstSteps);
     });
-    for (const Addition& one : additions) addWeighed(weighed_, one.id, one.promise.gain);
+    for (const Addition& one : additions) addWeighed(one.id, one.promise.gain);
     std::stable_sort(additions.begin(), additions.end(), [](const Addition& a, const Addition& b) {
       return a.promise.gain > b.promise.gain;
     });
@@ -227,7 +234,6 @@ class Selection {
     }
     std::stable_sort(result.terms.begin(), result.terms.end(),
                      [](const SelectedTerm& a, const SelectedTerm& b) { return a.gain > b.gain; });
-    markRests(result.terms);
     result.weighed = weighed_;
     return result;
   }
@@ -254,6 +260,14 @@ class Selection {
   WeighedMember& weighed(const std::string& id) {
     return *std::find_if(weighed_.begin(), weighed_.end(),
                          [&](const WeighedMember& one) { return one.id == id; });
+  }
+  void addWeighed(const std::string& id, double promised) {
+    for (WeighedMember& known : weighed_)
+      if (known.id == id) {
+        known.gain = std::max(known.gain, promised);
+        return;
+      }
+    weighed_.push_back({id, promised, std::nullopt});
   }
 
   const Series& series_;

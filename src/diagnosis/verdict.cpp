@@ -157,9 +157,11 @@ Verdict judge(const std::vector<SelectedTerm>& terms, const std::vector<std::str
   return named == 1 ? Verdict::kEffect : Verdict::kSeveral;
 }
 
-void removeRests(std::vector<SelectedTerm>& terms) {
-  const auto is_rest = [](const SelectedTerm& one) { return one.is_rest; };
-  terms.erase(std::remove_if(terms.begin(), terms.end(), is_rest), terms.end());
+void removeSmall(std::vector<SelectedTerm>& terms) {
+  const auto is_small = [all = terms](const SelectedTerm& one) {
+    return one.gain < leastNamed(all, one.mechanism);
+  };
+  terms.erase(std::remove_if(terms.begin(), terms.end(), is_small), terms.end());
 }
 
 Verdict withMechanism(Verdict verdict, const std::vector<SelectedTerm>& terms,

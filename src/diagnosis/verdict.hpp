@@ -30,8 +30,11 @@ struct Unexplained {
 Verdict judge(const std::vector<SelectedTerm>& terms, const std::vector<std::string>& faults,
               const Unexplained& rest);
 
-/// Removes what may be what the largest term leaves of its own mechanism.
-void removeRests(std::vector<SelectedTerm>& terms);
+/// Removes what gains less than a tenth of the largest term, of another mechanism: a battery's own
+/// law leaves as much of the catalogue's (kCatalogueTolerance), and a neutral change brings one or
+/// another.
+/// @param terms largest gain first.
+void removeSmall(std::vector<SelectedTerm>& terms);
 
 /// A verdict once the likeliest mechanism is known: what is unexplained has one; an equation that
 /// fits, of a mechanism that another is likelier than, is ambiguous.

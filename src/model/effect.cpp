@@ -4,7 +4,6 @@
 #include <stdexcept>
 
 #include "effects/effect_definition.hpp"
-#include "util/text.hpp"
 
 namespace battery_sof {
 
@@ -36,13 +35,6 @@ const std::vector<EffectInfo>& effectCatalogue() {
     return infos;
   }();
   return catalogue;
-}
-
-std::vector<std::string> inCatalogueOrder(const std::vector<std::string>& ids) {
-  std::vector<std::string> ordered;
-  for (const EffectInfo& info : effectCatalogue())
-    if (contains(ids, info.id)) ordered.push_back(info.id);
-  return ordered;
 }
 
 const EffectInfo* catalogued(const std::string& id) {

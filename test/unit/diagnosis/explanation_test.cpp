@@ -49,14 +49,7 @@ Explanation explained(const Series& series, const std::vector<std::string>& ids,
                       const std::vector<std::string>& given = {}) {
   DiagnoseOptions options;
   options.given = given;
-  const InputSequence inputs = inputSequence(series, whole(series));
-  const FitComposition fit = [&](const BatteryModel& model,
-                                 const std::vector<CompositionPoint>& starts) {
-    const CompositionProblem problem(model, inputs, FitCost(), starts.front());
-    const std::optional<CompositionFit> found = fitFromStarts(problem, starts);
-    return found ? std::make_optional(found->point) : std::nullopt;
-  };
-  return explain(*fitsTo(series), ids, options, fit);
+  return explain(*fitsTo(series), ids, options);
 }
 
 TEST(HalfSamples, AreEveryTwoQuartersOfTheRows) {

@@ -113,6 +113,17 @@ TEST(RegulatedVoltage, DerivativesThatDivergeAreNoLinearization) {
   state.point.state << 0.6, 1.0, 18.0;
   EXPECT_FALSE(fits->linearize(state));
   EXPECT_LT(state.error.cwiseAbs().maxCoeff(), 100.0);  // a voltage there is
+
+  // What is left without a part begins at the base circuit then.
+  const CompositionPoint there = state.point;
+  state.members = {"fresh_sulphate", "ocv_soc"};
+  state.model = BatteryModel(state.members);
+  state.coordinates = fits->coordinatesOf(state.model);
+  state.point = embedded(BatteryModel({"fresh_sulphate"}), there, state.model);
+  state.evidence = 1e9;
+  const ExplanationState without = fits->withoutMembers(state, {"ocv_soc"});
+  EXPECT_TRUE(std::isfinite(without.evidence));
+  EXPECT_LT(without.evidence, 1e6);
 }
 
 }  // namespace

@@ -132,8 +132,7 @@ TEST(Terms, OfAnotherMechanismThatGainLessThanATenthOfTheLargestAreNotNamed) {
     std::vector<SelectedTerm> terms;
     for (const auto& [mechanism, gain] : given)
       terms.push_back({mechanism, std::to_string(terms.size()), gain, 0.01, {}, 1.0});
-    markRests(terms);
-    removeRests(terms);
+    removeSmall(terms);
     std::string ids;
     for (const SelectedTerm& one : terms) ids += one.member;
     return ids;
