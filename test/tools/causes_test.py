@@ -2,6 +2,7 @@
 """Causes put into measured recordings: the plan, the search for a strength, what is left of a difference, and the scoring."""
 
 import collections
+import math
 import unittest
 
 import numpy as np
@@ -36,9 +37,34 @@ class Strength(unittest.TestCase):
         self.assertAlmostEqual(z, 2.0 * strength ** 0.8)
         self.assertLess(abs(z / 12.0 - 1.0), 0.2)
 
+    def test_is_found_where_z_rises_so_steeply_that_proportional_steps_go_over_and_back(self):
+        for wanted in (2.1, 4.0, 6.0):
+            strength, z = causes.strength_of(lambda one: 9.0 * math.exp(0.7 * (one - 12.0)), wanted)  # a gas current by its voltage
+            self.assertLess(abs(math.log(z / wanted)), causes.NEAR)
+            self.assertAlmostEqual(z, 9.0 * math.exp(0.7 * (strength - 12.0)))
+        self.assertAlmostEqual(causes.strength_of(lambda one: one ** 40.0, 1e-6)[0], 1e-6 ** (1.0 / 40.0), delta=0.01)
+
+    def test_asks_for_few_z_within_the_bounds(self):
+        for z_at in (lambda one: 2.0 * one ** 0.8, lambda one: 1e-4 * one ** 5.0, lambda one: 1e4 * one ** 2.0):
+            asked = []
+            causes.strength_of(lambda one: asked.append(one) or z_at(one), 12.0)
+            self.assertLessEqual(len(asked), 10)
+            self.assertEqual(len(set(asked)), len(asked))
+            self.assertTrue(all(0.999 * causes.MIN_STRENGTH < one < 1.001 * causes.MAX_STRENGTH for one in asked))
+
+    def test_a_jump_ends_at_what_is_accepted_beside_it_or_is_named(self):
+        strength, z = causes.strength_of(lambda one: 3.0 if one < 2.5 else 30.0, 4.0)
+        self.assertEqual(z, 3.0)
+        self.assertLess(strength, 2.5)
+        with self.assertRaisesRegex(Failure, "z jumps from 3 at strength 2.*to 30 at strength 2.5.*, wanted 9"):
+            causes.strength_of(lambda one: 3.0 if one < 2.5 else 30.0, 9.0)
+
     def test_a_cause_that_does_not_go_that_far_is_refused(self):
-        with self.assertRaisesRegex(Failure, "wanted 12"):
-            causes.strength_of(lambda one: 0.01 * one, 12.0)
+        for z_at, told in ((lambda one: 0.01 * one, "z 0.12 at strength 12, wanted 12"), (lambda one: 0.0, "z 0 at strength .*, wanted 12"),
+                           (lambda one: 20.0 + one, "z 20 at strength 0.01, wanted 12")):
+            with self.assertRaisesRegex(Failure, told):
+                causes.strength_of(z_at, 12.0)
+        self.assertEqual(causes.strength_of(lambda one: 0.8 * one, 12.0)[1], 0.8 * 12.0)  # near enough at the bound
 
     def test_what_the_circuit_takes_up_is_not_seen(self):
         dice = np.random.default_rng(1)

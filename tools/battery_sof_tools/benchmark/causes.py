@@ -14,6 +14,7 @@ What is named with the cause and not without it counts. Answers are given to the
 import argparse
 import functools
 import hashlib
+import itertools
 import json
 import math
 import os
@@ -39,10 +40,12 @@ STRETCHES = 2                 # of each recording, from its beginning on
 # Drives of vehicles, whose charger regulates the voltage, and the capacity of their battery [Ah].
 CAPACITY_AH = {"drive_1a": 72.0, "drive_1b": 72.0, "drive_2a": 72.0, "drive_2b": 72.0, "other_car_1": 72.0, "small_car": 60.0}
 SMALLEST_Z, LARGEST_Z = 2.0, 32.0
-NEAR = 0.15                   # of z, relative, that ends the search for a strength
-ACCEPTED = 0.4                # the same, of what is taken after TRIES
-TRIES, LONGEST_STEP = 5, 6.0  # of the search; factor of one step
+NEAR = 0.15                   # of z's logarithm, that ends the search for a strength
+ACCEPTED = 0.4                # the same, of the nearest where nothing is as near
 MIN_STRENGTH, MAX_STRENGTH = 0.01, 12.0
+LONGEST_STEP = 6.0            # factor from one strength to the next, until the wanted z is between two
+SAME_STRENGTH, TRIES = 1e-3, 30  # of a strength's logarithm, and number: ends of the search between the two
+NO_Z = 1e-9
 ATTEMPTS = 4                  # draws of a case: another stretch, cause and z where the first cannot be had
 NORMAL_OVER_MAD = 1.4826      # standard deviation of a normal distribution over its median absolute one
 SHAM_LIMIT_V = 4e-3           # laws.neutral adds a tenth of it as noise
@@ -113,20 +116,37 @@ class Yardstick:
         return float(np.linalg.norm(wanted - columns @ found))
 
 
+def strengths_from_one(factor):
+    """1, and what follows by a factor down to MIN_STRENGTH or up to MAX_STRENGTH."""
+    strengths = [1.0]
+    while MIN_STRENGTH < strengths[-1] < MAX_STRENGTH:
+        strengths.append(min(max(strengths[-1] * factor, MIN_STRENGTH), MAX_STRENGTH))
+    return strengths
+
+
 def strength_of(z_at, wanted):
-    """(strength, z) where z_at(strength) is near the wanted one. Failure where the cause does not go that far."""
-    strength = 1.0
-    for _ in range(TRIES):
-        z = z_at(strength)
-        if abs(math.log(max(z, 1e-9) / wanted)) < NEAR:
-            return strength, z
-        tried = strength
-        strength = min(max(strength * min(max(wanted / max(z, 1e-9), 1.0 / LONGEST_STEP), LONGEST_STEP), MIN_STRENGTH), MAX_STRENGTH)
-        if strength == tried:
-            break
-    if abs(math.log(max(z, 1e-9) / wanted)) < ACCEPTED:
-        return tried, z
-    raise Failure(f"z {z:.3g} at strength {tried:.3g}, wanted {wanted:.3g}")
+    """(strength, z) where z_at(strength), which rises on the whole, is near the wanted one. Failure where it does not go that far, or jumps past it."""
+    from scipy.optimize import brentq  # takes its time
+    tried = {}  # {a strength's logarithm: (z, logarithm of z over the wanted one)}
+
+    def missed(at):
+        if at not in tried:
+            z = z_at(math.exp(at))
+            tried[at] = z, math.log(max(z, NO_Z) / wanted)
+        return tried[at][1] if abs(tried[at][1]) > NEAR else 0.0
+
+    way = [math.log(one) for one in strengths_from_one(LONGEST_STEP if missed(0.0) < 0.0 else 1.0 / LONGEST_STEP)]
+    ends = next((two for two in itertools.pairwise(way) if missed(two[0]) * missed(two[1]) <= 0.0), None)
+    if ends:
+        brentq(missed, *ends, xtol=SAME_STRENGTH, maxiter=TRIES, disp=False)
+    at, (z, off) = min(tried.items(), key=lambda one: abs(one[1][1]))
+    if abs(off) < ACCEPTED:
+        return math.exp(at), z
+    if not ends:
+        raise Failure(f"z {z:.3g} at strength {math.exp(at):.3g}, wanted {wanted:.3g}")
+    below, above = max((off, at) for at, (_, off) in tried.items() if off < 0.0), min((off, at) for at, (_, off) in tried.items() if off > 0.0)
+    jump = " to ".join(f"{tried[at][0]:.3g} at strength {math.exp(at):.4g}" for _, at in (below, above))
+    raise Failure(f"z jumps from {jump}, wanted {wanted:.3g}")
 
 
 class Bench:
