@@ -2,12 +2,19 @@
 """Causes put into measured recordings: the plan, the search for a strength, what is left of a difference, and the scoring."""
 
 import collections
+import contextlib
+import io
 import math
+import os
+import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 
+from battery_sof_tools import recordings
 from battery_sof_tools.benchmark import causes, causes_score, laws
+from battery_sof_tools.files import digest, read_json, write_json
 from battery_sof_tools.sof import Failure
 
 MECHANISMS = ["acceptance", "acid", "ageing", "structure"]
@@ -43,6 +50,11 @@ class Strength(unittest.TestCase):
             self.assertLess(abs(math.log(z / wanted)), causes.NEAR)
             self.assertAlmostEqual(z, 9.0 * math.exp(0.7 * (strength - 12.0)))
         self.assertAlmostEqual(causes.strength_of(lambda one: one ** 40.0, 1e-6)[0], 1e-6 ** (1.0 / 40.0), delta=0.01)
+
+    def test_a_strength_of_one_is_taken_where_it_does(self):
+        asked = []
+        self.assertEqual(causes.strength_of(lambda one: asked.append(one) or 11.5, 12.0), (1.0, 11.5))
+        self.assertEqual(asked, [1.0])
 
     def test_asks_for_few_z_within_the_bounds(self):
         for z_at in (lambda one: 2.0 * one ** 0.8, lambda one: 1e-4 * one ** 5.0, lambda one: 1e4 * one ** 2.0):
@@ -89,6 +101,108 @@ def case(kind, truths, named, before=(), z=5.0, share=(50.0, 60.0, 70.0), **more
     row = {"answer": dict(answer(named), errors=errors), "mean_v": 0.4, "oracle": {"errors": held(0.1, share[2])}, "same": {"errors": held(0.1, share[1])}, "wrong": {"failed": "no answer"}, **more}
     label = {"kind": kind, "mechanisms": truths, "causes": [{"z": z, "mechanism": one} for one in truths]}
     return causes_score.Case(row, label, answer(before))
+
+
+class Bench(causes.Bench):
+    """Draws and is told something at once; keeps what was asked."""
+
+    def __init__(self, out, patience=math.inf):
+        self.out, self.asked, self.patience = out, [], patience
+        for folder in (causes.RECORDINGS, causes.LABELS):
+            os.makedirs(os.path.join(out, folder), exist_ok=True)
+
+    def stretch(self, recording, part):
+        return None, None, self.path(causes.RECORDINGS, f"{recording}_{part}", "csv")
+
+    def draw(self, case):
+        if case["name"] == "case_0002":
+            raise Failure("not drawn")
+        recordings.write(self.path(causes.RECORDINGS, case["name"], "csv"), np.arange(8.0), np.zeros(8), np.full(8, 12.0))
+        label = {"kind": case["kind"], "mechanisms": case["mechanisms"], "causes": [{"id": "slow_diffusion", "mechanism": one, "z": 5.0} for one in case["mechanisms"]]}
+        write_json(self.path(causes.LABELS, case["name"], "json"), label)
+        return "drive_1a", 0
+
+    def told(self, path, *options):
+        if len(self.asked) >= self.patience:
+            raise KeyboardInterrupt
+        self.asked.append((os.path.basename(path), *options))
+        effects = [{"id": "fresh_sulphate", "mechanism": "acceptance", "probability": None}]
+        return {"mechanism": None, "effects": effects, "errors": dict.fromkeys(("base", "extended", "line", "ridge"), held(0.1))}
+
+
+class Order(unittest.TestCase):
+    CASES = causes.plan(3, {"single": 4, "sham": 1, "pair": 1}, MECHANISMS)
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.out, self.seal = folder.name, os.path.join(folder.name, causes.SEALED)
+        self.told = io.StringIO()
+        for stream in (contextlib.redirect_stdout(self.told), contextlib.redirect_stderr(io.StringIO())):
+            stream.__enter__()
+            self.addCleanup(stream.__exit__, None, None, None)
+
+    def run_all(self, bench, minutes=math.inf):
+        causes.run(bench, self.CASES, minutes, self.seal)
+
+    def refused(self, what, step=causes.opened):
+        with self.assertRaisesRegex(SystemExit, what):
+            step(Bench(self.out), self.CASES, *([math.inf] if step is causes.run else []), self.seal)
+
+    def test_labels_are_read_and_effects_given_once_the_answers_are_sealed(self):
+        bench = Bench(self.out)
+        with mock.patch.object(causes, "read_json", side_effect=AssertionError("something was read")):
+            self.run_all(bench)
+        drawn = [one["name"] for one in self.CASES if one["name"] != "case_0002"]
+        self.assertEqual(sorted(bench.asked), sorted((f"{name}.csv",) for name in [*drawn, "drive_1a_0"]))
+        sealed = read_json(self.seal)
+        self.assertEqual(sealed["answers_sha256"], digest(os.path.join(self.out, "answers.jsonl")))
+        self.assertIn(f"answers: 6 of 6, SHA-256 {sealed['answers_sha256']}", self.told.getvalue())
+        bench = Bench(self.out)
+        judged, failed = causes.opened(bench, self.CASES, self.seal)
+        self.assertEqual((len(judged), failed), (5, [("case_0002", None, "not drawn")]))
+        single = [one["name"] for one in self.CASES if one["kind"] == "single" and one["name"] != "case_0002"]
+        effects = ("fresh_sulphate", "fresh_sulphate,acid_transport", "fresh_sulphate,current_offset")
+        self.assertEqual(sorted(bench.asked), sorted((f"{name}.csv", "--given", some) for name in single for some in effects))
+        self.assertEqual(next(one.row["oracle"]["effects"] for one in judged if one.kind == "single"), ["fresh_sulphate", "acid_transport"])
+
+    def test_what_was_cut_off_goes_on(self):
+        for step in (causes.run, causes.opened):
+            more = [math.inf] if step is causes.run else []
+            with self.assertRaises(KeyboardInterrupt):
+                step(Bench(self.out, patience=4), self.CASES, *more, self.seal)
+            if step is causes.run:
+                self.refused("sealed.json is missing: no answers are sealed yet")
+            bench = Bench(self.out)
+            step(bench, self.CASES, *more, self.seal)
+            self.assertEqual(len(bench.asked), 2 if step is causes.run else 6)  # a case that was cut off is begun again
+        bench = Bench(self.out)
+        causes.opened(bench, self.CASES, self.seal)
+        self.assertEqual(bench.asked, [])
+
+    def test_what_is_sealed_in_part_goes_on_until_labels_are_opened(self):
+        self.run_all(Bench(self.out), minutes=0.0)
+        self.assertEqual(read_json(self.seal)["asked"], 0)
+        self.run_all(Bench(self.out))
+        self.run_all(Bench(self.out))
+        self.assertEqual(read_json(self.seal)["asked"], 6)
+        causes.opened(Bench(self.out), self.CASES, self.seal)
+        self.refused("the labels were opened, so nothing more is asked", causes.run)
+
+    def test_what_is_no_longer_as_it_was_sealed_is_refused(self):
+        self.run_all(Bench(self.out))
+        for name in ("answers.jsonl", "unchanged.jsonl", "labels/case_0001.json"):
+            with open(os.path.join(self.out, name), "rb+") as file:
+                whole = file.read()
+                file.write(b" ")
+                file.flush()
+                for step in (causes.opened, causes.run):
+                    self.refused(f"{name.split('/')[0]} is not what was sealed: digest [0-9a-f]{{64}}, .*sealed.json says [0-9a-f]{{64}}", step)
+                file.truncate(len(whole))
+        self.assertFalse(os.path.exists(os.path.join(self.out, causes.GIVEN)))
+        with self.assertRaisesRegex(SystemExit, "does not seal answers to this plan"):
+            causes.opened(Bench(self.out), self.CASES[1:], self.seal)
+        causes.opened(Bench(self.out), self.CASES, self.seal)
 
 
 class Scoring(unittest.TestCase):

@@ -96,6 +96,13 @@ def digest(*paths):
     return total.hexdigest()
 
 
+def require_digest(what, wanted, where, *paths):
+    """SystemExit where files do not have the digest that `where` says of them."""
+    found = digest(*paths)
+    if found != wanted:
+        raise SystemExit(f"{what} is not what was sealed: digest {found}, {where} says {wanted}")
+
+
 def require_same(path, value, what):
     """Keeps a value; SystemExit where another is kept already."""
     if os.path.exists(path) and read_json(path) != value:

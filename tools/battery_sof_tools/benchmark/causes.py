@@ -1,14 +1,16 @@
 """Puts causes into recordings that were measured, as the difference that each makes of a full physical model, asks `sof diagnose`, and counts (docs/validation.md).
 
-    scripts/causes BUILD --data FOLDER --out DIR [--seed 1] [--count 420] [--shams 120] [--pairs 84] [--minutes M]
+    scripts/causes BUILD --data FOLDER --out DIR [--seed 1] [--count 420] [--shams 120] [--pairs 84] [--minutes M] [--sealed FILE]
     scripts/causes BUILD ... --seal FILE      what is planned and its digest, before anything is asked
-    scripts/causes BUILD ... --score          the table of what was asked so far
+    scripts/causes BUILD ... --score          the table of what was asked and sealed
 
 A porous block (`draw_scenario --into RECORDING --cause ID=STRENGTH`) runs along half an hour of a measured current twice, sound and with the
 cause; the difference goes into the voltage, and into the current while a charger regulates the voltage. Instruments need no block.
 A strength is searched until z is the one drawn, 2 to 32: what of the difference neither the circuit nor a ridge regression takes up, in
 units of its standard error under the noise that the two leave of the unchanged recording. Shams hold what the circuit takes up whole.
-What is named with the cause and not without it counts. Answers are given to the recording alone; labels lie apart until --score or the end.
+What is named with the cause and not without it counts. Answers are given to the recording alone, and a run ends with a seal: the digests of answers
+and labels. Then --score opens the labels, asks about single causes again with effects given, the true one among others, and makes the table.
+A run that goes on breaks its seal and makes another; once labels were opened, nothing more is asked.
 """
 
 import argparse
@@ -25,14 +27,15 @@ import time
 import numpy as np
 
 from .. import recordings
-from ..files import append, lines_of, read_json, require_same, write_json
+from ..files import append, digest, lines_of, read_json, require_digest, require_same, write_json
 from ..sof import Failure, catalogue, diagnose, product_digest, program
-from . import answers, causes_score, laws
+from . import causes_score, laws
 from .generator import Generator, seed_of
 from .ridge import TRAINING, chosen_penalty, ridge_columns, standardised, weights
 from .runner import ANSWERS, complete, kept_for
 
-UNCHANGED, RECORDINGS, LABELS = "unchanged.jsonl", "recordings", "labels"
+UNCHANGED, GIVEN, SEALED, RECORDINGS, LABELS = "unchanged.jsonl", "given.jsonl", "sealed.json", "recordings", "labels"
+DIGESTS = {"answers_sha256": ANSWERS, "unchanged_sha256": UNCHANGED, "labels_sha256": LABELS}  # of a seal
 SINGLE, SHAM, PAIR = "single", "sham", "pair"
 PATIENCE_S = 300.0            # of one diagnosis
 STRETCH_S = 1800.0
@@ -125,7 +128,7 @@ def strengths_from_one(factor):
 
 
 def strength_of(z_at, wanted):
-    """(strength, z) where z_at(strength), which rises on the whole, is near the wanted one. Failure where it does not go that far, or jumps past it."""
+    """(strength, z) where z_at(strength), which rises on the whole, is near the wanted one. Failure where it goes less far or jumps past it."""
     from scipy.optimize import brentq  # takes its time
     tried = {}  # {a strength's logarithm: (z, logarithm of z over the wanted one)}
 
@@ -135,7 +138,8 @@ def strength_of(z_at, wanted):
             tried[at] = z, math.log(max(z, NO_Z) / wanted)
         return tried[at][1] if abs(tried[at][1]) > NEAR else 0.0
 
-    way = [math.log(one) for one in strengths_from_one(LONGEST_STEP if missed(0.0) < 0.0 else 1.0 / LONGEST_STEP)]
+    first = missed(0.0)
+    way = [math.log(one) for one in strengths_from_one(LONGEST_STEP if first < 0.0 else 1.0 / LONGEST_STEP)] if first else []
     ends = next((two for two in itertools.pairwise(way) if missed(two[0]) * missed(two[1]) <= 0.0), None)
     if ends:
         brentq(missed, *ends, xtol=SAME_STRENGTH, maxiter=TRIES, disp=False)
@@ -161,7 +165,14 @@ class Bench:
         known = catalogue(self.sof)
         for name in INSTRUMENTS:
             self.causes.setdefault(known.mechanism(name), []).append(name)
-        self.unchanged = {row["name"]: row["answer"] for row in lines_of(os.path.join(out, UNCHANGED))}
+
+    @functools.cached_property
+    def unchanged(self):
+        """Answers to stretches as they are, by name."""
+        return {row["name"]: row["answer"] for row in lines_of(self.rows(UNCHANGED))}
+
+    def rows(self, name):
+        return os.path.join(self.out, name)
 
     def path(self, folder, name, ending):
         return os.path.join(self.out, folder, f"{name}.{ending}")
@@ -212,7 +223,7 @@ class Bench:
         return dict(label, causes=causes, z=yardstick.z(current, voltage)), current, voltage
 
     def draw(self, case):
-        """Writes recording and label of a case; returns the label. Failure where no attempt can be had."""
+        """Writes recording and label of a case; of the label returns the stretch alone: recording, part. Failure where no attempt can be had."""
         path, label, why = self.path(RECORDINGS, case["name"], "csv"), self.path(LABELS, case["name"], "json"), []
         for attempt in range(ATTEMPTS):
             try:
@@ -222,37 +233,36 @@ class Bench:
                 continue
             recordings.write(path, self.stretch(found["recording"], found["part"])[0].t, current, voltage)
             write_json(label, dict(found, refused=why))
-            return found
+            return found["recording"], found["part"]
         raise Failure("not drawn: " + "; ".join(why))
 
     def told(self, path, *options):
         return causes_score.essentials(diagnose(self.sof, path, *options, patience_s=PATIENCE_S))
 
     def before(self, recording, part):
-        """The answer to a stretch as it is. Failure where there was none: it is asked for once."""
+        """Asks about a stretch as it is, once. Failure where there was no answer."""
         name = f"{recording}_{part}"
         if name not in self.unchanged:
             try:
                 self.unchanged[name] = self.told(self.stretch(recording, part)[2])
             except Failure as failure:
                 self.unchanged[name] = {"failed": str(failure)}
-            append(os.path.join(self.out, UNCHANGED), {"name": name, "answer": self.unchanged[name]})
+            append(self.rows(UNCHANGED), {"name": name, "answer": self.unchanged[name]})
         if "failed" in self.unchanged[name]:
             raise Failure("as it is: " + self.unchanged[name]["failed"])
-        return self.unchanged[name]
 
-    def case(self, case):
-        """A row: the answer, and of single causes what models leave of the last quarter that are given the effects named
-        before, and one more: the true one or a wrong one."""
-        label = self.draw(case)
-        before, path = self.before(label["recording"], label["part"]), self.path(RECORDINGS, case["name"], "csv")
-        row = {"stretch": f"{label['recording']}_{label['part']}", "answer": self.told(path), "mean_v": mean_error(path)}
-        if case["kind"] == SINGLE:
-            named = [one["id"] for one in before["effects"]]
-            row["same"] = self.given(path, named) if named else {"effects": [], "errors": row["answer"]["errors"]["base"]}
-            for key, effect in given_effects(label["causes"][0]["id"], named).items():
-                row[key] = self.given(path, named, effect)
-        return row
+    def answered(self, case):
+        """A row: the answer to the recording alone, and which stretch is its unchanged one."""
+        recording, part = self.draw(case)
+        self.before(recording, part)
+        path = self.path(RECORDINGS, case["name"], "csv")
+        return {"stretch": f"{recording}_{part}", "answer": self.told(path), "mean_v": mean_error(path)}
+
+    def with_effects(self, row, cause):
+        """What models leave of a single cause's last quarter that are given the effects named before, and one more: the true one or a wrong one."""
+        path, named = self.path(RECORDINGS, row["name"], "csv"), [one["id"] for one in self.unchanged[row["stretch"]]["effects"]]
+        same = self.given(path, named) if named else {"effects": [], "errors": row["answer"]["errors"]["base"]}
+        return {"same": same, **{key: self.given(path, named, effect) for key, effect in given_effects(cause, named).items()}}
 
     def given(self, path, named, *more):
         """Errors with the effects that are named of the unchanged stretch, and more."""
@@ -276,35 +286,97 @@ def mean_error(path):
     return float(np.sqrt(np.mean((voltage[first_held:] - voltage[:first_held].mean()) ** 2)))
 
 
-def run(bench, cases, minutes):
-    """Goes through the plan until it is done or `minutes` have passed; goes on where it was cut off."""
-    ends = time.monotonic() + 60.0 * minutes
+def labels_of(bench, cases):
+    """{name of a case: path of its label}, where there is one."""
+    return {case["name"]: path for case in cases if os.path.exists(path := bench.path(LABELS, case["name"], "json"))}
 
-    def work(case):
+
+def files_of(bench, cases, name):
+    """What there is of answers or labels."""
+    return list(labels_of(bench, cases).values()) if name == LABELS else [path for path in [bench.rows(name)] if os.path.exists(path)]
+
+
+def seal(bench, cases, path):
+    """Writes the digests of what was drawn and answered."""
+    said = {"plan_sha256": digest_of(cases), "asked": len(lines_of(bench.rows(ANSWERS)))}
+    said.update({key: digest(*files_of(bench, cases, name)) for key, name in DIGESTS.items()})
+    write_json(path, said)
+    print(f"answers: {said['asked']} of {len(cases)}, SHA-256 {said['answers_sha256']}, sealed in {path}")
+
+
+def require_sealed(bench, cases, path):
+    """SystemExit where nothing is sealed, or what is sealed has changed."""
+    if not os.path.exists(path):
+        raise SystemExit(f"{path} is missing: no answers are sealed yet; a run without --score seals them when it ends")
+    said = read_json(path)
+    if said.get("plan_sha256") != digest_of(cases):
+        raise SystemExit(f"{path} does not seal answers to this plan")
+    for key, name in DIGESTS.items():
+        require_digest(bench.rows(name), said.get(key), path, *files_of(bench, cases, name))
+
+
+def break_seal(bench, cases, path):
+    """Before a run goes on. SystemExit where labels were opened, or what is sealed has changed."""
+    if os.path.exists(bench.rows(GIVEN)):
+        raise SystemExit(f"{bench.out}: the labels were opened, so nothing more is asked; --score makes the table again")
+    if os.path.exists(path):
+        require_sealed(bench, cases, path)
+        os.remove(path)
+
+
+def reported(work, done):
+    """The same work, with a word about each case on standard error."""
+    def with_word(case):
         try:
-            row = bench.case(case)
+            row = work(case)
         except Failure as failure:
             row = {"failed": str(failure)}
-        print("causes:", case["name"], "not answered: " + row["failed"] if "failed" in row else "answered", file=sys.stderr, flush=True)
+        print("causes:", case["name"], f"not {done}: {row['failed']}" if "failed" in row else done, file=sys.stderr, flush=True)
         return row
-    complete(os.path.join(bench.out, ANSWERS), work, cases, enough=lambda rows: time.monotonic() > ends)
+    return with_word
+
+
+def run(bench, cases, minutes, sealed):
+    """Goes through the plan until it is done or `minutes` have passed, then seals; goes on where it was cut off. No label is read."""
+    break_seal(bench, cases, sealed)
+    ends = time.monotonic() + 60.0 * minutes
+    complete(bench.rows(ANSWERS), reported(bench.answered, "answered"), cases, timed=False, enough=lambda rows: time.monotonic() > ends)
+    seal(bench, cases, sealed)
+
+
+def opened(bench, cases, sealed):
+    """Judged cases and what failed, of sealed answers. What is told the truth is asked here: it goes on where it was cut off."""
+    require_sealed(bench, cases, sealed)
+    with open(bench.rows(GIVEN), "a"):
+        pass  # from here on labels are read
+    labels = {name: read_json(path) for name, path in labels_of(bench, cases).items()}
+    rows = {row["name"]: row for row in lines_of(bench.rows(ANSWERS))}
+    single = [case for case in cases if case["kind"] == SINGLE and "answer" in rows.get(case["name"], {})]
+    def work(case):
+        return bench.with_effects(rows[case["name"]], labels[case["name"]]["causes"][0]["id"])
+    given = complete(bench.rows(GIVEN), reported(work, "given effects"), single)
+    return causes_score.cases_of([{**given.get(name, {}), **row} for name, row in rows.items()], labels, bench.unchanged)
 
 
 def arguments(given):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", nargs="?", default="build")
     parser.add_argument("--data", required=True, help="folder of the recordings")
-    parser.add_argument("--out", required=True, help="folder of cases, labels and answers: a run that was cut off goes on")
+    parser.add_argument("--out", required=True, help="folder of cases, labels and answers: what was cut off goes on")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=420, help="cases with one cause")
     parser.add_argument("--shams", type=int, default=120, help="cases with nothing but what the circuit takes up whole")
     parser.add_argument("--pairs", type=int, default=84, help="cases with two causes")
-    parser.add_argument("--minutes", type=float, default=math.inf, help="end after the case that passes these")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="end asking after the case that passes these, and seal what there is")
     parser.add_argument("--seal", help="file to write the plan's digest to, in place of a run")
     parser.add_argument("--product", help="with --seal: the commit that the build is of")
-    parser.add_argument("--score", action="store_true", help="ask nothing more")
-    parser.add_argument("--json", help="file of figures")
-    return parser.parse_args(given)
+    parser.add_argument("--sealed", help="file of the answers' seal, in place of DIR/" + SEALED)
+    parser.add_argument("--score", action="store_true", help="ask about no further case: open the labels of what is sealed, and make the table")
+    parser.add_argument("--json", help="with --score: file of figures")
+    chosen = parser.parse_args(given)
+    if chosen.json and not chosen.score:
+        parser.error("--json goes with --score")
+    return chosen
 
 
 def main(given=None):
@@ -316,10 +388,10 @@ def main(given=None):
         write_json(a.seal, {"seed": a.seed, "counts": counts, "plan_sha256": digest_of(cases), "product": a.product, "product_sha256": product_digest(bench.sof)})
         return
     require_same(os.path.join(a.out, "plan.json"), {"cases": cases}, "other cases")
+    sealed = a.sealed or bench.rows(SEALED)
     if not a.score:
-        run(bench, cases, a.minutes)
-    labels = {case["name"]: read_json(path) for case in cases if os.path.exists(path := bench.path(LABELS, case["name"], "json"))}
-    judged, failed = causes_score.cases_of(lines_of(os.path.join(a.out, ANSWERS)), labels, bench.unchanged)
+        run(bench, cases, a.minutes, sealed)
+        return
+    judged, failed = opened(bench, cases, sealed)
     sys.stdout.write(causes_score.as_markdown(judged, failed))
-    if a.json:
-        write_json(a.json, causes_score.figures(judged, failed))
+    write_json(a.json, causes_score.figures(judged, failed))

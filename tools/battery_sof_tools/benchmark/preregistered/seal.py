@@ -12,7 +12,7 @@ import math
 import os
 import sys
 
-from ...files import digest, lines_of, read_json, read_text, require_same, write_text
+from ...files import digest, lines_of, read_json, read_text, require_digest, require_same, write_text
 from ...sof import Failure, product_digest, program
 from .. import answers
 from ..generator import Generator
@@ -70,8 +70,7 @@ def labelled(generator, case):
 def opened(folder):
     """The labels, once their digest is that of the seal."""
     said, path = read_json(os.path.join(folder, SEAL)), os.path.join(folder, LABELS)
-    if digest(path) != said["labels_sha256"]:
-        raise SystemExit(f"{path} is not what was sealed: digest {digest(path)}, seal.json says {said['labels_sha256']}")
+    require_digest(path, said["labels_sha256"], SEAL, path)
     return said, lines_of(path)
 
 
@@ -132,8 +131,7 @@ def drawn_again(generator, label):
 def cases_of(sealed, results, catalogue):
     """What the seal says, judged cases, and what could not be judged; nothing is opened unless both digests are right."""
     path = os.path.join(results, ANSWERS)
-    if read_text(os.path.join(results, "answers.sha256")).strip() != digest(path):
-        raise SystemExit(f"{path} is not what was answered: answers.sha256 has another digest")
+    require_digest(path, read_text(os.path.join(results, "answers.sha256")).strip(), "answers.sha256", path)
     said, labels = opened(sealed)
     rows = {one["name"]: one for one in lines_of(path)}
     told_truth = {one["name"]: one.get("answer") for one in lines_of(os.path.join(results, TOLD))}
