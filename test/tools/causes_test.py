@@ -130,6 +130,28 @@ class Bench(causes.Bench):
         return {"mechanism": None, "effects": effects, "errors": dict.fromkeys(("base", "extended", "line", "ridge"), held(0.1))}
 
 
+class Steps(unittest.TestCase):
+    """What a sensor would have shown of a changed channel."""
+
+    MEASURED = 12.0 + 0.025 * np.random.default_rng(1).integers(0, 40, 2000)
+
+    def test_are_those_of_what_was_measured(self):
+        shown = laws.in_steps(self.MEASURED, self.MEASURED + 0.0103, 2)
+        np.testing.assert_allclose((shown - 12.0) / 0.025, np.round((shown - 12.0) / 0.025), atol=1e-6)
+        self.assertLessEqual(np.abs(shown - self.MEASURED - 0.0103).max(), 0.0251)
+        self.assertAlmostEqual(np.mean(shown - self.MEASURED), 0.0103, delta=0.001)  # four standard errors: no bias by rounding
+
+    def test_what_has_not_changed_stays(self):
+        changed = self.MEASURED.copy()
+        changed[1000:] += 0.1
+        shown = laws.in_steps(self.MEASURED, changed, 3)
+        self.assertTrue(np.array_equal(shown[:1000], self.MEASURED[:1000]))
+        self.assertFalse(np.array_equal(shown[1000:], changed[1000:]))
+
+    def test_a_channel_that_never_moves_has_none(self):
+        self.assertTrue(np.array_equal(laws.in_steps(np.full(9, 12.0), np.linspace(12.0, 12.5, 9), 4), np.linspace(12.0, 12.5, 9)))
+
+
 class Order(unittest.TestCase):
     CASES = causes.plan(3, {"single": 4, "sham": 1, "pair": 1}, MECHANISMS)
 

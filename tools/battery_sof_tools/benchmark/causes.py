@@ -5,7 +5,8 @@
     scripts/causes BUILD ... --score          the table of what was asked and sealed
 
 A porous block (`draw_scenario --into RECORDING --cause ID=STRENGTH`) runs along half an hour of a measured current twice, sound and with the
-cause; the difference goes into the voltage, and into the current while a charger regulates the voltage. Instruments need no block.
+cause; the difference goes into the voltage, and into the current while a charger regulates the voltage. Instruments need no block. What is written is
+in the steps of the sensors that measured the recording.
 A strength is searched until z is the one drawn, 2 to 32: what of the difference neither the circuit nor a ridge regression takes up, in
 units of its standard error under the noise that the two leave of the unchanged recording. Shams hold what the circuit takes up whole.
 What is named with the cause and not without it counts. Answers are given to the recording alone, and a run ends with a seal: the digests of answers
@@ -231,7 +232,8 @@ class Bench:
             except Failure as failure:
                 why.append(str(failure))
                 continue
-            recordings.write(path, self.stretch(found["recording"], found["part"])[0].t, current, voltage)
+            beside, seed = self.stretch(found["recording"], found["part"])[0], case["seed"]
+            recordings.write(path, beside.t, laws.in_steps(beside.i, current, [seed, 0]), laws.in_steps(beside.u, voltage, [seed, 1]))
             write_json(label, dict(found, refused=why))
             return found["recording"], found["part"]
         raise Failure("not drawn: " + "; ".join(why))

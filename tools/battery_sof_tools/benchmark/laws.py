@@ -26,6 +26,7 @@ RESISTANCE_OHM, CHARGE_OVER_DISCHARGE = (2.5e-3, 25e-3), (0.9, 1.8)  # of a batt
 MIN_DISCHARGE_A = 0.5          # while less is drawn a source may hold the voltage
 DEPLETION_VOLTAGE = 0.15         # [V], kappa
 DEEPEST = 0.95                   # share of the acid that may be used up
+STEPLESS = 1e-9                  # [A], [V]: numbers that are apart by less are one
 
 
 def steps(t):
@@ -126,6 +127,22 @@ def neutral(t, i, u, limit, seed):
     dice = np.random.default_rng(seed)
     resistance, level = dice.uniform(0.0, 2e-3), dice.uniform(-0.1, 0.1)
     return u + resistance * i + level + dice.normal(0.0, 0.1 * limit, len(t)), {"resistance_ohm": resistance, "level_v": level}
+
+
+def in_steps(measured, values, seed):
+    """A changed channel in the steps of the sensor that measured it, as that would have shown it.
+
+    What was measured stands for anything within half a step of it, so half a step is drawn and added before it is rounded. What
+    has not changed stays. Without this, a held voltage is in the sensor's steps and all else is not, which no sensor shows.
+    """
+    differences = np.abs(np.diff(measured))
+    differences = differences[differences > STEPLESS]
+    if not len(differences):
+        return values
+    step = differences.min()
+    dice = np.random.default_rng(seed)
+    shown = measured[0] + step * np.round((values - measured[0]) / step + dice.uniform(-0.5, 0.5, len(values)))
+    return np.where(np.abs(values - measured) > STEPLESS, shown, measured)
 
 
 def charge(t, i):

@@ -144,7 +144,8 @@ class Bench:
             drawn, current, voltage = self.changed(case, before, beside)
         except NotDrawn as reasons:
             return dict(case, not_drawn=list(reasons.args))
-        return dict(case, drawn=drawn, answer=self.told(beside.t, current, voltage))
+        shown = laws.in_steps(beside.i, current, [case["seed"], 0]), laws.in_steps(beside.u, voltage, [case["seed"], 1])
+        return dict(case, drawn=drawn, answer=self.told(beside.t, *shown))
 
     def changed(self, case, before, beside):
         """What is put in, and current and voltage with it."""
