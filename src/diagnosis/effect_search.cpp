@@ -153,7 +153,6 @@ ExplanationState EffectSearch::withMember(const ExplanationState& state,
 
 std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& state,
                                                         std::optional<Mechanism> only) {
-  if (fits_.isSpent()) return {};
   std::vector<std::string> of_mechanism;
   for (const std::string& id : ids_)
     if (only && mechanismOf(id) == *only && !state.has(id)) of_mechanism.push_back(id);

@@ -81,7 +81,6 @@ Eigen::VectorXd ExplanationFits::errorsOf(const BatteryModel& model,
 
 bool ExplanationFits::linearize(ExplanationState& state) const {
   pulse();
-  spent_ += counted_.size() * state.coordinates.size();
   Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(
       state.model.parameterCount() + state.model.stateCount(), state.coordinates.size());
   for (std::size_t j = 0; j < state.coordinates.size(); ++j) {

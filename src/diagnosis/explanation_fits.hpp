@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Cholesky>
-#include <atomic>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -172,7 +171,6 @@ class ExplanationFits {
   const std::vector<Eigen::Index>& counted() const { return counted_; }
   double effectiveSampleFraction() const { return effective_sample_fraction_; }
   const TimingJitterNoise& timingJitterNoise() const { return noise_; }
-  bool isSpent() const { return spent_ > kBudget; }
   /// Relevance threshold of an RMS in addition to a state [V].
   double relevanceLimit(const ExplanationState& state) const {
     return std::max(relevant_, 0.5 * state.fit.noise);
@@ -182,8 +180,6 @@ class ExplanationFits {
 
  private:
   class StepCost;
-  // of spent_: rows with the derivatives of a usual composition; then what stands is reported
-  static constexpr std::size_t kBudget = 36000000;
 
   /// The counted rows of the table, and a voltage channel's random walk: ramps one after the other,
   /// each of a random height.
@@ -223,7 +219,6 @@ class ExplanationFits {
   double effective_sample_fraction_ = 1.0;
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits
   std::mutex known_mutex_;
-  mutable std::atomic<std::size_t> spent_{0};  // derivatives of rows by coordinates
   std::thread::id caller_ = std::this_thread::get_id();
 };
 

@@ -137,7 +137,8 @@ TEST(DiagnoseCases, ASearchThatStoppedShortIsBegunAnew) {
       << diagnosis.summary;
 }
 
-/// A second electrode that is kept from being fast stood first here, and nothing fitted beside it.
+/// A second electrode that is kept from being fast stood first here, and nothing fitted beside it. At
+/// 20 degC the exchange current is 0.71 A; it was left out while the search had a budget.
 TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
   reference::Scenario scenario = reference::loadScenario(std::string(BATTERY_SOF_SOURCE_DIR) +
                                                          "/config/scenarios/city_drive.yaml");
@@ -148,7 +149,8 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
   std::vector<std::string> ids;
   for (const NamedEffect& effect : diagnosis.effects) ids.push_back(effect.id);
   std::sort(ids.begin(), ids.end());
-  EXPECT_EQ((std::vector<std::string>{"cpe2", "current_dependent_resistance"}), ids)
+  EXPECT_EQ((std::vector<std::string>{"charge_transfer", "cpe2", "current_dependent_resistance"}),
+            ids)
       << diagnosis.summary;
   EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
   EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
