@@ -17,7 +17,6 @@ A run that goes on breaks its seal and makes another; once labels were opened, n
 import argparse
 import functools
 import hashlib
-import itertools
 import json
 import math
 import os
@@ -141,7 +140,7 @@ def strength_of(z_at, wanted):
 
     first = missed(0.0)
     way = [math.log(one) for one in strengths_from_one(LONGEST_STEP if first < 0.0 else 1.0 / LONGEST_STEP)] if first else []
-    ends = next((two for two in itertools.pairwise(way) if missed(two[0]) * missed(two[1]) <= 0.0), None)
+    ends = next((two for two in zip(way, way[1:]) if missed(two[0]) * missed(two[1]) <= 0.0), None)
     if ends:
         brentq(missed, *ends, xtol=SAME_STRENGTH, maxiter=TRIES, disp=False)
     at, (z, off) = min(tried.items(), key=lambda one: abs(one[1][1]))
