@@ -152,6 +152,11 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
   EXPECT_EQ((std::vector<std::string>{"charge_transfer", "cpe2", "current_dependent_resistance"}),
             ids)
       << diagnosis.summary;
+  for (const NamedEffect& effect : diagnosis.effects)
+    if (effect.id == "charge_transfer") {
+      EXPECT_EQ("exchange_current", effect.parameters.front().name);
+      EXPECT_NEAR(0.71, effect.parameters.front().value, 0.03);
+    }
   EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
   EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
 }

@@ -152,6 +152,35 @@ class Steps(unittest.TestCase):
         self.assertTrue(np.array_equal(laws.in_steps(np.full(9, 12.0), np.linspace(12.0, 12.5, 9), 4), np.linspace(12.0, 12.5, 9)))
 
 
+class Unrounded(causes.Bench):
+    """Draws 10 mV and 30 mA to what was measured in steps of 25 mV and 0.1 A."""
+
+    T, I, U = np.arange(300.0), 0.1 * np.random.default_rng(5).integers(-90, 90, 300), Steps.MEASURED[:300]
+
+    def __init__(self, out):
+        self.out = out
+        for folder in (causes.RECORDINGS, causes.LABELS):
+            os.makedirs(os.path.join(out, folder), exist_ok=True)
+
+    def stretch(self, recording, part):
+        return laws.Beside(self.T, self.I, self.U), None, None
+
+    def drawn(self, case, attempt):
+        return {"recording": "drive_1a", "part": 0}, self.I + 0.03, self.U + 0.01
+
+
+class Written(unittest.TestCase):
+    def test_recordings_are_in_the_steps_of_what_was_measured(self):
+        with tempfile.TemporaryDirectory() as out:
+            bench = Unrounded(out)
+            bench.draw({"name": "case_0001", "seed": 7})
+            _, current, voltage = recordings.read(bench.path(causes.RECORDINGS, "case_0001", "csv"))
+        for values, measured, step in ((current, bench.I, 0.1), (voltage, bench.U, 0.025)):
+            off = (values - measured) / step
+            np.testing.assert_allclose(off, np.round(off), atol=1e-3)
+            self.assertTrue(0 < np.count_nonzero(np.round(off)) < len(off))
+
+
 class Order(unittest.TestCase):
     CASES = causes.plan(3, {"single": 4, "sham": 1, "pair": 1}, MECHANISMS)
 

@@ -132,6 +132,7 @@ def neutral(t, i, u, limit, seed):
 def in_steps(measured, values, seed):
     """A changed channel in the steps of the sensor that measured it, as that would have shown it.
 
+    The step is the smallest difference of two samples; where the numbers of a file are no multiples of one step, what is shown is off by up to half of it.
     What was measured stands for anything within half a step of it, so half a step is drawn and added before it is rounded. What
     has not changed stays. Without this, a held voltage is in the sensor's steps and all else is not, which no sensor shows.
     """
