@@ -1,15 +1,19 @@
 """Changes put into measured recordings, and what `sof diagnose --reference` says of them.
 
     change_study BUILD --data FOLDER [--pairs few|all] [--responses-only] [--reference-models] [--json FILE] [--spread]
+    change_study BUILD --simulated COUNT [--seed 1] [--json FILE]
 
 Pairs of sound recordings of one battery: the halves of each recording of a vehicle, either one as the reference, and two trips of one car. A change is put exactly
 into the measured signals of the later one: a contact's resistance (v + R i), a gain and an offset of the current, a delay and a lag of one channel. Controls are the
 same pairs with nothing put in; pairs of different vehicles must be called another battery. A change counts as named where it is the first one or among those that
 look alike. `--reference-models` gives the reference as the model file that `sof identify` makes of it, in place of the recording. `--spread` prints what the pairs differ by in each quantity that is compared, beside what is assumed: the table of src/diagnosis/change.cpp.
+With --simulated the pairs are trips of simulated cars. Each sensor's change is put in at the very limit that the answer to the sound pair states
+(`detection_limits`), and the battery itself is changed, too (simulated_pairs.py).
 """
 
 import argparse
 import collections
+import functools
 import itertools
 import math
 import os
@@ -18,7 +22,7 @@ import time
 
 import numpy as np
 
-from . import recordings, sof
+from . import recordings, simulated_pairs, sof
 from .files import write_json
 from .progress import followed
 from .rates import rate
@@ -175,18 +179,66 @@ def report(rows, others, with_spread):
     return lines + (["", *spread_table(rows)] if with_spread else [])
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("build")
-    parser.add_argument("--data", required=True, help="folder of the measured recordings")
-    parser.add_argument("--pairs", choices=("few", "all"), default="few", help="few: one pair a recording and half of the strengths, ten minutes; all: an hour")
-    parser.add_argument("--responses-only", action="store_true", help="as of sof: no models, so other vehicles are left out")
-    parser.add_argument("--reference-models", action="store_true", help="the references are model files")
-    parser.add_argument("--controls", action="store_true", help="nothing put in and other vehicles alone")
-    parser.add_argument("--spread", action="store_true", help="what the quantities differ by between trips, beside what is assumed")
-    parser.add_argument("--json", help="file to write every case to")
-    args = parser.parse_args()
-    binary = sof.program(args.build, "sof")
+# What is put in at the stated limit of an effect, and how many of its units are one of the answer's.
+AT_LIMIT = {"contact_resistance": ("contact", "mOhm", 1e3), "current_gain": ("gain", "%", 1e2), "current_offset": ("offset", "A", 1.0),
+            "time_skew": ("voltage late", "rows", None), "sensor_lag": ("voltage lags", "s", 1.0)}
+
+
+def at_limits(answer, interval_s):
+    """The changes of a sensor that the answer says it would have named in nine cases of ten."""
+    for limit in answer["detection_limits"]:
+        kind, unit, scale = AT_LIMIT[limit["id"]]
+        rows = max(1, round(limit["strength"] / interval_s)) if scale is None else None
+        yield Injected(kind, rows or scale * limit["strength"], unit, limit["id"], False)
+
+
+def simulated_rows(binary, seed, number):
+    """Rows of one simulated car: nothing put in, each limit, each change of the battery."""
+    then, now = simulated_pairs.drawn_pair(f"{seed}/{number}")
+    name, options = f"car {number}", ["--responses-only"]
+    with tempfile.TemporaryDirectory(prefix="pair_") as folder:
+        reference, sound = (simulated_pairs.recorded(binary, trip, folder) for trip in (then, now))
+        pair = Pair(name, name, reference, sound, True)
+        rows = [row_of(binary, pair, None, options)]
+        answer, _ = ask(binary, reference, sound, options)
+        rows += [row_of(binary, pair, change, options) for change in at_limits(answer, float(np.median(np.diff(sound[0]))))]
+        for change in simulated_pairs.BATTERY_CHANGES:
+            changed = pair._replace(now=simulated_pairs.recorded(binary, simulated_pairs.with_change(now, change.name), folder))
+            said, seconds = ask(binary, reference, changed.now, options)
+            rows.append(dict(rows[0], battery=change.name, verdict=said["verdict"], first=said["changes"][0]["id"] if said["changes"] else None,
+                             named=bool(change.effect) and is_named(said, change.effect), gain=said["explained"]["gain"], seconds=seconds))
+    return rows
+
+
+def simulated_report(rows):
+    sensor = [row for row in rows if "battery" not in row]
+    controls = [row for row in sensor if row["kind"] is None]
+    effects = {kind: effect for effect, (kind, *_) in AT_LIMIT.items()}
+    cells = []
+    for kind, effect in effects.items():
+        some = [row for row in sensor if row["kind"] == kind]
+        held = [row["interval_holds"] for row in some if row["interval_holds"] is not None]
+        strengths = [row["strength"] for row in some]
+        cells.append([effect, f"{np.median(strengths):.3g} ({min(strengths):.3g} to {max(strengths):.3g}) {some[0]['unit']}" if some else "never stated", rate(sum(row["named"] for row in some), len(some)),
+                      sum(row["verdict"] == "changed" and not row["named"] for row in some), rate(sum(held), len(held))])
+    lines = table(("put in at its stated limit", "limit: median (range)", "named first or among its look-alikes", "another change named", "90 % interval holds"), cells)
+    cells = []
+    for change in simulated_pairs.BATTERY_CHANGES:
+        some = [row for row in rows if row.get("battery") == change.name]
+        names = collections.Counter(row["first"] or row["verdict"] for row in some)
+        cells.append([change.name, rate(sum(row["named"] for row in some), len(some)) if change.effect else "no candidate", ", ".join(f"{name} {count}" for name, count in names.most_common())])
+    lines += ["", *table(("change of the battery", "named first or among its look-alikes", "first change or verdict"), cells)]
+    judged = [row for row in controls if row["verdict"] != "insufficient_data"]
+    return lines + ["", "Nothing changed, said to have changed: " + rate(sum(row["verdict"] == "changed" for row in judged), len(judged)), f"Not judged: {len(controls) - len(judged)} of {len(controls)} pairs"]
+
+
+def measure_simulated(binary, args):
+    work = functools.partial(simulated_rows, binary, args.seed)
+    rows = list(itertools.chain.from_iterable(sof.side_by_side(work, range(1, args.simulated + 1), "cars")))
+    return {"rows": rows}, simulated_report(rows)
+
+
+def measure_real(binary, args):
     pairs, whole = sound_pairs(args.data)
     is_few = args.pairs == "few"
     pairs = [pair for pair in pairs if pair.few or not is_few]
@@ -198,6 +250,25 @@ def main():
     options = ["--responses-only"] * args.responses_only
     rows = [row_of(binary, *case, options, args.reference_models) for case in followed(cases, "compared")]
     others = [] if args.responses_only else [row_of(binary, pair, None, model=args.reference_models) for pair in followed(other, "other vehicles")]
+    return {"rows": rows, "other_vehicles": others}, report(rows, others, args.spread)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build")
+    of = parser.add_mutually_exclusive_group(required=True)
+    of.add_argument("--data", help="folder of the measured recordings")
+    of.add_argument("--simulated", type=int, metavar="COUNT", help="pairs of simulated cars in place of measured ones")
+    parser.add_argument("--seed", type=int, default=1, help="of the simulated cars")
+    parser.add_argument("--pairs", choices=("few", "all"), default="few", help="few: one pair a recording and half of the strengths, ten minutes; all: an hour")
+    parser.add_argument("--responses-only", action="store_true", help="as of sof: no models, so other vehicles are left out")
+    parser.add_argument("--reference-models", action="store_true", help="the references are model files")
+    parser.add_argument("--controls", action="store_true", help="nothing put in and other vehicles alone")
+    parser.add_argument("--spread", action="store_true", help="what the quantities differ by between trips, beside what is assumed")
+    parser.add_argument("--json", help="file to write every case to")
+    args = parser.parse_args()
+    binary = sof.program(args.build, "sof")
+    cases, lines = measure_simulated(binary, args) if args.simulated else measure_real(binary, args)
     if args.json:
-        write_json(args.json, {"rows": rows, "other_vehicles": others})
-    print("\n".join(report(rows, others, args.spread)))
+        write_json(args.json, cases)
+    print("\n".join(lines))
