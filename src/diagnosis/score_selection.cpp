@@ -185,42 +185,30 @@ class Selection {
     return additions;
   }
 
-  /// What gains most and still does once it is fitted as identify() does.
   std::optional<Addition> bestAddition(const Effects& members, Effects& ids) {
     std::vector<Addition> additions = promisingAdditions(members, ids);
+    const Addition* best = nullptr;
     for (Addition& one : additions) {
       one.gain = gainOf(one.score, at(members).score);
       weighed(one.id).score = one.gain;
-    }
-    while (Addition* best = largestGain(additions)) {
-      const auto doesAsWell = [&](const Addition& one) {
-        return one.gain.isAbove(least_) && !gainOf(best->score, one.score).isAbove(0.0);
-      };
-      // Of what does as well, the open-circuit voltage is known to have moved: the rest is not needed.
-      const auto known = std::find_if(additions.begin(), additions.end(), [&](const Addition& one) {
-        return is_deep_ && one.id == kMovedByCharge && doesAsWell(one);
-      });
-      const bool is_known = known != additions.end();
-      if (is_known) best = &*known;
-      scoreAll({best->effects}, &best->promise.point);
-      const ScoreGain fitted = gain(best->effects, members);
-      if (fitted.isAbove(least_)) {
-        for (const Addition& other : additions)
-          if (!is_known && other.id != best->id && doesAsWell(other))
-            alike_[best->id].push_back(other.id);
-        return *best;
-      }
-      best->gain = weighed(best->id).score.emplace(fitted);
-    }
-    return std::nullopt;
-  }
-
-  /// Of those that gain enough; null where none does.
-  Addition* largestGain(std::vector<Addition>& additions) const {
-    Addition* best = nullptr;
-    for (Addition& one : additions)
       if (one.gain.isAbove(least_) && (!best || one.gain.value > best->gain.value)) best = &one;
-    return best;
+    }
+    if (!best) return std::nullopt;
+    const auto doesAsWell = [&](const Addition& one) {
+      return one.gain.isAbove(least_) && !gainOf(best->score, one.score).isAbove(0.0);
+    };
+    // Of what does as well, the open-circuit voltage is known to have moved: the rest is not needed.
+    const auto known = std::find_if(additions.begin(), additions.end(), [&](const Addition& one) {
+      return is_deep_ && one.id == kMovedByCharge && doesAsWell(one);
+    });
+    const bool is_known = known != additions.end();
+    if (is_known) best = &*known;
+    scoreAll({best->effects}, &best->promise.point);
+    if (!gain(best->effects, members).isAbove(least_)) return std::nullopt;
+    for (const Addition& other : additions)
+      if (!is_known && other.id != best->id && doesAsWell(other))
+        alike_[best->id].push_back(other.id);
+    return *best;
   }
 
   void removeWeak(Effects& members) {

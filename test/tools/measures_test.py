@@ -3,7 +3,7 @@
 
 import unittest
 
-from battery_sof_tools import recordings
+from battery_sof_tools import change_study, recordings, simulated_pairs
 from battery_sof_tools.benchmark import known_physics, measured
 from battery_sof_tools.stress import kill, soak
 
@@ -73,6 +73,40 @@ class KnownPhysics(unittest.TestCase):
         self.assertEqual([found[key] for key in ("cases", "answered", "right", "wrong", "in_set", "stated", "held")], [4, 3, 1, 1, 2, 2, 1])
         self.assertEqual([found[key] for key in ("beside_circuit", "not_behind_circuit", "beside_ridge", "not_behind_ridge")], [3, 2, 1, 0])
         self.assertIn("5.5 (4.8 to 6.0)", known_physics.told(row))
+
+
+class SimulatedPairs(unittest.TestCase):
+    def test_a_pair_is_two_trips_of_one_battery_and_the_same_for_the_same_seed(self):
+        then, now = simulated_pairs.drawn_pair("1/1")
+        self.assertEqual((then, now), simulated_pairs.drawn_pair("1/1"))
+        self.assertEqual(then["battery"], now["battery"])
+        self.assertNotEqual(then["profile"], now["profile"])
+
+    def test_a_change_of_the_battery_changes_what_it_says_and_leaves_the_sound_trip_alone(self):
+        _, now = simulated_pairs.drawn_pair("1/2")
+        changed = {name: simulated_pairs.with_change(now, name) for name, _ in simulated_pairs.BATTERY_CHANGES}
+        self.assertAlmostEqual(changed["resistance +30 %"]["battery"]["r1_charge_ohm"], 1.3 * now["battery"]["r1_charge_ohm"])
+        self.assertAlmostEqual(changed["capacity -30 %"]["battery"]["capacity_ah"], 0.7 * now["battery"]["capacity_ah"])
+        self.assertAlmostEqual(changed["acceptance halved"]["battery"]["lead_ion_limit_a"], 0.5 * now["battery"]["lead_ion_limit_a"])
+        self.assertEqual(changed["gassing"]["battery"]["gas_current_a"], 3.0)
+        self.assertAlmostEqual(changed["15 K warmer"]["temperature_degc"], now["temperature_degc"] + 15.0)
+        self.assertNotIn("gas_current_a", now["battery"])
+
+    def test_changes_are_put_in_at_the_limit_that_is_stated(self):
+        limits = [{"id": "contact_resistance", "strength": 0.0025, "unit": "ohm"}, {"id": "time_skew", "strength": 2.9, "unit": "s"}, {"id": "current_offset", "strength": 0.8, "unit": "A"}]
+        put_in = list(change_study.at_limits({"detection_limits": limits}, 1.0))
+        self.assertEqual([(one.kind, one.strength, one.effect) for one in put_in], [("contact", 2.5, "contact_resistance"), ("voltage late", 3, "time_skew"), ("offset", 0.8, "current_offset")])
+
+    def test_the_report_counts_the_named_the_held_and_the_false(self):
+        row = {"kind": None, "strength": None, "unit": None, "verdict": "changed", "first": "time_skew", "named": False, "interval_holds": None}
+        sound = dict(row, verdict="no_change", first=None)
+        contact = dict(row, kind="contact", strength=2.0, unit="mOhm", first="contact_resistance", named=True, interval_holds=False)
+        more = dict(sound, battery="resistance +30 %", first="contact_resistance", named=True)
+        text = "\n".join(change_study.simulated_report([row, sound, contact, more]))
+        self.assertIn("Nothing changed, said to have changed: 1 of 2", text)
+        self.assertIn("| contact_resistance | 2 (2 to 2) mOhm | 1 of 1", text)
+        self.assertIn("| 0 of 1", text)
+        self.assertIn("| resistance +30 % | 1 of 1", text)
 
 
 class Soak(unittest.TestCase):

@@ -1,21 +1,22 @@
 """What is said of batteries whose physics is known, but written by equations that the product does not have.
 
-    scripts/known_physics BUILD --kind deep_cycle|behind_charger --out DIR [--seed 1] [--count 40] [--jobs 2] [--json FILE]
+    scripts/known_physics BUILD --kind deep_cycle|behind_charger|alternator --out DIR [--seed 1] [--count 40] [--jobs 2] [--json FILE]
 
 deep_cycle: porous blocks that are run down and charged on a bench. behind_charger: an hour of a start-stop car at one sample a second, whose charge
-acceptance follows from the surface of dissolving crystals. Draws cases (`draw_scenario`), diagnoses each and identifies it with its nominal capacity
+acceptance follows from the surface of dissolving crystals; its charge is planned, and the voltage is rarely held. alternator: the same physics behind an alternator
+that holds the voltage at set points that follow the driving (simulated_pairs.py); the mechanism is charge acceptance. Draws cases (`draw_scenario`), diagnoses each and identifies it with its nominal capacity
 given: whether the first mechanism is true of it, what is left on the last quarter beside the circuit, a line fit and a ridge, and of deep cycles whether
 the capacity's 90 % interval holds the charge that the block gives from full to 10.5 V at its discharge current.
 """
 
 import argparse
-import collections
 import functools
 import json
 import os
 import statistics
 import tempfile
 
+from .. import recordings, simulated_pairs
 from ..files import read_json, write_json
 from ..rates import rate
 from ..sof import RECORDING, call, catalogue, diagnose, program, run
@@ -27,8 +28,20 @@ PATIENCE_S = 600.0
 COLUMNS = ("case", "verdict", "effects", "first mechanism", "circuit [mV]", "extended [mV]", "line [mV]", "ridge [mV]", "shares [%]", "charge it holds [Ah]", "stated [Ah]")
 MODELS = ("circuit", "extended", "line", "ridge")
 
-Kind = collections.namedtuple("Kind", "options")  # of draw_scenario
-KINDS = {"deep_cycle": Kind(("--kind", "deep_cycle")), "behind_charger": Kind(("--kind", "effect", "--id", "fresh_sulphate", "--rate", "1", "--duration", "3600"))}
+DRAWN = {"deep_cycle": ("--kind", "deep_cycle"), "behind_charger": ("--kind", "effect", "--id", "fresh_sulphate", "--rate", "1", "--duration", "3600")}  # options of draw_scenario
+ALTERNATOR = "alternator"
+KINDS = (*DRAWN, ALTERNATOR)
+
+
+def drawn(build, kind, seed, folder):
+    """(recording, what is true of it) of a case."""
+    recording, label = (os.path.join(folder, name) for name in (RECORDING, "label.json"))
+    if kind == ALTERNATOR:
+        trip, _ = simulated_pairs.drawn_pair(f"{ALTERNATOR}/{seed}")
+        recordings.write(recording, *simulated_pairs.recorded(program(build, "sof"), trip, folder))
+        return recording, {"mechanisms": ["acceptance"], "nominal_ah": trip["battery"]["capacity_ah"]}
+    run([program(build, "draw_scenario"), *DRAWN[kind], "--seed", str(seed), "--out", recording, "--label", label])
+    return recording, read_json(label)
 
 
 def mechanisms_of(label, known):
@@ -40,9 +53,8 @@ def answered(build, kind, case):
     """What the two commands say of a case, and what is true."""
     sof = program(build, "sof")
     with tempfile.TemporaryDirectory(prefix="known_") as folder:
-        recording, label, model = (os.path.join(folder, name) for name in (RECORDING, "label.json", "model.yaml"))
-        run([program(build, "draw_scenario"), *KINDS[kind].options, "--seed", str(case["seed"]), "--out", recording, "--label", label])
-        truth = read_json(label)
+        model = os.path.join(folder, "model.yaml")
+        recording, truth = drawn(build, kind, case["seed"], folder)
         nominal = truth.get("nominal_ah") or truth["truth"]["battery"]["capacity_ah"]
         capacity = ("--capacity-ah", f"{nominal:.6g}")
         said = diagnose(sof, recording, *capacity, patience_s=PATIENCE_S)
@@ -71,9 +83,11 @@ def figures(rows):
     for name in ("circuit", "ridge"):
         compared = [row for row in judged if row["held_v"]["extended"] is not None and row["held_v"][name] is not None and (name != "ridge" or row["shares"][1] is None)]
         ahead |= {f"beside_{name}": len(compared), f"not_behind_{name}": sum(error_of(row, "extended") <= 1.001 * error_of(row, name) for row in compared)}
+    shares = [row["shares"] for row in judged if None not in row["shares"]]
     return {"cases": len(rows), "answered": len(judged), "right": len(right), "wrong": sum(row["mechanism"] is not None for row in judged) - len(right),
             "in_set": sum(bool(set(row["likely"]) & set(row["mechanisms"])) for row in judged),
             "stated": len(stated), "held": len(holds),
+            "explained": [statistics.mean(column) for column in zip(*shares)],
             "width": statistics.median((row["capacity_ah"][2] - row["capacity_ah"][1]) / row["usable_ah"] for row in stated) if stated else None, **ahead}
 
 
@@ -104,6 +118,7 @@ def main():
     print("\n".join(table(COLUMNS, [told(rows[case["name"]]) for case in cases])))
     print(f"\nmechanism right {rate(found['right'], found['answered'])}, wrong {found['wrong']}, in the set of likely ones {rate(found['in_set'], found['answered'])}; not behind the circuit "
           f"{rate(found['not_behind_circuit'], found['beside_circuit'])}, the ridge {rate(found['not_behind_ridge'], found['beside_ridge'])}; "
+          + ("explained {:.1f} -> {:.1f} %; ".format(*found["explained"]) if found["explained"] else "") +
           f"capacity stated for {found['stated']}, its interval holds {rate(found['held'], found['stated'])}")
     if a.json:
         write_json(a.json, found)
