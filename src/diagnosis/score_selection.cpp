@@ -165,6 +165,7 @@ class Selection {
       additions[k].promise =
           promiseOf(model, cost, additions[k].effects, series_, train_, fit_, kFirstSteps);
     });
+    fitAcceptanceToTheEnd(model, cost, additions);
     for (const Addition& one : additions) addWeighed(one.id, one.promise.gain);
     std::stable_sort(additions.begin(), additions.end(), [](const Addition& a, const Addition& b) {
       return a.promise.gain > b.promise.gain;
@@ -183,6 +184,24 @@ class Selection {
                               kScoreBlocks);
     });
     return additions;
+  }
+
+  /// A few steps from typical values lead nowhere for the effects of charge acceptance: they are
+  /// fitted as identify() does before it is decided what is scored.
+  void fitAcceptanceToTheEnd(const FittedModel& model, const FittedCost& cost,
+                             std::vector<Addition>& additions) {
+    parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
+      Addition& one = additions[k];
+      if (mechanismOf(one.id) != Mechanism::kAcceptance) return;
+      IdentifyOptions fit = fit_;
+      fit.effects = one.effects;
+      fit.starts =
+          startsInLarger(compositionOf(model.fit), optimumOf(model), BatteryModel(one.effects));
+      const CompositionPoint optimum = optimumOf(identify(series_, train_, fit));
+      const Promise promise =
+          promiseOf(model, cost, one.effects, series_, train_, fit_, 1, &optimum);
+      if (promise.gain > one.promise.gain) one.promise = promise;
+    });
   }
 
   std::optional<Addition> bestAddition(const Effects& members, Effects& ids) {

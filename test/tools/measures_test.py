@@ -66,12 +66,13 @@ class DiagnoseMeasured(unittest.TestCase):
 class KnownPhysics(unittest.TestCase):
     def test_a_case_is_right_by_its_first_mechanism_and_compared_where_both_have_an_error(self):
         row = {"name": "deep_001", "plan": "discharge", "mechanisms": ["open_circuit", "acid"], "usable_ah": 5.0, "verdict": "effect", "effects": ["ocv_soc"], "mechanism": "acid", "likely": ["acid"],
-               "held_v": {"circuit": 0.3, "extended": 0.1, "line": 0.2, "ridge": 0.05}, "shares": [None, None], "capacity_ah": [5.5, 4.8, 6.0]}
+               "held_v": {"circuit": 0.3, "extended": 0.1, "line": 0.2, "ridge": 0.05}, "shares": [None, None], "given": {"gassing": None}, "capacity_ah": [5.5, 4.8, 6.0]}
         wrong = dict(row, mechanism="ageing", likely=["ageing", "open_circuit"], capacity_ah=[7.0, 6.0, 8.0], held_v=dict(row["held_v"], ridge=None))
-        silent = dict(row, mechanism=None, likely=[], capacity_ah=None, shares=[40.0, 30.0])
+        silent = dict(row, mechanism=None, likely=[], capacity_ah=None, shares=[40.0, 30.0], given={"gassing": 35.0})
         found = known_physics.figures([row, wrong, silent, {"name": "x", "failed": "no answer"}])
         self.assertEqual([found[key] for key in ("cases", "answered", "right", "wrong", "in_set", "stated", "held")], [4, 3, 1, 1, 2, 2, 1])
         self.assertEqual([found[key] for key in ("beside_circuit", "not_behind_circuit", "beside_ridge", "not_behind_ridge")], [3, 2, 1, 0])
+        self.assertEqual((found["explained"], found["given"]), ([40.0, 30.0], {"gassing": 35.0}))
         self.assertIn("5.5 (4.8 to 6.0)", known_physics.told(row))
 
 

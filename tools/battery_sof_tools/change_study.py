@@ -117,7 +117,11 @@ def is_named(answer, effect):
 
 
 def row_of(binary, pair, change, options=(), model=False):
-    answer, seconds = ask(binary, pair.then, injected(pair.now, change) if change else pair.now, options, model)
+    return told(pair, change, *ask(binary, pair.then, injected(pair.now, change) if change else pair.now, options, model))
+
+
+def told(pair, change, answer, seconds):
+    """The row of an answer of ask(): what it says of a change that was put in, or of None."""
     first = (answer["changes"] or [None])[0]
     scale = {"mOhm": 1e3, "%": 1e2}.get(change.unit, 1.0) if change else 1.0
     holds = None
@@ -199,14 +203,13 @@ def simulated_rows(binary, seed, number):
     with tempfile.TemporaryDirectory(prefix="pair_") as folder:
         reference, sound = (simulated_pairs.recorded(binary, trip, folder) for trip in (then, now))
         pair = Pair(name, name, reference, sound, True)
-        rows = [row_of(binary, pair, None, options)]
-        answer, _ = ask(binary, reference, sound, options)
+        answer, seconds = ask(binary, reference, sound, options)
+        rows = [told(pair, None, answer, seconds)]
         rows += [row_of(binary, pair, change, options) for change in at_limits(answer, float(np.median(np.diff(sound[0]))))]
         for change in simulated_pairs.BATTERY_CHANGES:
             changed = pair._replace(now=simulated_pairs.recorded(binary, simulated_pairs.with_change(now, change.name), folder))
             said, seconds = ask(binary, reference, changed.now, options)
-            rows.append(dict(rows[0], battery=change.name, verdict=said["verdict"], first=said["changes"][0]["id"] if said["changes"] else None,
-                             named=bool(change.effect) and is_named(said, change.effect), gain=said["explained"]["gain"], seconds=seconds))
+            rows.append(dict(told(changed, None, said, seconds), battery=change.name, named=bool(change.effect) and is_named(said, change.effect)))
     return rows
 
 

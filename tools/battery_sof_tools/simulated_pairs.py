@@ -38,10 +38,10 @@ def drawn_phases(duration_s, highest_v, dice):
     """Of a town with an alternator whose set point follows the driving: high while braking, low while the engine works, off while it stands."""
     stop_a, wanted_a, phases, left = dice.uniform(15.0, 30.0), dice.uniform(70.0, 120.0), [], duration_s
 
-    def add(duration, current, end=None, limit=None):
+    def add(duration, current, limit=None):
         nonlocal left
         left -= duration
-        phases.append({"duration_s": round(duration, 3), "current_a": round(current, 2), **({} if end is None else {"end_current_a": round(end, 2)}), **({} if limit is None else {"voltage_limit_v": limit})})
+        phases.append({"duration_s": round(duration, 3), "current_a": round(current, 2), **({} if limit is None else {"voltage_limit_v": limit})})
 
     while left > 0.0:
         add(dice.uniform(5.0, 40.0), -stop_a * dice.uniform(0.6, 1.4))

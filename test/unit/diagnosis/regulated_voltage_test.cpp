@@ -42,6 +42,21 @@ TEST(SelectionByScore, TakesTheLawThatMadeTheDriveAndPredictsLeftOutBlocksByIt) 
   EXPECT_EQ(std::vector<std::string>{"fresh_sulphate"}, found.extended.fit.effects);
 }
 
+TEST(SelectionByScore, DEV) {
+  for (const std::vector<std::string>& law :
+       {std::vector<std::string>{"charge_acceptance"}, {"charge_acceptance", "sulphate_history"}})
+    for (int seed : {11, 12, 13, 14}) {
+      const ScoreSelection found = selectedFrom(
+          sourcedDrive(kSamples, typicalBattery(law), seed),
+          {"charge_acceptance", "sulphate_history", "fresh_sulphate", "second_electrode", "cpe2",
+           "coup_de_fouet", "current_gain", "parameter_drift", "ocv_hysteresis"});
+      printf("%zu %d:", law.size(), seed);
+      for (auto& m : membersOf(found)) printf(" %s", m.c_str());
+      printf(" share %.3f %.3f\n", found.circuit_score.equations.share(),
+             found.score.equations.share());
+    }
+}
+
 TEST(SelectionByScore, TakesNothingWhereTheCircuitItselfMadeTheDrive) {
   const ScoreSelection found =
       selectedFrom(drawnFrom({}), {"fast_arc", "current_gain", "ocv_soc", "charge_transfer"});

@@ -32,6 +32,14 @@ TEST(ScoreGain, CountsTheEquationsAloneAndWithTheRegressionInEqualParts) {
   EXPECT_NEAR(0.5 * std::log(4.0), gainOf(more, less).value, 1e-12);
 }
 
+TEST(ScoreGain, ABlockThatIsMissedCompletelyCountsAsOne) {
+  const BlockScore less = scoreOf({50.0, 0.2, 0.2, 0.2}), more = scoreOf({0.1, 0.12, 0.1, 0.12});
+  const double others = 2.0 * std::log(0.2 / 0.12) + std::log(2.0);
+  EXPECT_NEAR((1.0 + others) / 4.0, gainOf(more, less).value, 1e-12);
+  EXPECT_NEAR((-1.0 - others) / 4.0, gainOf(less, more).value, 1e-12);
+  EXPECT_TRUE(gainOf(more, less).isAbove(0.06));
+}
+
 TEST(ScoreGain, RefusesBlocksThatAreNotTheSame) {
   EXPECT_THROW(gainOf(scoreOf({0.1, 0.2}), scoreOf({0.1})), std::invalid_argument);
   EXPECT_THROW(gainOf(scoreOf({0.1}), scoreOf({0.1})), std::invalid_argument);

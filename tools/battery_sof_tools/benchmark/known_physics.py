@@ -1,12 +1,13 @@
 """What is said of batteries whose physics is known, but written by equations that the product does not have.
 
-    scripts/known_physics BUILD --kind deep_cycle|behind_charger|alternator --out DIR [--seed 1] [--count 40] [--jobs 2] [--json FILE]
+    scripts/known_physics BUILD --kind deep_cycle|behind_charger|alternator --out DIR [--seed 1] [--count 40] [--given EFFECT ...] [--jobs 2] [--json FILE]
 
 deep_cycle: porous blocks that are run down and charged on a bench. behind_charger: an hour of a start-stop car at one sample a second, whose charge
 acceptance follows from the surface of dissolving crystals; its charge is planned, and the voltage is rarely held. alternator: the same physics behind an alternator
 that holds the voltage at set points that follow the driving (simulated_pairs.py); the mechanism is charge acceptance. Draws cases (`draw_scenario`), diagnoses each and identifies it with its nominal capacity
 given: whether the first mechanism is true of it, what is left on the last quarter beside the circuit, a line fit and a ridge, and of deep cycles whether
-the capacity's 90 % interval holds the charge that the block gives from full to 10.5 V at its discharge current.
+the capacity's 90 % interval holds the charge that the block gives from full to 10.5 V at its discharge current. --given: what each effect explains where it
+is given (`sof diagnose --given`), a true one or a placebo, on the same cases.
 """
 
 import argparse
@@ -49,7 +50,17 @@ def mechanisms_of(label, known):
     return label.get("mechanisms") or sorted({known.mechanism(one) for one in label["expected"]["effects"]})
 
 
-def answered(build, kind, case):
+def holdouts(said):
+    """What the circuit and the extended model come to on the last quarter; empty without a fit."""
+    return [said["fit"][model]["holdout"] if said["fit"] else {} for model in ("base", "extended")]
+
+
+def shares_of(said):
+    """Explained variation of the last quarter, circuit and extended model [%]; None where no charger holds the voltage."""
+    return [holdout.get("share_percent") for holdout in holdouts(said)]
+
+
+def answered(build, kind, given, case):
     """What the two commands say of a case, and what is true."""
     sof = program(build, "sof")
     with tempfile.TemporaryDirectory(prefix="known_") as folder:
@@ -58,13 +69,13 @@ def answered(build, kind, case):
         nominal = truth.get("nominal_ah") or truth["truth"]["battery"]["capacity_ah"]
         capacity = ("--capacity-ah", f"{nominal:.6g}")
         said = diagnose(sof, recording, *capacity, patience_s=PATIENCE_S)
+        with_given = {one: shares_of(diagnose(sof, recording, *capacity, "--given", one, patience_s=PATIENCE_S))[1] for one in given}
         fitted = json.loads(call([sof, "identify", recording, "--out", model, "--json", "-", *capacity], patience_s=PATIENCE_S))
-    fit = said["fit"] or {"base": {"holdout": {}}, "extended": {"holdout": {}}}
-    compared = (fit["base"]["holdout"], fit["extended"]["holdout"], said["baseline_line"] or {}, said["baseline"] or {})
+    compared = (*holdouts(said), said["baseline_line"] or {}, said["baseline"] or {})
     stated = [fitted.get(key) for key in ("capacity_ah", "capacity_lower_ah", "capacity_upper_ah")]
     return {"mechanisms": mechanisms_of(truth, catalogue(sof)), "plan": truth.get("plan"), "usable_ah": truth.get("usable_ah"), "verdict": said["verdict"],
             "effects": [one["id"] for one in said["effects"]], "mechanism": said["mechanism"], "likely": [one["id"] for one in said["mechanisms"]], "held_v": {name: one.get("rmse_v") for name, one in zip(MODELS, compared)},
-            "shares": [one.get("share_percent") for one in compared[:2]], "capacity_ah": None if None in stated else stated}
+            "shares": shares_of(said), "given": with_given, "capacity_ah": None if None in stated else stated}
 
 
 def error_of(row, name):
@@ -83,11 +94,12 @@ def figures(rows):
     for name in ("circuit", "ridge"):
         compared = [row for row in judged if row["held_v"]["extended"] is not None and row["held_v"][name] is not None and (name != "ridge" or row["shares"][1] is None)]
         ahead |= {f"beside_{name}": len(compared), f"not_behind_{name}": sum(error_of(row, "extended") <= 1.001 * error_of(row, name) for row in compared)}
-    shares = [row["shares"] for row in judged if None not in row["shares"]]
+    explained = [row for row in judged if None not in row["shares"]]
     return {"cases": len(rows), "answered": len(judged), "right": len(right), "wrong": sum(row["mechanism"] is not None for row in judged) - len(right),
             "in_set": sum(bool(set(row["likely"]) & set(row["mechanisms"])) for row in judged),
             "stated": len(stated), "held": len(holds),
-            "explained": [statistics.mean(column) for column in zip(*shares)],
+            "explained": [statistics.mean(column) for column in zip(*(row["shares"] for row in explained))],
+            "given": {one: statistics.mean(row["given"][one] for row in explained if row["given"][one] is not None) for one in (explained[0]["given"] if explained else ())},
             "width": statistics.median((row["capacity_ah"][2] - row["capacity_ah"][1]) / row["usable_ah"] for row in stated) if stated else None, **ahead}
 
 
@@ -108,17 +120,19 @@ def main():
     parser.add_argument("--out", required=True, help="folder of answers: a run that was cut off goes on")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=40)
+    parser.add_argument("--given", nargs="*", default=[], metavar="EFFECT", help="effects that are given in turn; a folder of answers belongs to one list of them")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", help="file of figures")
     a = parser.parse_args()
     kept_for(a.out, program(a.build, "sof"))
     cases = [{"name": f"{a.kind}_{k:03d}", "seed": seed_of(a.seed, a.kind, k)} for k in range(1, a.count + 1)]
-    rows = complete(os.path.join(a.out, a.kind + "_" + ANSWERS), functools.partial(answered, a.build, a.kind), cases, a.jobs, "diagnosed")
+    rows = complete(os.path.join(a.out, a.kind + "_" + ANSWERS), functools.partial(answered, a.build, a.kind, a.given), cases, a.jobs, "diagnosed")
     found = figures([rows[case["name"]] for case in cases])
     print("\n".join(table(COLUMNS, [told(rows[case["name"]]) for case in cases])))
     print(f"\nmechanism right {rate(found['right'], found['answered'])}, wrong {found['wrong']}, in the set of likely ones {rate(found['in_set'], found['answered'])}; not behind the circuit "
           f"{rate(found['not_behind_circuit'], found['beside_circuit'])}, the ridge {rate(found['not_behind_ridge'], found['beside_ridge'])}; "
-          + ("explained {:.1f} -> {:.1f} %; ".format(*found["explained"]) if found["explained"] else "") +
+          + ("explained {:.1f} -> {:.1f} %; ".format(*found["explained"]) if found["explained"] else "")
+          + "".join(f"given {one} {share:.1f} %; " for one, share in found["given"].items()) +
           f"capacity stated for {found['stated']}, its interval holds {rate(found['held'], found['stated'])}")
     if a.json:
         write_json(a.json, found)
