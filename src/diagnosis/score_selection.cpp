@@ -186,13 +186,18 @@ class Selection {
     return additions;
   }
 
-  /// A few steps from typical values lead nowhere for the effects of charge acceptance: they are
-  /// fitted as identify() does before it is decided what is scored.
+  /// A circuit's parameters have taken in what charge acceptance does, and a few steps from there
+  /// lead nowhere: until one of its effects is a member they are fitted as identify() does before it
+  /// is decided what is scored.
   void fitAcceptanceToTheEnd(const FittedModel& model, const FittedCost& cost,
-                             std::vector<Addition>& additions) {
+                             std::vector<Addition>& additions) const {
+    const auto isOfAcceptance = [](const std::string& id) {
+      return mechanismOf(id) == Mechanism::kAcceptance;
+    };
+    if (std::any_of(model.fit.effects.begin(), model.fit.effects.end(), isOfAcceptance)) return;
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
       Addition& one = additions[k];
-      if (mechanismOf(one.id) != Mechanism::kAcceptance) return;
+      if (!isOfAcceptance(one.id)) return;
       IdentifyOptions fit = fit_;
       fit.effects = one.effects;
       fit.starts =
