@@ -186,15 +186,17 @@ class Selection {
     return additions;
   }
 
-  /// A circuit's parameters have taken in what charge acceptance does, and a few steps from there
-  /// lead nowhere: until one of its effects is a member they are fitted as identify() does before it
-  /// is decided what is scored.
+  /// While a charger holds the voltage the circuit's parameters take in what charge acceptance does,
+  /// and a few steps from there lead nowhere: until one of its effects is a member they are fitted as
+  /// identify() does before it is decided what is scored.
   void fitAcceptanceToTheEnd(const FittedModel& model, const FittedCost& cost,
                              std::vector<Addition>& additions) const {
     const auto isOfAcceptance = [](const std::string& id) {
       return mechanismOf(id) == Mechanism::kAcceptance;
     };
-    if (std::any_of(model.fit.effects.begin(), model.fit.effects.end(), isOfAcceptance)) return;
+    if (!fit_.source ||
+        std::any_of(model.fit.effects.begin(), model.fit.effects.end(), isOfAcceptance))
+      return;
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
       Addition& one = additions[k];
       if (!isOfAcceptance(one.id)) return;
