@@ -188,13 +188,14 @@ class Selection {
 
   /// While a charger holds the voltage the circuit's parameters take in what charge acceptance does,
   /// and a few steps from there lead nowhere: until one of its effects is a member they are fitted as
-  /// identify() does before it is decided what is scored.
+  /// identify() does before it is decided what is scored. Where a tenth of the capacity was moved
+  /// the open-circuit voltage comes first, and their fits would take minutes.
   void fitAcceptanceToTheEnd(const FittedModel& model, const FittedCost& cost,
                              std::vector<Addition>& additions) const {
     const auto isOfAcceptance = [](const std::string& id) {
       return mechanismOf(id) == Mechanism::kAcceptance;
     };
-    if (!fit_.source ||
+    if (!fit_.source || is_deep_ ||
         std::any_of(model.fit.effects.begin(), model.fit.effects.end(), isOfAcceptance))
       return;
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
