@@ -7,6 +7,7 @@
 
 #include "estimation/composition_fit.hpp"
 #include "estimation/fit_window.hpp"
+#include "recording/channel_statistics.hpp"
 #include "regression/residual_regression.hpp"
 #include "state/state_estimator.hpp"
 #include "util/text.hpp"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr int kQuadraticSteps = 20;  // of a fit to all blocks but one, on its quadratic form
 constexpr int kHalvings = 3;         // of the step that it asks for, until its rows are missed less
-constexpr double kMostOfABlock = 1.0;  // [1], that it gains or loses
+constexpr double kMostApart = 1.0;   // [1], of a block's gain and the median of all
 constexpr double kLeastError = 1e-12;  // [1], of a block that is predicted exactly
 
 CompositionSearch searchOf(int iterations) {
@@ -172,7 +173,8 @@ std::vector<double> blockGains(const BlockScore& more, const BlockScore& less) {
           format("blockGains: %zu and %zu blocks, expected as many", one.size(), other.size()));
     for (std::size_t b = 0; b < gains.size(); ++b) gains[b] += 0.5 * std::log(other[b] / one[b]);
   }
-  for (double& gain : gains) gain = std::clamp(gain, -kMostOfABlock, kMostOfABlock);
+  const double middle = medianOf(gains);
+  for (double& gain : gains) gain = std::clamp(gain, middle - kMostApart, middle + kMostApart);
   return gains;
 }
 

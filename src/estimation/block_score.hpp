@@ -28,8 +28,9 @@ struct BlockScore {
 struct ScoreGain {
   /// mean over blocks of ln(squared error of the other / squared error of the one) [1], of the
   /// equations alone and with the regression in equal parts: an equation has to explain by itself,
-  /// and more than a regression would. 0.06 is an error that is 3 % less. A block counts at most
-  /// +-1, so that one that is missed completely neither decides alone nor sets the scatter.
+  /// and more than a regression would. 0.06 is an error that is 3 % less. A block counts at
+  /// most 1 more or less than the median of all, so that one that is missed completely neither
+  /// decides alone nor sets the scatter.
   double value = 0.0;
   double std_error = 0.0;  ///< of the mean, from the scatter over blocks [1]
   /// Whether it exceeds two standard errors and `least`.

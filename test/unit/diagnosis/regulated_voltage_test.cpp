@@ -45,9 +45,11 @@ TEST(SelectionByScore, TakesTheLawThatMadeTheDriveAndPredictsLeftOutBlocksByIt) 
 /// The circuit's fit takes in what the law does: a few steps from there promise less of the law than
 /// of an effect that is none of it.
 TEST(SelectionByScore, FindsChargeAcceptanceThatTheCircuitHasTakenIn) {
+  DiagnoseOptions shallow;  // not a tenth of the capacity is moved
+  shallow.capacity = 500.0;
   const ScoreSelection found =
       selectedFrom(sourcedDrive(kSamples, typicalBattery({"charge_acceptance"}), 12),
-                   {"charge_acceptance", "second_electrode", "current_gain"});
+                   {"charge_acceptance", "second_electrode", "current_gain"}, shallow);
   ASSERT_FALSE(found.terms.empty());
   EXPECT_EQ("charge_acceptance", found.terms.front().member);
   EXPECT_GT(found.score.equations.share(), found.circuit_score.equations.share() + 0.3);

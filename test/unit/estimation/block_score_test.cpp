@@ -32,12 +32,18 @@ TEST(ScoreGain, CountsTheEquationsAloneAndWithTheRegressionInEqualParts) {
   EXPECT_NEAR(0.5 * std::log(4.0), gainOf(more, less).value, 1e-12);
 }
 
-TEST(ScoreGain, ABlockThatIsMissedCompletelyCountsAsOne) {
+TEST(ScoreGain, ABlockThatIsMissedCompletelyCountsOneMoreThanTheMedian) {
   const BlockScore less = scoreOf({50.0, 0.2, 0.2, 0.2}), more = scoreOf({0.1, 0.12, 0.1, 0.12});
-  const double others = 2.0 * std::log(0.2 / 0.12) + std::log(2.0);
-  EXPECT_NEAR((1.0 + others) / 4.0, gainOf(more, less).value, 1e-12);
-  EXPECT_NEAR((-1.0 - others) / 4.0, gainOf(less, more).value, 1e-12);
+  const double small = std::log(0.2 / 0.12), large = std::log(2.0);
+  const double first = 0.5 * (small + large) + 1.0;
+  EXPECT_NEAR((first + large + 2.0 * small) / 4.0, gainOf(more, less).value, 1e-12);
+  EXPECT_NEAR(-gainOf(more, less).value, gainOf(less, more).value, 1e-12);
   EXPECT_TRUE(gainOf(more, less).isAbove(0.06));
+}
+
+TEST(ScoreGain, IsAsLargeAsItIsWhereAllBlocksGainMuch) {
+  const ScoreGain gain = gainOf(scoreOf({0.001, 0.002}), scoreOf({0.2, 0.3}));
+  EXPECT_NEAR(0.5 * (std::log(200.0) + std::log(150.0)), gain.value, 1e-12);
 }
 
 TEST(ScoreGain, RefusesBlocksThatAreNotTheSame) {
