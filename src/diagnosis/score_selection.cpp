@@ -17,6 +17,7 @@ namespace {
 
 // Two in each quarter of the rows, whose pairs are the half-samples of mechanism_evidence.hpp.
 constexpr std::size_t kScoreBlocks = 8;
+constexpr double kMostApart = 1.0;       // [1], of block gains while a charger holds the voltage
 constexpr std::size_t kPromising = 4;    // candidates of a step that are scored
 constexpr std::size_t kTriedAgain = 10;  // candidates of a step that the next one looks at
 constexpr std::size_t kMaxMembers = 5;
@@ -67,6 +68,7 @@ class Selection {
         fit_(fit),
         options_(options),
         is_deep_(movedCharge(series, train).isDeep(options.capacity)),
+        most_apart_(fit.source ? kMostApart : HUGE_VAL),
         least_(2.0 * options.relevance.charge_share),
         independent_(0.5 * kIndependentShare * static_cast<double>(train.size())) {
     scoreAll({{}}, nullptr);
@@ -147,7 +149,7 @@ class Selection {
   }
 
   ScoreGain gain(const Effects& more, const Effects& less) const {
-    return gainOf(at(more).score, at(less).score);
+    return gainOf(at(more).score, at(less).score, most_apart_);
   }
 
   /// The effects that promise most in addition to some, fitted and scored.
@@ -216,13 +218,13 @@ class Selection {
     std::vector<Addition> additions = promisingAdditions(members, ids);
     const Addition* best = nullptr;
     for (Addition& one : additions) {
-      one.gain = gainOf(one.score, at(members).score);
+      one.gain = gainOf(one.score, at(members).score, most_apart_);
       weighed(one.id).score = one.gain;
       if (one.gain.isAbove(least_) && (!best || one.gain.value > best->gain.value)) best = &one;
     }
     if (!best) return std::nullopt;
     const auto doesAsWell = [&](const Addition& one) {
-      return one.gain.isAbove(least_) && !gainOf(best->score, one.score).isAbove(0.0);
+      return one.gain.isAbove(least_) && !gainOf(best->score, one.score, most_apart_).isAbove(0.0);
     };
     // Of what does as well, the open-circuit voltage is known to have moved: the rest is not needed.
     const auto known = std::find_if(additions.begin(), additions.end(), [&](const Addition& one) {
@@ -274,7 +276,7 @@ class Selection {
     if (const auto known = alike_.find(id); known != alike_.end())
       for (const std::string& other : known->second)
         if (!contains(with, other)) term.indistinguishable.push_back(other);
-    const std::vector<double> gains = blockGains(at(with).score, at(less).score);
+    const std::vector<double> gains = blockGains(at(with).score, at(less).score, most_apart_);
     const auto ofQuarter = [&](std::size_t quarter) {
       return gains[2 * quarter] + gains[2 * quarter + 1];
     };
@@ -302,6 +304,7 @@ class Selection {
   const IdentifyOptions fit_;
   const DiagnoseOptions& options_;
   const bool is_deep_;        // a tenth of the capacity was moved
+  const double most_apart_;   // [1], of a block's gain and the median of all
   const double least_;        // [1], of a ScoreGain
   const double independent_;  // ln likelihood for a ScoreGain of 1
   std::map<Effects, ScoredFit> fits_;

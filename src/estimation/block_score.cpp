@@ -17,7 +17,6 @@ namespace {
 
 constexpr int kQuadraticSteps = 20;  // of a fit to all blocks but one, on its quadratic form
 constexpr int kHalvings = 3;         // of the step that it asks for, until its rows are missed less
-constexpr double kMostApart = 1.0;   // [1], of a block's gain and the median of all
 constexpr double kLeastError = 1e-12;  // [1], of a block that is predicted exactly
 
 CompositionSearch searchOf(int iterations) {
@@ -164,7 +163,7 @@ double BlockErrors::share() const {
   return 1.0 - std::sqrt(sum / static_cast<double>(relative.size()));
 }
 
-std::vector<double> blockGains(const BlockScore& more, const BlockScore& less) {
+std::vector<double> blockGains(const BlockScore& more, const BlockScore& less, double most_apart) {
   std::vector<double> gains(more.equations.relative.size(), 0.0);
   for (const auto column : {&BlockScore::equations, &BlockScore::with_regression}) {
     const std::vector<double>&one = (more.*column).relative, &other = (less.*column).relative;
@@ -174,12 +173,12 @@ std::vector<double> blockGains(const BlockScore& more, const BlockScore& less) {
     for (std::size_t b = 0; b < gains.size(); ++b) gains[b] += 0.5 * std::log(other[b] / one[b]);
   }
   const double middle = medianOf(gains);
-  for (double& gain : gains) gain = std::clamp(gain, middle - kMostApart, middle + kMostApart);
+  for (double& gain : gains) gain = std::clamp(gain, middle - most_apart, middle + most_apart);
   return gains;
 }
 
-ScoreGain gainOf(const BlockScore& more, const BlockScore& less) {
-  const std::vector<double> gains = blockGains(more, less);
+ScoreGain gainOf(const BlockScore& more, const BlockScore& less, double most_apart) {
+  const std::vector<double> gains = blockGains(more, less, most_apart);
   if (gains.size() < 2) throw std::invalid_argument("gainOf: fewer than two blocks");
   double sum = 0.0, squares = 0.0;
   for (const double gain : gains) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -28,22 +29,23 @@ struct BlockScore {
 struct ScoreGain {
   /// mean over blocks of ln(squared error of the other / squared error of the one) [1], of the
   /// equations alone and with the regression in equal parts: an equation has to explain by itself,
-  /// and more than a regression would. 0.06 is an error that is 3 % less. A block counts at
-  /// most 1 more or less than the median of all, so that one that is missed completely neither
-  /// decides alone nor sets the scatter.
+  /// and more than a regression would. 0.06 is an error that is 3 % less.
   double value = 0.0;
   double std_error = 0.0;  ///< of the mean, from the scatter over blocks [1]
   /// Whether it exceeds two standard errors and `least`.
   bool isAbove(double least) const { return value > 2.0 * std_error && value > least; }
 };
 
+/// @param most_apart [1], of a block's gain and the median of all: a block that is missed completely
+/// then neither decides alone nor sets the scatter.
 /// @return one a block, of which ScoreGain::value is the mean. @throws std::invalid_argument for
 /// different numbers of blocks.
-std::vector<double> blockGains(const BlockScore& more, const BlockScore& less);
+std::vector<double> blockGains(const BlockScore& more, const BlockScore& less,
+                               double most_apart = HUGE_VAL);
 
 /// @return gain of `more` over `less`; both over the same blocks, two or more.
 /// @throws std::invalid_argument for different numbers of blocks, or fewer than two.
-ScoreGain gainOf(const BlockScore& more, const BlockScore& less);
+ScoreGain gainOf(const BlockScore& more, const BlockScore& less, double most_apart = HUGE_VAL);
 
 /**
  * @brief Score(S) of a composition: each block in turn is predicted by a fit to the others.

@@ -36,13 +36,14 @@ TEST(ScoreGain, ABlockThatIsMissedCompletelyCountsOneMoreThanTheMedian) {
   const BlockScore less = scoreOf({50.0, 0.2, 0.2, 0.2}), more = scoreOf({0.1, 0.12, 0.1, 0.12});
   const double small = std::log(0.2 / 0.12), large = std::log(2.0);
   const double first = 0.5 * (small + large) + 1.0;
-  EXPECT_NEAR((first + large + 2.0 * small) / 4.0, gainOf(more, less).value, 1e-12);
-  EXPECT_NEAR(-gainOf(more, less).value, gainOf(less, more).value, 1e-12);
-  EXPECT_TRUE(gainOf(more, less).isAbove(0.06));
+  EXPECT_NEAR((first + large + 2.0 * small) / 4.0, gainOf(more, less, 1.0).value, 1e-12);
+  EXPECT_NEAR(-gainOf(more, less, 1.0).value, gainOf(less, more, 1.0).value, 1e-12);
+  EXPECT_TRUE(gainOf(more, less, 1.0).isAbove(0.06));
+  EXPECT_FALSE(gainOf(more, less).isAbove(0.06));
 }
 
 TEST(ScoreGain, IsAsLargeAsItIsWhereAllBlocksGainMuch) {
-  const ScoreGain gain = gainOf(scoreOf({0.001, 0.002}), scoreOf({0.2, 0.3}));
+  const ScoreGain gain = gainOf(scoreOf({0.001, 0.002}), scoreOf({0.2, 0.3}), 1.0);
   EXPECT_NEAR(0.5 * (std::log(200.0) + std::log(150.0)), gain.value, 1e-12);
 }
 
