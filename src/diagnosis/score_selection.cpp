@@ -191,7 +191,7 @@ class Selection {
   /// While a charger holds the voltage the circuit's parameters take in what charge acceptance does,
   /// and a few steps from there lead nowhere: until one of its effects is a member they are fitted as
   /// identify() does before it is decided what is scored. Where a tenth of the capacity was moved
-  /// the open-circuit voltage comes first, and their fits would take minutes.
+  /// they are not, for the time that their fits take over days.
   void fitAcceptanceToTheEnd(const FittedModel& model, const FittedCost& cost,
                              std::vector<Addition>& additions) const {
     const auto isOfAcceptance = [](const std::string& id) {
@@ -203,6 +203,7 @@ class Selection {
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
       Addition& one = additions[k];
       if (!isOfAcceptance(one.id)) return;
+      if (options_.threads == 1) pulse(options_);
       IdentifyOptions fit = fit_;
       fit.effects = one.effects;
       fit.starts =

@@ -43,6 +43,7 @@ struct ScoreGain {
 std::vector<double> blockGains(const BlockScore& more, const BlockScore& less,
                                double most_apart = HUGE_VAL);
 
+/// @param most_apart as of blockGains().
 /// @return gain of `more` over `less`; both over the same blocks, two or more.
 /// @throws std::invalid_argument for different numbers of blocks, or fewer than two.
 ScoreGain gainOf(const BlockScore& more, const BlockScore& less, double most_apart = HUGE_VAL);

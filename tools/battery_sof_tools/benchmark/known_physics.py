@@ -94,12 +94,12 @@ def figures(rows):
     for name in ("circuit", "ridge"):
         compared = [row for row in judged if row["held_v"]["extended"] is not None and row["held_v"][name] is not None and (name != "ridge" or row["shares"][1] is None)]
         ahead |= {f"beside_{name}": len(compared), f"not_behind_{name}": sum(error_of(row, "extended") <= 1.001 * error_of(row, name) for row in compared)}
-    explained = [row for row in judged if None not in row["shares"]]
+    explained = [row for row in judged if None not in (*row["shares"], *row["given"].values())]
     return {"cases": len(rows), "answered": len(judged), "right": len(right), "wrong": sum(row["mechanism"] is not None for row in judged) - len(right),
             "in_set": sum(bool(set(row["likely"]) & set(row["mechanisms"])) for row in judged),
             "stated": len(stated), "held": len(holds),
             "explained": [statistics.mean(column) for column in zip(*(row["shares"] for row in explained))],
-            "given": {one: statistics.mean(row["given"][one] for row in explained if row["given"][one] is not None) for one in (explained[0]["given"] if explained else ())},
+            "given": {one: statistics.mean(row["given"][one] for row in explained) for one in (explained[0]["given"] if explained else ())},
             "width": statistics.median((row["capacity_ah"][2] - row["capacity_ah"][1]) / row["usable_ah"] for row in stated) if stated else None, **ahead}
 
 
@@ -120,13 +120,13 @@ def main():
     parser.add_argument("--out", required=True, help="folder of answers: a run that was cut off goes on")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--given", nargs="*", default=[], metavar="EFFECT", help="effects that are given in turn; a folder of answers belongs to one list of them")
+    parser.add_argument("--given", nargs="*", default=[], metavar="EFFECT", help="effects that are given in turn")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", help="file of figures")
     a = parser.parse_args()
     kept_for(a.out, program(a.build, "sof"))
     cases = [{"name": f"{a.kind}_{k:03d}", "seed": seed_of(a.seed, a.kind, k)} for k in range(1, a.count + 1)]
-    rows = complete(os.path.join(a.out, a.kind + "_" + ANSWERS), functools.partial(answered, a.build, a.kind, a.given), cases, a.jobs, "diagnosed")
+    rows = complete(os.path.join(a.out, "_".join((a.kind, *a.given, ANSWERS))), functools.partial(answered, a.build, a.kind, a.given), cases, a.jobs, "diagnosed")
     found = figures([rows[case["name"]] for case in cases])
     print("\n".join(table(COLUMNS, [told(rows[case["name"]]) for case in cases])))
     print(f"\nmechanism right {rate(found['right'], found['answered'])}, wrong {found['wrong']}, in the set of likely ones {rate(found['in_set'], found['answered'])}; not behind the circuit "
