@@ -138,6 +138,7 @@ class Selection {
     IdentifyOptions fit = fit_;
     fit.effects = effects;
     const BatteryModel model(effects);
+    fit.only_starts = true;
     if (start)
       fit.starts = {*start};
     else if (const ScoredFit* inside = bestInside(effects))

@@ -153,6 +153,7 @@ Fitted searchBothWays(const BatteryModel& model, const InputSequence& inputs,
   search.max_iterations = std::max(options.max_iterations, kFirstIterations);
   std::vector<CompositionPoint> starts = {model.effects().empty() ? base
                                                                   : typicalStart(model, inputs)};
+  if (options.only_starts && !options.starts.empty()) starts.clear();
   starts.insert(starts.end(), options.starts.begin(), options.starts.end());
   CompositionProblem problem(model, inputs, fitted.cost, starts.front());
   fitted.fit = fitComposition(problem, starts, search);

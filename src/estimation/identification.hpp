@@ -74,9 +74,12 @@ struct IdentifyOptions {
   /// where a source controls the voltage
   int more_starts = 2;
   int threads = 1;  ///< for the starts; 0: as many as the machine has; the result is the same
-  /// Where a source controls the voltage: starts in addition to the typical one, in the composition
-  /// of `effects`, such as the optimum of a composition inside it (embedded()).
+  /// Starts in addition, in the composition of `effects`, such as the optimum of a composition inside
+  /// it (embedded()).
   std::vector<CompositionPoint> starts = {};
+  /// Where a source controls the voltage: none but `starts`, where there are any. A discharge under
+  /// one load keeps its typical values.
+  bool only_starts = false;
 };
 
 /// @return what counts as a crank, and where it is cut off.
@@ -94,10 +97,9 @@ inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {
  * first three enter linearly once u_c2 is known and are eliminated in every iteration (variable
  * projection); c2 and beta are searched as logarithms inside Table I's bounds. With effects or
  * `whiten`, fitComposition() does the same for the composition, from the base model's optimum, or
- * from typical values and options.starts where a source controls the voltage;
- * long windows of a driven current are compressed (compressedInputs); up to 100,000 samples the
- * search ends at full rate but with `whiten`, and standard errors come from it. kPaper searches the
- * four tunables, normalised by Table I's magnitudes, with an exponential penalty beyond the bounds,
+ * from typical values where a source controls the voltage, and from options.starts; long windows of
+ * a driven current are compressed (compressedInputs); up to 100,000 samples the search ends at full
+ * rate but with `whiten`, and standard errors come from it. kPaper searches the four tunables, normalised by Table I's magnitudes, with an exponential penalty beyond the bounds,
  * eq. 4 for u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous iteration's.
  *
  * A current that is cut off (options.bounded) is a bound: the residual of such a sample costs
@@ -120,9 +122,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  * identify().
  *
  * Starts: the base model's optimum with the new strengths at zero, the same with them at their
- * magnitudes or an instant at four, and options.more_starts; at a source the magnitudes and
- * options.starts. With
- * options.whiten noise and fit are estimated in turns, twice each.
+ * magnitudes or an instant at four, and options.more_starts; at a source the magnitudes;
+ * options.starts, and with options.only_starts no other. With options.whiten noise and fit are estimated in turns, twice each.
  *
  * @param base the base model's optimum under eq. 3; not read for effects at a source, which start
  * at their magnitudes.

@@ -118,6 +118,23 @@ TEST(Identify, FromTheCircuitsOptimumEndsNoWorseThanTheCircuitWithAnyEffect) {
   expectNoneWorseThanTheCircuit(everyNth(cleanDrive(2), 10), {});
 }
 
+TEST(Identify, SearchesFromTheGivenStartsAloneWhereThatIsAsked) {
+  const Series drive = sourcedDrive(900, typicalBattery({"fresh_sulphate"}), 5);
+  IdentifyOptions options;
+  options.source = chargerControl(drive).value();
+  const IndexRange all{0, drive.size()};
+  const CompositionPoint circuit = optimumOf(identify(drive, all, options));
+  // Of this drive its cost has two valleys.
+  options.effects = {"contact_resistance"};
+  options.starts = {embedded(BatteryModel(), circuit, BatteryModel(options.effects))};
+  const auto missed = [&] {
+    return equationErrors(identify(drive, all, options), drive, all, options).norm();
+  };
+  const double from_typical_too = missed();
+  options.only_starts = true;
+  EXPECT_GT(missed(), 1.05 * from_typical_too);
+}
+
 /// Mean squared error of the last block in units of the variances, of a model of identify().
 double errorOfLastBlock(const FittedModel& model, const Series& series,
                         const IdentifyOptions& options, std::size_t blocks) {
