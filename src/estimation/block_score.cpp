@@ -27,13 +27,14 @@ CompositionSearch searchOf(int iterations) {
   return search;
 }
 
-/// As fitFromStarts(), but a further start is left out where its first step leads nowhere.
+/// As fitFromStarts(), but a further start is left out where its first step leads nowhere. Plain
+/// squares can fall by orders of magnitude in a step: there every start is searched from.
 std::optional<CompositionFit> fitFromPromising(const CompositionProblem& problem,
                                                const std::vector<CompositionPoint>& starts,
-                                               int steps) {
+                                               int steps, bool is_robust) {
   std::optional<CompositionFit> best;
   for (const CompositionPoint& start : starts) {
-    if (best) {
+    if (best && is_robust) {
       const std::optional<CompositionFit> tried = fitFromStarts(problem, {start}, searchOf(1));
       if (!tried || tried->at.cost > kHopeless * best->at.cost) continue;
     }
@@ -263,7 +264,8 @@ Promise promiseOf(const FittedModel& model, const FittedCost& nested,
       start ? std::vector<CompositionPoint>{*start}
             : startsInLarger(compositionOf(model.fit), optimumOf(model), composition);
   const CompositionProblem problem(composition, inputs, cost, starts.front(), {}, nested.precision);
-  const std::optional<CompositionFit> fit = fitFromPromising(problem, starts, steps);
+  const std::optional<CompositionFit> fit =
+      fitFromPromising(problem, starts, steps, cost.channels.has_value());
   if (!fit) return {0.0, starts.front()};
   // Where the weights are those of eq. 3 the errors' own size is the noise.
   const double rows = static_cast<double>(inputs.samples.size());

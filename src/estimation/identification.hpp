@@ -99,8 +99,9 @@ inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {
  * `whiten`, fitComposition() does the same for the composition, from the base model's optimum, or
  * from typical values where a source controls the voltage, and from options.starts; long windows of
  * a driven current are compressed (compressedInputs); up to 100,000 samples the search ends at full
- * rate but with `whiten`, and standard errors come from it. kPaper searches the four tunables, normalised by Table I's magnitudes, with an exponential penalty beyond the bounds,
- * eq. 4 for u_dc and eq. 5 for the state, u_dc in eq. 5 being the previous iteration's.
+ * rate but with `whiten`, and standard errors come from it. kPaper searches the four tunables,
+ * normalised by Table I's magnitudes, with an exponential penalty beyond the bounds, eq. 4 for u_dc
+ * and eq. 5 for the state, u_dc in eq. 5 being the previous iteration's.
  *
  * A current that is cut off (options.bounded) is a bound: the residual of such a sample costs
  * something only where it has the sign that the true current could not give it.
@@ -123,7 +124,8 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
  *
  * Starts: the base model's optimum with the new strengths at zero, the same with them at their
  * magnitudes or an instant at four, and options.more_starts; at a source the magnitudes;
- * options.starts, and with options.only_starts no other. With options.whiten noise and fit are estimated in turns, twice each.
+ * options.starts, and with options.only_starts no other. With options.whiten noise and fit are
+ * estimated in turns, twice each.
  *
  * @param base the base model's optimum under eq. 3; not read for effects at a source, which start
  * at their magnitudes.
