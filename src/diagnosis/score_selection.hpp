@@ -25,7 +25,8 @@ struct ScoreSelection {
  * as well in a member's step is reported as indistinguishable from it. Where a tenth of the capacity
  * was moved (movedCharge()), the open-circuit voltage is known to have moved: kMovedByCharge is taken
  * of those that do as well, stays, and the others are not reported; what needs it is weighed, too.
- * Fits begin at typical values and at the optima of known compositions inside.
+ * A fit begins where its effects were chosen, or at the optimum of the best known composition inside;
+ * where the current is the input, at typical values, too.
  *
  * @param series, train, fit as of identify().  @param ids effects to weigh.
  * @param options where effects are given they are taken without a test, and nothing else is.

@@ -17,7 +17,6 @@ namespace {
 
 constexpr int kQuadraticSteps = 20;  // of a fit to all blocks but one, on its quadratic form
 constexpr int kHalvings = 3;         // of the step that it asks for, until its rows are missed less
-constexpr double kHopeless = 2.0;    // [1], cost after a step over that of another start's fit
 constexpr double kLeastError = 1e-12;  // [1], of a block that is predicted exactly
 
 CompositionSearch searchOf(int iterations) {
@@ -25,23 +24,6 @@ CompositionSearch searchOf(int iterations) {
   search.tolerance = 1e-4;
   search.max_iterations = iterations;
   return search;
-}
-
-/// As fitFromStarts(), but a further start is left out where its first step leads nowhere. Plain
-/// squares can fall by orders of magnitude in a step: there every start is searched from.
-std::optional<CompositionFit> fitFromPromising(const CompositionProblem& problem,
-                                               const std::vector<CompositionPoint>& starts,
-                                               int steps, bool is_robust) {
-  std::optional<CompositionFit> best;
-  for (const CompositionPoint& start : starts) {
-    if (best && is_robust) {
-      const std::optional<CompositionFit> tried = fitFromStarts(problem, {start}, searchOf(1));
-      if (!tried || tried->at.cost > kHopeless * best->at.cost) continue;
-    }
-    std::optional<CompositionFit> fit = fitFromStarts(problem, {start}, searchOf(steps));
-    if (fit && (!best || fit->at.cost < best->at.cost)) best = std::move(fit);
-  }
-  return best;
 }
 
 /// Variances of the two quantities over the rows in which they are compared.
@@ -264,8 +246,7 @@ Promise promiseOf(const FittedModel& model, const FittedCost& nested,
       start ? std::vector<CompositionPoint>{*start}
             : startsInLarger(compositionOf(model.fit), optimumOf(model), composition);
   const CompositionProblem problem(composition, inputs, cost, starts.front(), {}, nested.precision);
-  const std::optional<CompositionFit> fit =
-      fitFromPromising(problem, starts, steps, cost.channels.has_value());
+  const std::optional<CompositionFit> fit = fitFromStarts(problem, starts, searchOf(steps));
   if (!fit) return {0.0, starts.front()};
   // Where the weights are those of eq. 3 the errors' own size is the noise.
   const double rows = static_cast<double>(inputs.samples.size());

@@ -5,6 +5,8 @@
 
 #include "diagnosis/explanation_fits.hpp"
 #include "diagnosis/score_selection.hpp"
+#include "estimation/block_score.hpp"
+#include "estimation/fit_window.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/scores.hpp"
 #include "support/sourced_drive.hpp"
@@ -72,6 +74,25 @@ TEST(SelectionByScore, WhatIsGivenIsFittedAsItIsAndIsNoOtherModel) {
   EXPECT_EQ(std::vector<std::string>{"current_gain"}, membersOf(one));
   EXPECT_EQ(std::vector<std::string>{"current_offset"}, membersOf(other));
   EXPECT_NE(one.score.equations.share(), other.score.equations.share());
+}
+
+TEST(SelectionByScore, FitsWhatIsGivenFromTheCircuitsOptimumAlone) {
+  const Series series = sourcedDrive(900, typicalBattery({"fresh_sulphate"}), 5);
+  DiagnoseOptions given;
+  given.given = {"contact_resistance"};
+  const ScoreSelection found = selectedFrom(series, {}, given);
+  IdentifyOptions fit;
+  fit.source = chargerControl(series).value();
+  fit.effects = given.given;
+  fit.starts = startsInLarger(BatteryModel(), optimumOf(found.circuit), BatteryModel(fit.effects));
+  const auto missed = [&](const FittedModel& model) {
+    return equationErrors(model, series, {0, series.size()}, fit).norm();
+  };
+  const double from_typical_too = missed(identify(series, {0, series.size()}, fit));
+  fit.only_starts = true;
+  const double from_the_circuit = missed(identify(series, {0, series.size()}, fit));
+  EXPECT_GT(from_the_circuit, 1.05 * from_typical_too);  // the two differ on this drive
+  EXPECT_NEAR(missed(found.extended), from_the_circuit, 1e-9 * from_the_circuit);
 }
 
 TEST(SelectionByScore, IsTheSameForAnyNumberOfThreads) {
