@@ -50,6 +50,7 @@ CHANGES = [
     Injected("voltage lags", 2, "s", "sensor_lag", True),
 ]
 Pair = collections.namedtuple("Pair", "name vehicle then now few")
+MODELS = ("reference", "changed", "own")  # as of `explained`
 
 
 def late(values, rows):
@@ -111,6 +112,16 @@ def ask(binary, then, now, options=(), model=False):
         return sof.read_json(paths[2]), time.monotonic() - began
 
 
+def diagnosed_s(binary, now):
+    """[s] of a diagnosis of the recording alone."""
+    with tempfile.TemporaryDirectory(prefix="change_") as folder:
+        path = os.path.join(folder, "now.csv")
+        recordings.write(path, *now)
+        began = time.monotonic()
+        sof.call([binary, "diagnose", path])
+        return time.monotonic() - began
+
+
 def is_named(answer, effect):
     first = answer["changes"][0] if answer["changes"] else {"id": None, "indistinguishable": []}
     return effect == first["id"] or effect in first["indistinguishable"]
@@ -132,7 +143,8 @@ def told(pair, change, answer, seconds):
         holds = low - 1e-9 <= wanted <= high + 1e-9
     return {"pair": pair.name, "vehicle": pair.vehicle, "kind": change and change.kind, "strength": change and change.strength, "unit": change and change.unit,
             "verdict": answer["verdict"], "first": first and first["id"], "named": bool(change) and is_named(answer, change.effect), "interval_holds": holds,
-            "gain": answer["explained"]["gain"], "model_distance": answer["explained"]["model_distance"], "compared": answer["compared"], "seconds": seconds}
+            "gain": answer["explained"]["gain"], "model_distance": answer["explained"]["model_distance"], "compared": answer["compared"], "seconds": seconds,
+            "last_quarter": {model: answer["explained"][model + "_model"]["share_percent"] for model in MODELS}}
 
 
 def power_table(rows):
@@ -168,6 +180,23 @@ def spread_table(rows):
     return table(("quantity", "seen between trips", "with a vehicle left out", "assumed"), cells)
 
 
+def models_table(rows):
+    """What the three models explain of the later recording's last quarter, of the changes that were named for what they are."""
+    cells = []
+    for name in [*dict.fromkeys(row["kind"] for row in rows if row["kind"]), "all"]:
+        some = [row["last_quarter"] for row in rows if row["kind"] and name in ("all", row["kind"]) and row["verdict"] == "changed" and row["named"]]
+        some = [one for one in some if None not in one.values()]
+        if some:
+            cells.append([name, len(some), *(f"{np.mean([one[model] for one in some]):.1f} %" for model in MODELS),
+                          *(rate(sum(one["changed"] >= one[model] for one in some), len(some)) for model in ("reference", "own"))])
+    return table(("change that was named", "cases", "reference explains", "reference with the change", "a fresh fit", "not worse than the reference", "not worse than the fresh fit"), cells)
+
+
+def times_table(rows):
+    cells = [[row["pair"], f"{row['seconds']:.1f} s", f"{row['diagnosed_s']:.1f} s", f"{row['seconds'] / row['diagnosed_s']:.2f}"] for row in rows if "diagnosed_s" in row]
+    return table(("pair, nothing put in", "against the reference", "diagnosis of the later recording alone", "ratio"), cells)
+
+
 def report(rows, others, with_spread):
     controls = [row for row in rows if row["kind"] is None]
     judged = [row for row in controls if row["verdict"] != "insufficient_data"]
@@ -180,6 +209,8 @@ def report(rows, others, with_spread):
     lines += ["", *table(("control", "verdict", "first", "gain", "model distance"),
                          [[row["pair"], row["verdict"], row["first"], f"{row['gain']:.1f}" if row["gain"] is not None else "-",
                            f"{row['model_distance']:.2f}" if row["model_distance"] is not None else "-"] for row in controls + others])]
+    if others:
+        lines += ["", *models_table(rows), "", *times_table(rows)]
     return lines + (["", *spread_table(rows)] if with_spread else [])
 
 
@@ -252,6 +283,10 @@ def measure_real(binary, args):
     cases = [(pair, change) for pair in pairs for change in changes]
     options = ["--responses-only"] * args.responses_only
     rows = [row_of(binary, *case, options, args.reference_models) for case in followed(cases, "compared")]
+    if not args.responses_only:
+        for row, (pair, change) in followed(list(zip(rows, cases)), "diagnosed"):
+            if change is None:
+                row["diagnosed_s"] = diagnosed_s(binary, pair.now)
     others = [] if args.responses_only else [row_of(binary, pair, None, model=args.reference_models) for pair in followed(other, "other vehicles")]
     return {"rows": rows, "other_vehicles": others}, report(rows, others, args.spread)
 

@@ -91,6 +91,7 @@ TEST(EffectCatalogue, HoldsEveryEquationOfTheThreeTiersUnderItsOwnName) {
                          "sulphate_history",
                          "acid_transport",
                          "ocv_soc",
+                         "resistance_soc",
                          "end_of_discharge",
                          "ocv_hysteresis",
                          "high_rate_depletion",

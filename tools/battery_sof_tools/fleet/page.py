@@ -15,7 +15,7 @@ MIN_POINTS = 3  # of a parameter, to be drawn
 WORDS = {"acceptance": "charge acceptance", "side_reactions": "side reactions", "acid": "acid transport", "open_circuit": "open-circuit voltage", "structure": "the circuit's structure",
          "ageing": "ageing or warming", "instrument": "the instruments"}
 MEANT = {"acceptance": "charging is limited by how fast the battery takes charge up", "side_reactions": "part of the charging current leaves no charge in the battery",
-         "acid": "acid moves slowly between pores, plates and separator", "open_circuit": "the open-circuit voltage depends on the charge and on its history",
+         "acid": "acid moves slowly between pores, plates and separator", "open_circuit": "open-circuit voltage and resistance depend on the charge and on its history",
          "structure": "resistance, double layer or kinetics differ from the base circuit's", "ageing": "the battery's parameters change with time or temperature",
          "instrument": "the sensors or the wiring explain it"}
 VERDICTS = {"no_mismatch": "no mismatch", "effect": "one effect is missing", "several": "several effects", "ambiguous": "one of a few", "mechanism": "a mechanism without an equation", "unexplained": "unknown physics",
