@@ -85,17 +85,24 @@ std::size_t longestOf(const std::vector<Series>& all) {
   return static_cast<std::size_t>(longest - all.begin());
 }
 
+/// A model of the samples up to one; none where it cannot be fitted.
+std::optional<FittedModel> modelUpTo(const Series& series, std::size_t last) {
+  FitRequest request;
+  request.from = series.time.front();
+  request.to = series.time[last];
+  request.anyway = true;  // what must not be compared has been refused
+  request.options.chooses_effects = true;
+  FittedModel model = fitPlanned(series, planFit(series, request));
+  if (!isUsable(model.fit)) return std::nullopt;
+  return model;
+}
+
 /// The longest of the recordings, fitted as a whole; none where it cannot be.
 std::optional<Modelled> fitted(const std::vector<Series>& all) {
   const Series& longest = all[longestOf(all)];
-  FitRequest request;
-  request.from = longest.time.front();
-  request.to = longest.time.back();
-  request.anyway = true;  // what must not be compared has been refused
-  request.options.chooses_effects = true;
-  FittedModel model = fitPlanned(longest, planFit(longest, request));
-  if (!isUsable(model.fit)) return std::nullopt;
-  return Modelled{longest, std::move(model)};
+  auto model = modelUpTo(longest, longest.size() - 1);
+  if (!model) return std::nullopt;
+  return Modelled{longest, *std::move(model)};
 }
 
 ModelShare shareOf(const FittedModel& model, const Series& series, IndexRange range) {
@@ -110,8 +117,16 @@ ModelShare shareOf(const FittedModel& model, const Series& series) {
   return shareOf(model, series, {0, series.size()});
 }
 
+std::size_t lastQuarterOf(const Series& series) { return series.size() - series.size() / 4; }
+
 ModelShare lastQuarter(const FittedModel& model, const Series& series) {
-  return shareOf(model, series, {series.size() - series.size() / 4, series.size()});
+  return shareOf(model, series, {lastQuarterOf(series), series.size()});
+}
+
+/// What a model of all that lies before it explains of the last quarter.
+ModelShare ownLastQuarter(const Series& series) {
+  const auto model = modelUpTo(series, lastQuarterOf(series) - 1);
+  return model ? lastQuarter(*model, series) : ModelShare();
 }
 
 /// ln of the error of another model over that of the own one, where a source is seen of the current.
@@ -166,7 +181,7 @@ void runReferenceModel(ChangeDiagnosis& diagnosis, const std::vector<Series>& no
   if (!present || !isUsable(reference.fit)) return;
   Series as_then = present->series;
   if (change) as_then = without(*change, present->series, reference.responses->interval);
-  diagnosis.own_model = lastQuarter(present->model, present->series);
+  diagnosis.own_model = ownLastQuarter(present->series);
   diagnosis.reference_model = lastQuarter(reference, present->series);
   diagnosis.changed_model = lastQuarter(reference, as_then);
 }
@@ -190,7 +205,7 @@ void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
   }
   if (!present) return;
   stage("running the models on each other's recording");
-  diagnosis.own_model = lastQuarter(present->model, present->series);
+  diagnosis.own_model = ownLastQuarter(present->series);
   if (reference) diagnosis.reference_model = lastQuarter(reference->model, present->series);
   if (!with_change) return;
   diagnosis.changed_model = lastQuarter(with_change->model, present->series);

@@ -62,7 +62,7 @@ struct ChangeDiagnosis {
   std::vector<ComparedFeature> compared;
   std::vector<ChangeLimit> detection_limits;
   /// of the reference's model, of the model of the reference with the change in it, and of a model
-  /// that is fitted to NOW
+  /// that is fitted to the first three quarters of NOW; each of the last quarter of NOW
   ModelShare reference_model, changed_model, own_model;
   /// [1], distance of what was compared from the reference, and by how much the best change lowers it
   double distance = 0.0, gain = 0.0;

@@ -224,7 +224,7 @@ std::string modelsSection(const ChangeDiagnosis& diagnosis) {
   std::vector<std::vector<Cell>> rows;
   for (const auto& [name, share] : {std::pair("of the reference", &diagnosis.reference_model),
                                     {"of the reference with the change", &diagnosis.changed_model},
-                                    {"fitted to the recording itself", &diagnosis.own_model}})
+                                    {"fitted to its first three quarters", &diagnosis.own_model}})
     if (share->share_percent)
       rows.push_back({{name},
                       percent(share->share_percent),

@@ -55,7 +55,7 @@ std::string modelsText(const ChangeDiagnosis& diagnosis) {
   std::string text;
   for (const auto& [name, share] : {std::pair("reference", &diagnosis.reference_model),
                                     {"reference with change", &diagnosis.changed_model},
-                                    {"fitted to the recording", &diagnosis.own_model}})
+                                    {"fitted to what precedes", &diagnosis.own_model}})
     if (share->share_percent)
       text += format("%-24s %12s %12s %12s\n", name, shareText(share->share_percent).c_str(),
                      shareText(share->current_share_percent).c_str(),

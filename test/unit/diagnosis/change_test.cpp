@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "diagnosis/response_table.hpp"
+#include "prediction/scores.hpp"
 #include "support/start_stop.hpp"
 
 namespace battery_sof {
@@ -163,6 +164,22 @@ Named namedOf(const std::string& id, double strength, Change&& change) {
     named.interval_holds += first.id == id && first.lower <= strength && strength <= first.upper;
   }
   return named;
+}
+
+TEST(Changes, AreShownBesideAModelThatHasNotSeenTheLastQuarter) {
+  Series now = trip(3);
+  const IndexRange quarter{now.size() - now.size() / 4, now.size()};
+  const Series before = slice(now, {0, quarter.first});
+  for (std::size_t n = quarter.first; n < quarter.last; ++n) now.current[n] *= 0.3;
+  const ChangeReference then{{trip(4)}, {}};
+  const auto of_before = diagnoseChange({before}, then).model;
+  const auto of_all = diagnoseChange({now}, then);
+  ASSERT_TRUE(of_before && of_all.model);
+  const auto shareOf = [&](const FittedModel& model) {
+    return predictRange(model, now, quarter).report.both_ways.value().mixed.share_percent;
+  };
+  EXPECT_NEAR(of_all.own_model.share_percent.value(), shareOf(*of_before).value(), 0.5);
+  EXPECT_GT(std::abs(shareOf(*of_all.model).value() - shareOf(*of_before).value()), 2.0);
 }
 
 TEST(Changes, OfAContactAreNamedWithTheirStrength) {
