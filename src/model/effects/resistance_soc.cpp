@@ -3,6 +3,8 @@
 namespace battery_sof {
 
 struct ResistanceSoc {
+  static constexpr bool kStepsFinely = true;  // self-heating by it
+
   static EffectInfo info() {
     return {"resistance_soc",
             "P14",
