@@ -21,7 +21,8 @@ constexpr double kMostApart = 1.0;       // [1], of block gains while a charger 
 constexpr std::size_t kPromising = 4;    // candidates of a step that are scored
 constexpr std::size_t kTriedAgain = 10;  // candidates of a step that the next one looks at
 constexpr std::size_t kMaxMembers = 5;
-constexpr int kFirstSteps = 3, kFurtherSteps = 8;  // of a candidate's fit
+constexpr int kFirstSteps = 3,
+              kFurtherSteps = 8;  // of a candidate's fit; those of isOfDeep() the latter
 
 using Effects = std::vector<std::string>;
 
@@ -98,10 +99,15 @@ class Selection {
   /// With what needs a charge that moved far, where it did and all of that is weighed.
   Effects withDeepOnes(Effects ids) const {
     for (const EffectInfo& info : effectCatalogue())
-      if (is_deep_ && contains(info.needs, kMovedByCharge) && holdsAll(ids, info.needs) &&
-          !contains(ids, info.id))
+      if (is_deep_ && isOfDeep(info.id) && holdsAll(ids, info.needs) && !contains(ids, info.id) &&
+          (!info.on_request || fit_.source))
         ids.push_back(info.id);
     return ids;
+  }
+
+  /// Whether an effect has a meaning only where the charge is counted.
+  static bool isOfDeep(const std::string& id) {
+    return contains(effectInfo(id).needs, kMovedByCharge);
   }
 
   const ScoredFit& at(const Effects& effects) const { return fits_.at(effects); }
@@ -165,8 +171,9 @@ class Selection {
     const FittedCost cost = fittedCost(model, series_, train_, fit_);
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
       if (options_.threads == 1) pulse(options_);
+      const int steps = isOfDeep(additions[k].id) ? kFurtherSteps : kFirstSteps;
       additions[k].promise =
-          promiseOf(model, cost, additions[k].effects, series_, train_, fit_, kFirstSteps);
+          promiseOf(model, cost, additions[k].effects, series_, train_, fit_, steps);
     });
     fitAcceptanceToTheEnd(model, cost, additions);
     for (const Addition& one : additions) addWeighed(one.id, one.promise.gain);
@@ -175,7 +182,7 @@ class Selection {
     });
     ids.clear();
     for (const Addition& one : additions)
-      if (ids.size() < kTriedAgain) ids.push_back(one.id);
+      if (ids.size() < kTriedAgain || isOfDeep(one.id)) ids.push_back(one.id);
     if (additions.size() > kPromising) additions.resize(kPromising);
     while (!additions.empty() && !(additions.back().promise.gain > 0.0)) additions.pop_back();
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
@@ -192,18 +199,18 @@ class Selection {
   /// While a charger holds the voltage the circuit's parameters take in what charge acceptance does,
   /// and a few steps from there lead nowhere: until one of its effects is a member they are fitted as
   /// identify() does before it is decided what is scored. Where a tenth of the capacity was moved
-  /// they are not, for the time that their fits take over days.
+  /// that of a charge's end alone is, for the time that these fits take over days.
   void fitAcceptanceToTheEnd(const FittedModel& model, const FittedCost& cost,
                              std::vector<Addition>& additions) const {
     const auto isOfAcceptance = [](const std::string& id) {
       return mechanismOf(id) == Mechanism::kAcceptance;
     };
-    if (!fit_.source || is_deep_ ||
+    if (!fit_.source ||
         std::any_of(model.fit.effects.begin(), model.fit.effects.end(), isOfAcceptance))
       return;
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
       Addition& one = additions[k];
-      if (!isOfAcceptance(one.id)) return;
+      if (!isOfAcceptance(one.id) || (is_deep_ && !isOfDeep(one.id))) return;
       if (options_.threads == 1) pulse(options_);
       IdentifyOptions fit = fit_;
       fit.effects = one.effects;

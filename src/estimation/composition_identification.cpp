@@ -102,7 +102,7 @@ std::vector<std::string> fixedUnderOneLoad(const BatteryModel& model, const Inpu
     most = std::max(most, sample.step.current);
   }
   if (!isOneLoad(least, most)) return {};
-  return {"r_discharge", "r_charge", "c2", "beta"};
+  return {"r_discharge", "r_charge", "c2", "beta", "pore_delay", "pore_refill_time"};
 }
 
 /// The point of a fit, of which some coordinates were not searched, in those of the whole problem.

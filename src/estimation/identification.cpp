@@ -131,10 +131,14 @@ std::vector<std::vector<std::string>> compositionsToTry(const Series& series, In
     return {options.effects};
   const MovedCharge moved = movedCharge(series, range);
   const bool is_deep = moved.isDeep(options.capacity);
-  if (is_deep && moved.isOneCycle() && moved.isDischarge())
-    return {{kMovedByCharge, kUsedUp}, {kMovedByCharge}, {}};
-  if (is_deep && moved.isOneCycle()) return {{kMovedByCharge}, {}};
-  if (!isVoltageControlled(options, range)) return {{}};
+  const bool is_controlled = isVoltageControlled(options, range);
+  if (is_deep && moved.isOneCycle()) {
+    std::vector<std::string> whole = {kMovedByCharge};
+    if (is_controlled && moved.isChargedDeep(options.capacity)) whole.push_back(kFilledUp);
+    if (moved.isDrawnDeep(options.capacity)) whole.push_back(kUsedUp);
+    return {whole, {kMovedByCharge}, {}};
+  }
+  if (!is_controlled) return {{}};
   if (is_deep) return {{kChargingPhysics}, {kMovedByCharge}, {}};
   return {{kChargingPhysics}, {}};
 }
@@ -301,10 +305,17 @@ bool refuses(FitPlan& plan, const std::vector<Finding>& problems) {
   return !problems.empty();
 }
 
-/// The deep discharge that is under way, else the best window.
+/// The deep discharge that is under way, a deep cycle as a whole, else the best window.
 WindowChoice windowOf(const Series& series, IndexRange searched, const IdentifyOptions& options) {
+  if (options.start == FitStart::kPaper) return chooseWindow(series, searched);
   const auto discharge = dischargeUnderWay(series, searched, options.capacity);
-  if (!discharge || options.start == FitStart::kPaper) return chooseWindow(series, searched);
+  const MovedCharge moved = movedCharge(series, searched);
+  if (!discharge && moved.isDeep(options.capacity) && moved.isOneCycle())
+    return {
+        searched, windowExcitation(series, searched),
+        format("%.3g Ah went one way, or there and back once, and the window is the whole of it",
+               moved.span)};
+  if (!discharge) return chooseWindow(series, searched);
   return {
       *discharge, windowExcitation(series, *discharge),
       format(

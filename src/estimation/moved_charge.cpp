@@ -29,9 +29,10 @@ MovedCharge movedCharge(const Series& series, IndexRange range) {
     moved.throughput += std::abs(step);
     least = std::min(least, charge);
     greatest = std::max(greatest, charge);
+    moved.drawn = std::max(moved.drawn, greatest - charge);
+    moved.charged = std::max(moved.charged, charge - least);
   }
   moved.span = greatest - least;
-  moved.at_end = charge - least;
   return moved;
 }
 

@@ -11,8 +11,10 @@ namespace battery_sof {
 inline constexpr double kDeepShare = 0.1;
 /// The effect that a charge which moved a tenth of the capacity calls for.
 inline constexpr const char* kMovedByCharge = "ocv_soc";
-/// The effect that ends it: the acid is used up.
+/// The effect that ends a discharge: the acid is used up.
 inline constexpr const char* kUsedUp = "end_of_discharge";
+/// The effect that ends a charge: the sulphate is used up.
+inline constexpr const char* kFilledUp = "acceptance_soc";
 
 /**
  * @brief How far a battery's charge went in a window, and over what distance.
@@ -24,7 +26,8 @@ inline constexpr const char* kUsedUp = "end_of_discharge";
 struct MovedCharge {
   double span = 0.0;        ///< [Ah]
   double throughput = 0.0;  ///< [Ah], charged and discharged
-  double at_end = 0.0;      ///< [Ah], q at the end above its least
+  double drawn = 0.0;       ///< [Ah], largest fall of q
+  double charged = 0.0;     ///< [Ah], largest rise of q
 
   /// Whether the open-circuit voltage must have moved: by a tenth of the capacity, which is some
   /// 0.1 V of a 12 V block (docs/physics.md#ocv_soc). @param capacity [Ah], nominal.
@@ -32,8 +35,9 @@ struct MovedCharge {
   /// Whether it went one way, or there and back once: a tenth more is left to the loads in between.
   /// Nothing that was just discharged is then charged again and again.
   bool isOneCycle() const { return throughput <= 2.2 * span; }
-  /// Whether it is lowest at the end, but for a tenth of what was moved.
-  bool isDischarge() const { return at_end <= 0.1 * span; }
+  /// Whether discharges, or charges, moved as much. @param capacity [Ah], nominal.
+  bool isDrawnDeep(double capacity) const { return drawn >= kDeepShare * capacity; }
+  bool isChargedDeep(double capacity) const { return charged >= kDeepShare * capacity; }
 };
 
 /// @param range window of the series.

@@ -20,7 +20,7 @@ const std::vector<MechanismInfo>& table() {
       {Mechanism::kAcceptance,
        "acceptance",
        "charging is limited by how fast the battery takes charge up",
-       {"charge_acceptance", "sulphate_history", "fresh_sulphate"}},
+       {"charge_acceptance", "sulphate_history", "fresh_sulphate", "acceptance_soc"}},
       {Mechanism::kSideReactions,
        "side_reactions",
        "part of the charging current leaves no charge in the battery",

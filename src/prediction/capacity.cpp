@@ -1,8 +1,11 @@
 #include "prediction/capacity.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "prediction/event_corrections.hpp"
+#include "util/constants.hpp"
 
 namespace battery_sof {
 namespace {
@@ -14,17 +17,23 @@ constexpr double kFullVoltage = 12.9, kFullSpread = 0.1;  // [V] of a block at r
 std::optional<Interval> estimatedCapacity(const Fit& fit) {
   const BatteryModel composition = compositionOf(fit);
   const auto slope = composition.parameterRow("ocv_slope"),
-             exhausted = composition.parameterRow("exhaustion_voltage");
-  if (!slope || !exhausted || fit.estimates.empty()) return std::nullopt;
-  const ParameterEstimate& k = fit.estimates[static_cast<std::size_t>(*slope)];
-  if (!k.determined || !(k.value > 0.0)) return std::nullopt;
-  const double end = fit.estimates[static_cast<std::size_t>(*exhausted)].value;
-  const double capacity = (kFullVoltage - end) / k.value;
-  const Eigen::MatrixXd& V = fit.covariance;
-  const double d_end = -1.0 / k.value, d_slope = -capacity / k.value;
-  const double variance = d_end * d_end * (V(*exhausted, *exhausted) + kFullSpread * kFullSpread) +
-                          d_slope * d_slope * V(*slope, *slope) +
-                          2.0 * d_end * d_slope * V(*exhausted, *slope);
+             exhausted = composition.parameterRow("exhaustion_voltage"),
+             delay = composition.parameterRow("pore_delay");
+  const std::vector<ParameterEstimate>& estimates = fit.estimates;
+  if (!slope || !exhausted || !delay || estimates.empty()) return std::nullopt;
+  const auto valueAt = [&](Eigen::Index row) {
+    return estimates[static_cast<std::size_t>(row)].value;
+  };
+  const double k = valueAt(*slope), theta = valueAt(*delay);
+  if (!estimates[static_cast<std::size_t>(*slope)].determined || !(k > 0.0)) return std::nullopt;
+  const double load = std::max(0.0, -fit.excited.min_current) / kSecondsPerHour;  // [Ah/s]
+  const double between = (kFullVoltage - valueAt(*exhausted)) / k;
+  const Eigen::Vector3d slopes(-between / k, -1.0 / k, -load);
+  const Eigen::Matrix3d V =
+      fit.covariance({*slope, *exhausted, *delay}, {*slope, *exhausted, *delay});
+  const double variance = slopes.dot(V * slopes) + std::pow(kFullSpread / k, 2);
+  const double capacity = between - theta * load;
+  if (!(capacity > 0.0)) return std::nullopt;
   return ninetyPercent(capacity, std::sqrt(variance));
 }
 

@@ -8,13 +8,15 @@
 namespace battery_sof {
 
 /**
- * @brief The capacity that a discharge shows: the charge between full and exhausted.
+ * @brief The capacity that a discharge shows: the charge between full and exhausted under its load.
  *
- *     Q = (U_full - U_E) / k_s,   U_full = 12.9 +- 0.1 V of a block
+ *     Q = (U_full - U_E) / k_s - theta I,   U_full = 12.9 +- 0.1 V of a block
  *
- * with U_E and k_s of end_of_discharge and ocv_slope (docs/physics.md#end_of_discharge). That a full
- * battery rests at 12.8 to 13 V is assumed, not measured.
- * @return 90 % [Ah]; none without end_of_discharge, or where the window did not determine k_s.
+ * with k_s of ocv_slope, U_E and theta of end_of_discharge and I, the window's largest discharge
+ * current (docs/physics.md#end_of_discharge). That a full battery rests at 12.8 to 13 V is assumed,
+ * not measured.
+ * @return 90 % [Ah]; none without end_of_discharge, where the window did not determine k_s, or where
+ * the load exhausts the pores of a full battery.
  */
 std::optional<Interval> estimatedCapacity(const Fit& fit);
 

@@ -17,9 +17,12 @@ double drawn(Random& random, const ParameterInfo& info) {
   return random.uniform(info.lower, info.upper);
 }
 
-std::vector<std::string> drawnEffects(Random& random) {
+std::vector<std::string> drawnEffects(Random& random, const std::string& left_out = "") {
   std::vector<std::string> ids;
-  const auto& all = effectCatalogue();
+  std::vector<EffectInfo> all = effectCatalogue();
+  all.erase(std::remove_if(all.begin(), all.end(),
+                           [&](const EffectInfo& one) { return one.id == left_out; }),
+            all.end());
   const int wanted = static_cast<int>(random.uniform(0.0, 6.0));
   while (static_cast<int>(ids.size()) < wanted) {
     const auto& info =
@@ -69,7 +72,9 @@ TEST(Compositions,
   int beyond = 0;
   for (int k = 0; k < draws; ++k) {
     double worst_of_draw = 0.0;
-    auto ids = drawnEffects(random);
+    // A current that is forced on a full battery moves its layer by volts within a second; its own
+    // test in the direction it is fitted in is below, too.
+    auto ids = drawnEffects(random, "acceptance_soc");
     // Takes the voltage as linear between samples: finer samples are another input to it.
     ids.erase(std::remove(ids.begin(), ids.end(), "sensor_lag"), ids.end());
     // Ill-posed from the current: it amplifies the error of any step (its own test in the direction
@@ -107,13 +112,13 @@ TEST(Compositions,
 // A second of followVoltage() is two holds. Where the reservoir empties faster than that (tau_s
 // below a second) its first seconds are the step's own error, up to three times the current; from
 // the sixth on what is left is first-order error while it empties.
-TEST(Compositions,
-     OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrentOfTenTimesFinerHolds) {
+/// By how much the currents of models part whose voltage drives in holds of a second and of a tenth
+/// of it, as a share of the current: one a draw, sorted.
+std::vector<double> partsOfTheCurrent(const BatteryModel& model) {
   Random random(78);
   const int draws = 300;
   std::vector<double> worst;
   for (int k = 0; k < draws; ++k) {
-    const BatteryModel model({"fresh_sulphate"});
     Eigen::VectorXd p = model.typicalParameters();
     for (Eigen::Index j = 0; j < p.size(); ++j) {
       const ParameterInfo& info = model.parameters()[static_cast<std::size_t>(j)];
@@ -145,7 +150,20 @@ TEST(Compositions,
   std::sort(worst.begin(), worst.end());
   std::printf("%d draws: half within %.1f %%, nine in ten within %.1f %%, all within %.1f %%\n",
               draws, 100.0 * worst[draws / 2], 100.0 * worst[9 * draws / 10], 100.0 * worst.back());
-  EXPECT_LT(worst[draws / 2], 0.08);
+  return worst;
+}
+
+TEST(Compositions,
+     OfFreshSulphateWhoseVoltageDrivesStayWithinAShareOfTheCurrentOfTenTimesFinerHolds) {
+  const std::vector<double> worst = partsOfTheCurrent(BatteryModel({"fresh_sulphate"}));
+  EXPECT_LT(worst[worst.size() / 2], 0.08);
+  EXPECT_LT(worst.back(), 0.6);
+}
+
+TEST(Compositions,
+     OfTheEndOfAChargeWhoseVoltageDrivesStayWithinAShareOfTheCurrentOfTenTimesFinerHolds) {
+  const std::vector<double> worst = partsOfTheCurrent(BatteryModel({"ocv_soc", "acceptance_soc"}));
+  EXPECT_LT(worst[worst.size() / 2], 0.08);
   EXPECT_LT(worst.back(), 0.6);
 }
 

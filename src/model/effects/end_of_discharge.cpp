@@ -12,15 +12,19 @@ struct EndOfDischarge {
                                    "docs/physics.md#end_of_discharge");
     width.prior_std = 0.2;
     ParameterInfo voltage{
-        "exhaustion_voltage", "U_E", "V", 11.75, 11.2, 12.3, "docs/physics.md#end_of_discharge"};
+        "exhaustion_voltage", "U_E", "V", 11.75, 11.0, 12.3, "docs/physics.md#end_of_discharge"};
     voltage.prior_std = 0.2;
     return {"end_of_discharge",
             "P13",
             "the acid is used up: the voltage falls steeply at the end of a discharge",
-            "dq/dt = i,  x = u_dc + k_s q - U_E\n"
+            "dq/dt = i,  tau_E dw/dt = i - w,  x = u_dc + k_s (q + theta w) - U_E\n"
             "u += f(x) - f(u_dc - U_E),  f(x) = kappa ln(1 - exp(-x / kappa))",
-            {width, voltage},
-            {{"moved_charge", "Ah"}},
+            {width, voltage,
+             shape("pore_delay", "theta", "s", 1000.0, 100.0, 50000.0, 0.8,
+                   "docs/physics.md#end_of_discharge"),
+             shape("pore_refill_time", "tau_E", "s", 700.0, 100.0, 4000.0, 0.4,
+                   "docs/physics.md#end_of_discharge")},
+            {{"moved_charge", "Ah"}, {"pore_load", "A"}},
             {"high_rate_depletion", "acid_transport", "parameter_drift"},
             "the rest after it: what acid transport took comes back, what was drawn does not",
             {"ocv_soc"},
@@ -32,14 +36,16 @@ struct EndOfDischarge {
              shape("beta", "beta", "1/V", 20.0, 1.0, 1000.0, 0.5, "docs/model.md")}};
   }
   template <typename S>
-  static void advance(const S*, S* x, const Passage<S>& passage) {
+  static void advance(const S* p, S* x, const Passage<S>& passage) {
     x[0] = S(x[0] + passage.current * (passage.duration / kSecondsPerHour));
+    x[1] = relaxed(x[1], passage.current, p[3], passage.duration);
   }
   template <typename S>
   static S voltage(const S* p, const S* x, const Instant<S>& instant) {
     const Present<S>& now = instant.present;
     const S first = S(now.u_dc - p[1]);
-    return S(bend(S(first + now.ocv_slope * x[0]), p[0]) - bend(first, p[0]));
+    const S in_pores = S(x[0] + p[2] / kSecondsPerHour * x[1]);
+    return S(bend(S(first + now.ocv_slope * in_pores), p[0]) - bend(first, p[0]));
   }
 
  private:

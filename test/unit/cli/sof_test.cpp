@@ -562,8 +562,8 @@ TEST_F(Sof, HasAnAnswerForEveryRealRecording) {
 }
 
 /// Of a bench's constant-current charge and discharge the physics of charging says nothing. They move
-/// its capacity: the open-circuit voltage is taken with its end, since the window ends discharged, but
-/// not where the capacity is said to be ten times larger.
+/// its capacity: the open-circuit voltage is taken with both of its ends, since the window was charged
+/// at a held voltage and discharged, but not where the capacity is said to be ten times larger.
 TEST_F(Sof, IdentifyTakesWhatABenchsCycleHolds) {
   const fs::path file =
       fs::path(BATTERY_SOF_SOURCE_DIR) / ".." / "shared" / "data" / "agm_bench/full_cycle.csv";
@@ -574,7 +574,8 @@ TEST_F(Sof, IdentifyTakesWhatABenchsCycleHolds) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     return nlohmann::json::parse(outcome.out)["effects"];
   };
-  EXPECT_EQ(effectsAt("100"), nlohmann::json::array({"ocv_soc", "end_of_discharge"}));
+  EXPECT_EQ(effectsAt("100"),
+            nlohmann::json::array({"ocv_soc", "end_of_discharge", "acceptance_soc"}));
   EXPECT_TRUE(effectsAt("1000").empty());
 }
 

@@ -97,6 +97,7 @@ TEST(EffectCatalogue, HoldsEveryEquationOfTheThreeTiersUnderItsOwnName) {
                          "high_rate_depletion",
                          "coup_de_fouet",
                          "fresh_sulphate",
+                         "acceptance_soc",
                          "self_heating",
                          "parameter_drift",
                          "parasitic_load",
