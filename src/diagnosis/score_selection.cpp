@@ -199,7 +199,8 @@ class Selection {
   /// While a charger holds the voltage the circuit's parameters take in what charge acceptance does,
   /// and a few steps from there lead nowhere: until one of its effects is a member they are fitted as
   /// identify() does before it is decided what is scored. Where a tenth of the capacity was moved
-  /// that of a charge's end alone is, for the time that these fits take over days.
+  /// that of a charge's end alone is, once the open-circuit voltage's line is the only member, for
+  /// the time that these fits take over days.
   void fitAcceptanceToTheEnd(const FittedModel& model, const FittedCost& cost,
                              std::vector<Addition>& additions) const {
     const auto isOfAcceptance = [](const std::string& id) {
@@ -208,9 +209,10 @@ class Selection {
     if (!fit_.source ||
         std::any_of(model.fit.effects.begin(), model.fit.effects.end(), isOfAcceptance))
       return;
+    const bool is_line = model.fit.effects == Effects{kMovedByCharge};
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
       Addition& one = additions[k];
-      if (!isOfAcceptance(one.id) || (is_deep_ && !isOfDeep(one.id))) return;
+      if (!isOfAcceptance(one.id) || (is_deep_ && !(is_line && isOfDeep(one.id)))) return;
       if (options_.threads == 1) pulse(options_);
       IdentifyOptions fit = fit_;
       fit.effects = one.effects;

@@ -173,6 +173,26 @@ TEST(Identify, TakesTheOpenCircuitVoltageByItselfWhereATenthOfTheCapacityWentOne
   EXPECT_TRUE(model.fit.effects.empty());
 }
 
+/// 10 Ah there and back, and a rest: not a few minutes of it.
+TEST(Identify, OfADeepCycleThatEndsAtRestTakesTheWholeWindow) {
+  Series series;
+  double charge = 0.0;
+  for (int n = 0; n < 1500; ++n) {
+    const double current = n < 100 ? 0.0 : n < 700 ? -10.0 : n < 1300 ? 10.0 : 0.0;
+    charge += current * 6.0 / 3600.0;
+    series.append({6.0 * n, current, 12.8 + 0.02 * charge + 0.01 * current});
+  }
+  FitRequest request;
+  FitPlan plan = planFit(series, request);
+  ASSERT_TRUE(plan.window.range);
+  EXPECT_EQ(plan.window.range->first, 0u);
+  EXPECT_EQ(plan.window.range->last, series.size());
+  request.options.capacity = 300.0;
+  plan = planFit(series, request);
+  ASSERT_TRUE(plan.window.range);
+  EXPECT_LT(plan.window.range->size(), series.size());
+}
+
 TEST(Identify, TakesAGapInsideTheWindowForARest) {
   Series series = test::baseDrive(6, 120.0, 0.0);
   const std::size_t half = series.size() / 2;
