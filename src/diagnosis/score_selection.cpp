@@ -21,8 +21,8 @@ constexpr double kMostApart = 1.0;       // [1], of block gains while a charger 
 constexpr std::size_t kPromising = 4;    // candidates of a step that are scored
 constexpr std::size_t kTriedAgain = 10;  // candidates of a step that the next one looks at
 constexpr std::size_t kMaxMembers = 5;
-constexpr int kFirstSteps = 3,
-              kFurtherSteps = 8;  // of a candidate's fit; those of isOfDeep() the latter
+constexpr int kFirstSteps = 3;    // of a candidate's fit
+constexpr int kFurtherSteps = 8;  // of one that is scored, or that isOfDeep()
 
 using Effects = std::vector<std::string>;
 

@@ -92,8 +92,9 @@ struct Window {
   }
 };
 
-/// The circuit's parameters in a discharge of one load: they and the open-circuit voltage add up to
-/// one voltage, so that they stay at their magnitudes in its search. Its errors still have them.
+/// The parameters of circuit and pores in a discharge of one load: they and the open-circuit voltage
+/// add up to one voltage, so that they stay at their magnitudes in its search. Its errors still have
+/// them.
 std::vector<std::string> fixedUnderOneLoad(const BatteryModel& model, const InputSequence& inputs) {
   if (!contains(model.effects(), kUsedUp)) return {};
   double least = HUGE_VAL, most = -HUGE_VAL;

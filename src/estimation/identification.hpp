@@ -59,8 +59,8 @@ struct IdentifyOptions {
   /// source controls the voltage that of charging (fresh_sulphate), but where a tenth of the capacity
   /// went one way, or there and back once, that of the open-circuit voltage (ocv_soc), of its end
   /// (end_of_discharge) and of a charge's (acceptance_soc), since nothing is then charged while it
-  /// is still fresh. Where a fit fails, fitPlanned() goes on to ocv_soc if a
-  /// tenth of the capacity was moved, and then to the circuit.
+  /// is still fresh. Where a fit fails, fitPlanned() goes on to ocv_soc if a tenth of the capacity
+  /// was moved, and then to the circuit.
   bool chooses_effects = false;
   double capacity = 50.0;  ///< [Ah], nominal; of chooses_effects
   /// ids of further physics, see effectCatalogue(); "discrepancy" with `discrepancy`

@@ -10,8 +10,7 @@ struct AcceptanceSoc {
   // A current that is forced past what the sulphate accepts says nothing but that it was.
   static constexpr bool kOnRequest = true;
   static constexpr double kLongestPiece = 10.0;  // [s]
-  static constexpr double kGassingVoltage = 14.4, kGassingSlope = 1.83;
-  static constexpr double kLeast = 0.01;  // [Ah], so that a full battery leaves a slope
+  static constexpr double kLeast = 0.01;         // [Ah], so that a full battery leaves a slope
 
   static EffectInfo info() {
     return {"acceptance_soc",
@@ -38,9 +37,7 @@ struct AcceptanceSoc {
   }
   template <typename S>
   static S sideCurrent(const S* p, const S& u_c2, const Present<S>& present) {
-    using std::exp;
-    const S exponent = S(kGassingSlope * (present.u_dc + u_c2 - kGassingVoltage));
-    return S(p[1] * exp(valueOf(exponent) > 50.0 ? S(50.0) : exponent));
+    return S(p[1] * gassingFactor(u_c2, present));
   }
   // Implicit in S while charging, so that it never falls below zero.
   template <typename S>

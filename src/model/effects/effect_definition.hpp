@@ -248,6 +248,24 @@ S magnitudeOf(const S& x) {
   return valueOf(x) < 0.0 ? S(-x) : x;
 }
 
+/// Voltage at which gassing is stated [V], and its slope [1/V] (Schiffer 2007,
+/// docs/physics.md#gassing).
+inline constexpr double kGassingVoltage = 14.4, kGassingSlope = 1.83;
+
+/// exp(exponent), where gassing has an exponent: held at e^50, beyond which the current has long
+/// become what is there to be taken.
+template <typename S>
+S gassingFactor(const S& exponent) {
+  using std::exp;
+  return S(exp(valueOf(exponent) > 50.0 ? S(50.0) : exponent));
+}
+
+/// Gassing over that at kGassingVoltage [1]. @param u_c2 [V].
+template <typename S>
+S gassingFactor(const S& u_c2, const Present<S>& present) {
+  return gassingFactor(S(kGassingSlope * (present.u_dc + u_c2 - kGassingVoltage)));
+}
+
 /// Exact step of tau dx/dt = target - x under a held target.
 template <typename S>
 S relaxed(const S& x, const S& target, const S& tau, double duration) {

@@ -14,9 +14,8 @@ struct FreshSulphate {
   // less than 1 mV.
   static constexpr double kLongestPiece = 0.5;
   // What a blocked electrode does with a current that is forced on it: gassing
-  // (docs/physics.md#fresh_sulphate). Below 14.4 V it is a few hundredths of an ampere. [A], [V],
-  // [1/V]
-  static constexpr double kGassing = 0.03, kGassingVoltage = 14.4, kGassingSlope = 1.83;
+  // (docs/physics.md#fresh_sulphate). Below 14.4 V it is a few hundredths of an ampere. [A]
+  static constexpr double kGassing = 0.03;
   static constexpr double kLeast = 1e-3;  // [As], so that an emptied reservoir leaves a slope
 
   static EffectInfo info() {
@@ -79,9 +78,7 @@ struct FreshSulphate {
   }
   template <typename S>
   static S sideCurrent(const S* p, const S& u_c2, const Present<S>& present) {
-    using std::exp;
-    const S exponent = S(kGassingSlope * (present.u_dc + u_c2 - kGassingVoltage));
-    return S(p[0] * kGassing * exp(valueOf(exponent) > 50.0 ? S(50.0) : exponent));
+    return S(p[0] * kGassing * gassingFactor(u_c2, present));
   }
   // Of what reacts while charging the share (S / tau_s) / L comes out of the reservoir: S / (L_0
   // tau_s + S) of it, implicit in S, so that it never falls below zero.

@@ -3,7 +3,6 @@
 namespace battery_sof {
 
 struct Gassing {
-  static constexpr double kReferenceVoltage = 14.4;  // [V]
   // [1/K], docs/physics.md#gassing (Schiffer 2007)
   static constexpr double kTemperatureSlope = 0.06;
 
@@ -26,11 +25,9 @@ struct Gassing {
   }
   template <typename S>
   static S sideCurrent(const S* p, const S& u_c2, const Present<S>& present) {
-    using std::exp;
     const S exponent =
-        S(p[1] * (present.u_dc + u_c2 - kReferenceVoltage) + kTemperatureSlope * present.warming);
-    // Beyond e^50 the oxygen limit has long taken over.
-    const S tafel = S(p[0] * exp(valueOf(exponent) > 50.0 ? S(50.0) : exponent));
+        S(p[1] * (present.u_dc + u_c2 - kGassingVoltage) + kTemperatureSlope * present.warming);
+    const S tafel = S(p[0] * gassingFactor(exponent));
     return S(tafel * p[2] / (tafel + p[2]));
   }
 };

@@ -561,8 +561,7 @@ TEST_F(Sof, HasAnAnswerForEveryRealRecording) {
   }
 }
 
-/// Of a bench's constant-current charge and discharge the physics of charging says nothing. They move
-/// its capacity: the open-circuit voltage is taken with both of its ends, since the window was charged
+/// Of a bench's cycle fresh sulphate says nothing. The cycle moves its capacity: the open-circuit voltage is taken with both of its ends, since the window was charged
 /// at a held voltage and discharged, but not where the capacity is said to be ten times larger.
 TEST_F(Sof, IdentifyTakesWhatABenchsCycleHolds) {
   const fs::path file =

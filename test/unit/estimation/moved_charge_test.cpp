@@ -49,13 +49,13 @@ TEST(MovedCharge, CountsTheLargestFallAndTheLargestRiseWhicheverComesFirst) {
   const MovedCharge down_first = Minutes().hold(31, 0.0).hold(120, -5.0).hold(36, 5.0).moved();
   EXPECT_NEAR(down_first.drawn, 10.0, 1e-9);
   EXPECT_NEAR(down_first.charged, 3.0, 1e-9);
-  const MovedCharge up_first = Minutes().hold(31, 0.0).hold(36, 5.0).hold(120, -5.0).moved();
-  EXPECT_NEAR(up_first.drawn, 10.0, 1e-9);
-  EXPECT_NEAR(up_first.charged, 3.0, 1e-9);
-  EXPECT_TRUE(up_first.isDrawnDeep(99.9));
-  EXPECT_FALSE(up_first.isDrawnDeep(101.0));
-  EXPECT_TRUE(up_first.isChargedDeep(29.9));
-  EXPECT_FALSE(up_first.isChargedDeep(31.0));
+  const MovedCharge up_first = Minutes().hold(31, 0.0).hold(120, 5.0).hold(36, -5.0).moved();
+  EXPECT_NEAR(up_first.drawn, 3.0, 1e-9);
+  EXPECT_NEAR(up_first.charged, 10.0, 1e-9);
+  EXPECT_TRUE(up_first.isDrawnDeep(29.9));
+  EXPECT_FALSE(up_first.isDrawnDeep(31.0));
+  EXPECT_TRUE(up_first.isChargedDeep(99.9));
+  EXPECT_FALSE(up_first.isChargedDeep(101.0));
 }
 
 TEST(DischargeUnderWay, BeginsBehindTheFirstTenthOfWhatWasDrawnSinceTheLastCharge) {
