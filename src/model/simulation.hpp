@@ -56,8 +56,9 @@ class Cloned {
  * activities stay positive, no interval is too long. Where a source controls the voltage, these and
  * a limited reaction take one implicit Euler step of layer and effects. Effects' own states have
  * exact steps; where they act back on others, intervals are cut to 0.2 s (history, warming) or
- * 0.5 s (drift), beyond 20 s to a two-hundredth of the time passed. Beyond |alpha beta u_c2| = 300
- * the reaction's exponentials stay at that value.
+ * 0.5 s (drift), or to a two-hundredth of the time for which the measured current has been the same
+ * within 5 % where that is longer. Beyond |alpha beta u_c2| = 300 the reaction's exponentials stay at
+ * that value.
  *
  * Derivatives are forward sensitivities of the very step that is taken: every number carries its
  * derivatives along (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 tangents; the

@@ -24,18 +24,23 @@ class EngineOf final : public Simulation::Engine {
   void advance(const InputStep& step) override {
     S held(step.held), end(step.current);
     battery_.effects().sense(step, held, end);
+    SteadyCurrent& steady = battery_.now.steady;
+    steady.begin(step.held);
     battery_.pass(held, end, step.duration, step.slope, step.time,
                   {S(step.held), S(step.current), step.gap}, step.rampPieces());
+    steady.duration += step.duration;
     source_.forgetTrend();
   }
 
   double advanceAtVoltage(double voltage, double duration, double max_current) override {
+    battery_.now.steady = {};
     return advanceTo(S(voltage), duration, max_current);
   }
 
   void followVoltage(const InputStep& step, double voltage) override {
     S held(step.held), shown(step.current);
     battery_.effects().sense(step, held, shown);
+    battery_.now.steady = {};
     if (step.duration <= 0.0) {
       battery_.pass(held, shown, 0.0, 0.0, step.time);
       source_.current = shown;

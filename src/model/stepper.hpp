@@ -33,6 +33,19 @@ class WorkSpace {
   T own_;
 };
 
+/// For how long a measured current has been the same but for small changes.
+struct SteadyCurrent {
+  double current = 0.0;   ///< [A], where it began
+  double duration = 0.0;  ///< [s]
+
+  /// Another interval begins. @param held [A], its current.
+  void begin(double held) {
+    constexpr double kSmall = 0.05, kNoise = 0.02;  // of the current; [A]
+    if (std::abs(held - current) <= kNoise + kSmall * std::abs(current)) return;
+    *this = {held, 0.0};
+  }
+};
+
 /// Where a battery stands: all that moves, in arithmetic S. What never moves is the stepper's.
 template <typename S>
 struct SimulationState {
@@ -44,6 +57,7 @@ struct SimulationState {
   S terminal = S(0.0), voltage = S(0.0);
   double last_current = 0.0;  ///< [A], at the end of the last interval
   LayerPace pace;             ///< of the double layer's steps
+  SteadyCurrent steady;       ///< the measured current, while it is the input
   unsigned intervals = 0;     ///< since fading numbers were dropped
 };
 
@@ -65,6 +79,7 @@ void standAs(SimulationState<S>& to, const SimulationState<T>& from, const Numbe
   to.time = from.time;
   to.last_current = from.last_current;
   to.pace = from.pace;
+  to.steady = from.steady;
   to.intervals = from.intervals;
 }
 
@@ -199,7 +214,7 @@ class Stepper {
   }
 
  private:
-  static constexpr double kGrowing = 0.005;  // of the time passed
+  static constexpr double kGrowing = 0.005;  // of the time for which the current is the same
   // of an interval, where nothing requires fine steps
   static constexpr double kMaxPieces = 8.0;
   // intervals; too few to fade from kFaded to what is stuck
@@ -224,15 +239,15 @@ class Stepper {
    * @brief How far to go at once with `done` of an interval passed.
    *
    * Where effects act back on others an interval is cut into equal pieces of at most longest_piece.
-   * In a longer one pieces grow to kGrowing of the time passed: what began with it settles down to
-   * slower and slower change.
+   * Pieces grow to kGrowing of the time for which the current has been the same: what began with it
+   * settles down to slower and slower change.
    */
   double pieceOf(double duration, double done) const {
     const BoundComposition& bound = effects_.bound();
     if (bound.longest_piece == 0.0) return duration;
     const double pieces = std::ceil(duration / bound.longest_piece);
     const double even = duration / (bound.steps_finely ? pieces : std::min(pieces, kMaxPieces));
-    return std::min(std::max(even, kGrowing * done), duration - done);
+    return std::min(std::max(even, kGrowing * (now.steady.duration + done)), duration - done);
   }
 
   void passPiece(const S& held, double duration, double end_time) {

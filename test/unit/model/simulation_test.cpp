@@ -176,8 +176,7 @@ TEST(Simulation, RefusesWhatDoesNotFitWithWhatWasExpected) {
   EXPECT_THROW(simulation.advanceAtVoltage(14.0, 0.0, 10.0), std::invalid_argument);
 }
 
-// Kinetics that fade for a day put the layer at 1e12 V and more, where rounding alone is beyond any
-// tolerance in volts.
+// Kinetics that fade put the layer at a thousand volts.
 TEST(Simulation, OfParametersThatDriftForADayEndsWithFiniteNumbers) {
   for (const char* beside : {"cpe2", "gassing", "charge_acceptance"}) {
     const BatteryModel model({"parameter_drift", beside});
@@ -190,6 +189,58 @@ TEST(Simulation, OfParametersThatDriftForADayEndsWithFiniteNumbers) {
     day.held = day.current = -0.4;
     simulation.advance(day);
     EXPECT_TRUE(std::isfinite(simulation.voltage())) << beside;
+  }
+}
+
+TEST(Simulation, ADriftOfTheParametersSettlesWithinHours) {
+  const BatteryModel model({"parameter_drift"});
+  const auto resistanceAfter = [&](double hours, double drift) {
+    ModelPoint start = pointOf(model, typicalPoint(model));
+    start.parameters[*model.parameterRow("resistance_drift")] = drift;
+    Simulation simulation(model, start);
+    simulation.hold(0.0, 3600.0 * hours);
+    const double rest = simulation.voltage();
+    simulation.hold(-10.0, 1e-6);
+    return (rest - simulation.voltage()) / 10.0;
+  };
+  const double first = resistanceAfter(0.0, 0.1);
+  EXPECT_NEAR(resistanceAfter(0.5, 0.1) / first, std::exp(0.05), 0.004);  // as at the beginning
+  EXPECT_NEAR(resistanceAfter(100.0, 0.1) / first, std::exp(0.4), 1e-3);
+  EXPECT_NEAR(resistanceAfter(100.0, -2.0) / first, std::exp(-8.0), 1e-3);
+}
+
+namespace {
+
+/// Voltages at minutes of hours under loads that begin at 0, 1 and 2 h, in rows of `interval` [s].
+std::vector<double> voltagesUnderLoads(const BatteryModel& model, double interval) {
+  constexpr double kMinute = 60.0;
+  ModelPoint start = pointOf(model, typicalPoint(model));
+  Simulation simulation(model, start);
+  std::vector<double> all;
+  for (double load : {-4.0, -25.0, 3.0})
+    for (int minute = 0; minute < 60; ++minute) {
+      const int rows = static_cast<int>(std::lround(kMinute / interval));
+      // a sensor's noise: a hundredth of the load
+      for (int n = 0; n < rows; ++n) simulation.hold(load * (1.0 + 0.01 * (minute % 2)), interval);
+      all.push_back(simulation.voltage());
+    }
+  return all;
+}
+
+}  // namespace
+
+TEST(Simulation, MinutesUnderTheSameCurrentEndWhereTheyDoInFineSteps) {
+  for (const std::vector<std::string>& effects :
+       {std::vector<std::string>{"sulphate_history", "charge_acceptance"},
+        {"self_heating", "charge_acceptance"},
+        {"parameter_drift", "gassing"}}) {
+    const BatteryModel model(effects);
+    const std::vector<double> at_minute = voltagesUnderLoads(model, 60.0),
+                              finely = voltagesUnderLoads(model, 0.2);
+    double worst = 0.0;
+    for (std::size_t n = 0; n < finely.size(); ++n)
+      worst = std::max(worst, std::abs(at_minute[n] - finely[n]));
+    EXPECT_LT(worst, 5e-5) << effects.front();
   }
 }
 
