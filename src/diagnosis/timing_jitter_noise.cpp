@@ -1,11 +1,12 @@
 #include "diagnosis/timing_jitter_noise.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
 #include <utility>
+
+#include "util/eigen_decomposition.hpp"
 
 namespace battery_sof {
 namespace {
@@ -136,8 +137,8 @@ Eigen::MatrixXd NoiseRows::directions(const LinearProblem& problem, const Linear
   deviation.head(problem.known()) = problem.known_std;
   for (Eigen::Index k = problem.known(); k < deviation.size(); ++k)
     deviation[k] = fit.strength[problem.groupOf(k)];
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(
-      deviation.asDiagonal() * problem.products * deviation.asDiagonal());
+  const auto axes =
+      eigenDecomposition(deviation.asDiagonal() * problem.products * deviation.asDiagonal());
   const auto used = (effective_sample_fraction * axes.eigenvalues().array() >
                      kMinInformation * fit.noise * fit.noise)
                         .count();

@@ -1,6 +1,5 @@
 #include "estimation/fit_quality.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +8,7 @@
 
 #include "estimation/window.hpp"
 #include "state/posterior.hpp"
+#include "util/eigen_decomposition.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -206,8 +206,7 @@ Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
 Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A) {
   const Eigen::VectorXd scale =
       A.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * A *
-                                                             scale.asDiagonal());
+  const auto eigen = eigenDecomposition(scale.asDiagonal() * A * scale.asDiagonal());
   const double floor = 1e-12 * std::max(eigen.eigenvalues().maxCoeff(), 1e-300);
   const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
       [floor](double value) { return value > floor ? 1.0 / value : 0.0; });

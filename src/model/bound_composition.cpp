@@ -1,6 +1,7 @@
 #include "bound_composition.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "util/text.hpp"
 
@@ -45,7 +46,7 @@ BoundComposition::BoundComposition(const BatteryModel& composed) : model(compose
   }
 }
 
-std::vector<int> BoundComposition::tangentsOfLayer(
+std::vector<int> BoundComposition::tangentOrder(
     const Eigen::Ref<const Eigen::MatrixXd>& seeds) const {
   std::vector<Eigen::Index> rows = {kRowC2, kRowBeta, model.parameterCount()};
   // An effect that adapts the base model may read all of it.
@@ -61,10 +62,11 @@ std::vector<int> BoundComposition::tangentsOfLayer(
     for (std::size_t j = 0; j < info.states.size(); ++j)
       rows.push_back(model.parameterCount() + member.state + static_cast<Eigen::Index>(j));
   }
-  std::vector<int> tangents;
-  for (Eigen::Index k = 0; k < seeds.cols(); ++k)
-    if ((seeds.col(k)(rows).array() != 0.0).any()) tangents.push_back(static_cast<int>(k));
-  return tangents;
+  std::vector<int> order(seeds.cols());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_partition(order.begin(), order.end(),
+                        [&](int k) { return (seeds.col(k)(rows).array() != 0.0).any(); });
+  return order;
 }
 
 }  // namespace battery_sof

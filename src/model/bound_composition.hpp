@@ -29,8 +29,9 @@ struct BoundComposition {
   bool steps_finely = false, adapts = false, limits_reaction = false;  ///< whether a member does
   double longest_piece = 0.0;                                          ///< [s], see EffectHooks
 
-  /// @return columns of `seeds` that move something which can reach the double layer.
-  std::vector<int> tangentsOfLayer(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const;
+  /// @return columns of `seeds`, first those that move something which can reach the double layer:
+  /// its steps, where the time goes, then carry no others.
+  std::vector<int> tangentOrder(const Eigen::Ref<const Eigen::MatrixXd>& seeds) const;
 };
 
 }  // namespace battery_sof

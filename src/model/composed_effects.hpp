@@ -11,22 +11,6 @@
 
 namespace battery_sof {
 
-/// Derivatives that a number of arithmetic S carries.
-template <typename S>
-struct Width {
-  static constexpr int value = 0;
-};
-template <int N>
-struct Width<Dual<N>> {
-  static constexpr int value = N;
-};
-
-inline const double* derivativesOf(const double&) { return nullptr; }
-template <int N>
-const double* derivativesOf(const Dual<N>& x) {
-  return x.derivatives().data();
-}
-
 template <typename S>
 Eigen::VectorXd valuesOf(const std::vector<S>& numbers) {
   Eigen::VectorXd values(numbers.size());
@@ -38,12 +22,9 @@ Eigen::VectorXd valuesOf(const std::vector<S>& numbers) {
 inline double seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>&, Eigen::Index, double) {
   return value;
 }
-template <int N>
-Dual<N> seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eigen::Index row,
-               const Dual<N>&) {
-  Dual<N> x(value);
-  if (seeds.cols() > 0) x.derivatives().head(seeds.cols()) = seeds.row(row).transpose();
-  return x;
+inline Dual seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eigen::Index row,
+                   const Dual&) {
+  return seeds.cols() > 0 ? Dual(value, seeds.row(row)) : Dual(value);
 }
 
 /// Below it nothing has a meaning; further down, numbers that fade away get stuck where the
@@ -53,10 +34,9 @@ inline constexpr double kFaded = 1e-200;
 inline void dropFaded(double& x) {
   if (std::abs(x) < kFaded) x = 0.0;
 }
-template <int N>
-void dropFaded(Dual<N>& x) {
+inline void dropFaded(Dual& x) {
   dropFaded(x.value());
-  x.derivatives() = (x.derivatives().array().abs() < kFaded).select(0.0, x.derivatives());
+  x.changeDerivatives([](double& derivative) { dropFaded(derivative); });
 }
 
 /**

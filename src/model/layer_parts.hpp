@@ -75,10 +75,7 @@ inline double scaledTolerance(double tolerance, double u, double charging_slope)
 
 /// Whether the reaction is symmetric, whatever the tangents.
 inline bool isHalf(double alpha) { return alpha == 0.5; }
-template <typename D>
-bool isHalf(const Eigen::AutoDiffScalar<D>& alpha) {
-  return alpha.value() == 0.5 && (alpha.derivatives().array() == 0.0).all();
-}
+inline bool isHalf(const Dual& alpha) { return alpha.value() == 0.5 && alpha.isConstant(); }
 /// An exponent of the reaction, held where its exponential still is a number.
 template <typename T>
 T bounded(const T& exponent) {
@@ -101,10 +98,9 @@ void advancePlain(const Present<S>& present, const S& current, double duration, 
     u = after.w / beta;
   } else {
     const double to_w = w == wanted ? after.to_w : 0.0, rate = after.to_half_rate * half_rate;
-    u.derivatives() = to_w * u.derivatives() + (after.to_current / beta) * current.derivatives() +
-                      ((to_w * w + rate - after.w) / (beta * beta)) * present.beta.derivatives() -
-                      (rate / (beta * c2)) * present.c2.derivatives() +
-                      (after.to_i0 / beta) * present.i0.derivatives();
+    u = to_w * u + (after.to_current / beta) * current +
+        ((to_w * w + rate - after.w) / (beta * beta)) * present.beta -
+        (rate / (beta * c2)) * present.c2 + (after.to_i0 / beta) * present.i0;
     u.value() = after.w / beta;
   }
 }

@@ -27,9 +27,8 @@ enum SharedRegressorState {
 
 /// f(x) where value and slope of f at x are known.
 inline double mapped(double, double value, double) { return value; }
-template <int N>
-Dual<N> mapped(const Dual<N>& x, double value, double slope) {
-  return Dual<N>(value, slope * x.derivatives());
+inline Dual mapped(const Dual& x, double value, double slope) {
+  return Dual::mapped(x, value, slope);
 }
 
 /// States before the first sample: reserves full, nothing moved.

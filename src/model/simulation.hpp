@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/battery_model.hpp"
+#include "model/dual.hpp"
 #include "model/input_sequence.hpp"
 
 namespace battery_sof {
@@ -61,15 +62,15 @@ class Cloned {
  * that value.
  *
  * Derivatives are forward sensitivities of the very step that is taken: every number carries its
- * derivatives along (Eigen's AutoDiffScalar, fixed-size arrays of 8, 16, 24 or 48 tangents; the
- * implicit steps carry only those that can reach the double layer). A tangent is a direction in the
- * space of parameters and first states, a column of `seeds`: unit vectors give plain derivatives, a
- * factor L of a covariance L L' gives standard deviations.
+ * derivatives along (Dual). A tangent is a direction in the space of parameters and first states, a
+ * column of `seeds`: unit vectors give plain derivatives, a factor L of a covariance L L' gives
+ * standard deviations.
  */
 class Simulation {
  public:
-  static constexpr Eigen::Index kMaxTangents = 48;
-  using Derivatives = Eigen::Map<const Eigen::VectorXd>;  ///< one a tangent
+  static constexpr Eigen::Index kMaxTangents = Dual::kMaxTangents;
+  using Derivatives =
+      Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxTangents, 1>;  ///< one a tangent
 
   /**
    * @param model  copied.

@@ -9,7 +9,7 @@
 
 #include "composed_effects.hpp"
 #include "discrepancy_run.hpp"
-#include "model/narrow_layer.hpp"
+#include "double_layer.hpp"
 #include "model/simulation.hpp"
 
 namespace battery_sof {
@@ -103,7 +103,7 @@ class Stepper {
           const Eigen::Ref<const Eigen::MatrixXd>& seeds)
       : tangents_(seeds.cols()),
         effects_(bound, start.parameters, start.reference_time, seeds),
-        layer_(layerUnderCurrent<S>(*bound, bound->tangentsOfLayer(seeds))) {
+        layer_(*bound) {
     now.time = start.time;
     for (Eigen::Index j = 0; j < start.state.size(); ++j)
       now.x.push_back(seeded(start.state[j], seeds, start.parameters.size() + j, S()));
@@ -136,13 +136,7 @@ class Stepper {
     return memory;
   }
 
-  /// The layer, from here on in S itself: a current that follows from a voltage depends on every
-  /// tangent.
-  DoubleLayer<S>& widen() {
-    if (!is_wide_) layer_ = Cloned<LayerOf<S>>(std::make_unique<DoubleLayer<S>>(effects_.bound()));
-    is_wide_ = true;
-    return static_cast<DoubleLayer<S>&>(*layer_);
-  }
+  DoubleLayer<S>& layer() { return layer_; }
 
   /// One interval under a held current of the battery itself. @param slope [A/s], of the measured
   /// current.
@@ -199,10 +193,9 @@ class Stepper {
     return discrepancy_ ? S(voltage + discrepancyAfter(i, duration, u, present)) : voltage;
   }
 
-  /// Slope of a discrepancy model after such a step to its end's u_c2 [1]; in arithmetic Slope.
+  /// Slope of a discrepancy model after such a step to its end's u_c2 [1]; in dual numbers.
   double discrepancySlope(double i, double duration, double u, const Present<S>& present) {
-    return derivativesOf(
-        discrepancyAfter(S(i), duration, S(u, Eigen::Matrix<double, 1, 1>::Ones()), present))[0];
+    return discrepancyAfter(S(i), duration, S::unknown(u), present).slope();
   }
 
   /// Charge that nobody saw flow [As]: it goes into the effects' balances and moves no voltage.
@@ -256,8 +249,8 @@ class Stepper {
     if (bound.steps_finely) advanceFinely(held, 0.5 * duration, presentAt(middle));
     const Present<S>& present = presentAt(middle);
     const S before = now.x[0];
-    layer_->advance(effects_.parameters().data(), present, held, duration, now.pace, now.x[0],
-                    activity(), ladder());
+    layer_.advance(effects_.parameters().data(), present, held, duration, now.pace, now.x[0],
+                   activity(), ladder());
     const S mean = S(0.5 * (before + now.x[0]));
     if (bound.limits_reaction)
       effects_.advance(
@@ -318,9 +311,8 @@ class Stepper {
   };
 
   Eigen::Index tangents_;
-  bool is_wide_ = false;
   ComposedEffects<S> effects_;
-  Cloned<LayerOf<S>> layer_;
+  DoubleLayer<S> layer_;
   std::optional<DiscrepancyRun<S>> discrepancy_;
   WorkSpace<Work> work_;
 };

@@ -5,7 +5,6 @@
 #include <memory>
 #include <type_traits>
 
-#include "model/double_layer.hpp"
 #include "stepper.hpp"
 
 namespace battery_sof {
@@ -68,7 +67,7 @@ struct SourceMemory {
   double trend = 0.0, move = 0.0;
   double resistance = 0.0;  ///< [Ohm] over it
   /// the same battery, for trials of currents
-  WorkSpace<std::unique_ptr<Stepper<Slope>>> probe;
+  WorkSpace<std::unique_ptr<Stepper<Dual>>> probe;
 
   /// After an interval in which a current was given.
   void forgetTrend() { trend = move = 0.0; }
@@ -87,7 +86,7 @@ class VoltageSource {
   /// As Simulation::advanceAtVoltage(), to a voltage that may follow the tangents itself.
   double advanceTo(const S& voltage, double duration, double max_current) {
     const BoundComposition& bound = battery_.effects().bound();
-    DoubleLayer<S>& layer = battery_.widen();
+    DoubleLayer<S>& layer = battery_.layer();
     if ((bound.limits_reaction || bound.activity_state >= 0 || bound.ladder_state >= 0) &&
         stepAtSource(voltage, duration, max_current, layer))
       return valueOf(memory_.current);
@@ -127,8 +126,8 @@ class VoltageSource {
   bool stepAtSource(const S& voltage, double duration, double max_current, DoubleLayer<S>& layer) {
     const double middle = now_.time + duration - 0.5 * duration;
     const Present<S> present = battery_.presentAt(middle);
-    Stepper<Slope>& slopes = probe();
-    const Present<Slope> slope_present = slopes.presentAt(middle);
+    Stepper<Dual>& slopes = probe();
+    const Present<Dual> slope_present = slopes.presentAt(middle);
     layer.beginStep(battery_.effects().parameters().data(), present, duration, now_.x[0],
                     battery_.activity(), battery_.ladder());
     const Eliminated found = eliminate(valueOf(voltage), duration, layer, slope_present);
@@ -154,17 +153,16 @@ class VoltageSource {
   }
 
   Eliminated eliminate(double voltage, double duration, DoubleLayer<S>& layer,
-                       const Present<Slope>& slope_present) {
-    Stepper<Slope>& slopes = **memory_.probe;
+                       const Present<Dual>& slope_present) {
+    Stepper<Dual>& slopes = **memory_.probe;
     const double before = valueOf(now_.x[0]);
     double i = valueOf(memory_.current);
     Eliminated found;
     SourceStep& step = found.step;
     for (int k = 0; k < kMaxRounds && !found.is_found; ++k) {
-      const Slope others =
-          slopes.othersVoltage(Slope(i, Eigen::Matrix<double, 1, 1>::Ones()), duration,
-                               Slope(k > 0 ? step.u : before), slope_present);
-      found.resistance = others.derivatives()[0];
+      const Dual others = slopes.othersVoltage(Dual::unknown(i), duration,
+                                               Dual(k > 0 ? step.u : before), slope_present);
+      found.resistance = others.slope();
       step = layer.stepAtSource(voltage - others.value() + found.resistance * i, found.resistance,
                                 duration);
       found.is_found = std::abs(step.current - i) < kSettledCurrent * (1.0 + std::abs(i));
@@ -210,9 +208,9 @@ class VoltageSource {
   void adopt(double current, double tried, double duration) {
     memory_.current = S(current);
     if constexpr (kIsOfValues) {
-      const Stepper<Slope>& from = **memory_.probe;
+      const Stepper<Dual>& from = **memory_.probe;
       standAs(now_, from.now,
-              [&](const Slope& x) { return x.value() + x.derivatives()[0] * (current - tried); });
+              [&](const Dual& x) { return x.value() + x.slope() * (current - tried); });
       if (from.discrepancy()) battery_.setBeyondIdentified(from.discrepancy()->beyond());
     } else {
       battery_.pass(memory_.current, memory_.current, duration, 0.0, now_.time + duration);
@@ -226,28 +224,27 @@ class VoltageSource {
     const S follow = S((valueOf(now_.terminal) - now_.terminal + voltage - valueOf(voltage)) /
                        probeResistance());
     memory_.current = S(memory_.current + follow);
-    changeNumbersBeside(now_, (**memory_.probe).now, [&](S& x, const Slope& slope) {
-      x = S(x + slope.derivatives()[0] * follow);
-    });
+    changeNumbersBeside(now_, (**memory_.probe).now,
+                        [&](S& x, const Dual& slope) { x = S(x + slope.slope() * follow); });
   }
 
   // ------------------------------------------------------------------------------------------------- the probe
 
-  double probeResistance() { return (**memory_.probe).now.terminal.derivatives()[0]; }
+  double probeResistance() { return (**memory_.probe).now.terminal.slope(); }
 
   /// The same battery in the arithmetic of the solver for the current, as it stands.
-  Stepper<Slope>& probe() {
-    std::unique_ptr<Stepper<Slope>>& same = *memory_.probe;
+  Stepper<Dual>& probe() {
+    std::unique_ptr<Stepper<Dual>>& same = *memory_.probe;
     if (!same)
-      same = std::make_unique<Stepper<Slope>>(battery_.effects().shared(), battery_.point(),
-                                              Eigen::MatrixXd());
+      same = std::make_unique<Stepper<Dual>>(battery_.effects().shared(), battery_.point(),
+                                             Eigen::MatrixXd());
     standAs(same->now, now_, [](const S& x) { return valueOf(x); });
     return *same;
   }
 
   /// @return how far a held current ends above a voltage [V]; leaves the probe there.
   double excessOf(double i, double voltage, double duration) {
-    const Slope held(i, Eigen::Matrix<double, 1, 1>::Ones());
+    const Dual held = Dual::unknown(i);
     probe().pass(held, held, duration, 0.0, now_.time + duration);
     return valueOf((**memory_.probe).now.terminal) - voltage;
   }

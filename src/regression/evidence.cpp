@@ -1,7 +1,6 @@
 #include "regression/evidence.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -9,6 +8,8 @@
 #include <numeric>
 #include <unsupported/Eigen/FFT>
 #include <utility>
+
+#include "util/eigen_decomposition.hpp"
 
 namespace battery_sof {
 namespace {
@@ -398,7 +399,7 @@ Eigen::MatrixXd covarianceOf(const LinearProblem& problem, double effective_samp
 double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets,
                             double square, double rows, double effective_sample_fraction,
                             double noise) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(effective_sample_fraction * products);
+  const auto axes = eigenDecomposition(effective_sample_fraction * products);
   const Eigen::ArrayXd spectrum = axes.eigenvalues().array().max(0.0);
   const Eigen::ArrayXd squares =
       (effective_sample_fraction * (axes.eigenvectors().transpose() * targets)).array().square();

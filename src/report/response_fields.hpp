@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "diagnosis/response_table.hpp"
+#include "util/eigen_decomposition.hpp"
 #include "util/text.hpp"
 #include "yaml_fields.hpp"
 
@@ -40,8 +40,7 @@ inline void requireCorrelation(const FieldReader& root, const Eigen::MatrixXd& c
                "must have ones on its diagonal");
   root.require(((correlation - correlation.transpose()).array().abs() <= kSame).all(),
                "correlation", "must be symmetric");
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
-  const double least = eigen.eigenvalues().minCoeff();
+  const double least = eigenDecomposition(correlation).eigenvalues().minCoeff();
   root.require(least >= kMinEigenvalue, "correlation",
                format("has the eigenvalue %g, expected none below 0", least));
 }

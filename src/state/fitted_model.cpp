@@ -1,9 +1,10 @@
 #include "state/fitted_model.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
+
+#include "util/eigen_decomposition.hpp"
 
 namespace battery_sof {
 namespace {
@@ -90,8 +91,7 @@ Eigen::MatrixXd covarianceFactor(const Eigen::MatrixXd& covariance) {
   // Scaled to correlations first: the rows have different units.
   const Eigen::VectorXd std = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse = std.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance *
-                                                             inverse.asDiagonal());
+  const auto eigen = eigenDecomposition(inverse.asDiagonal() * covariance * inverse.asDiagonal());
   const Eigen::VectorXd& values = eigen.eigenvalues();  // increasing
   const Eigen::Index size = values.size();
   Eigen::Index kept = 0;

@@ -1,34 +1,23 @@
 #pragma once
 
 // What an effect's file is written in. The hooks are templates over the scalar, so one definition
-// serves values, derivatives and the solver; effectOf<Definition>() turns them into what a
-// simulation calls.
+// serves values and derivatives; effectOf<Definition>() turns them into what a simulation calls.
 
-#include <Eigen/Core>
 #include <memory>
 #include <tuple>
 #include <type_traits>
-#include <unsupported/Eigen/AutoDiff>
 #include <vector>
 
 #include "model/closed_form_step.hpp"
+#include "model/dual.hpp"
 #include "model/effect.hpp"
 #include "model/input_sequence.hpp"
 #include "util/constants.hpp"
 
 namespace battery_sof {
 
-/// A number that carries N derivatives along.
-template <int N>
-using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, N, 1>>;
-/// A number with its derivative to the one unknown of an implicit step.
-using Slope = Dual<1>;
-
 inline double valueOf(double x) { return x; }
-template <typename D>
-double valueOf(const Eigen::AutoDiffScalar<D>& x) {
-  return x.value();
-}
+inline double valueOf(const Dual& x) { return x.value(); }
 
 /// The base model's parameters as effects leave them for one interval.
 template <typename S>
@@ -193,16 +182,14 @@ class KernelOf final : public EffectKernel<S> {
   }
 };
 
-/// An effect ready to be composed, its hooks in every arithmetic.
+/// An effect ready to be composed, its hooks in both arithmetics.
 struct Effect {
   template <typename S>
   using Kernel = std::unique_ptr<EffectKernel<S>>;
 
   EffectInfo info;
   EffectHooks hooks;
-  std::tuple<Kernel<double>, Kernel<Slope>, Kernel<Dual<8>>, Kernel<Dual<16>>, Kernel<Dual<24>>,
-             Kernel<Dual<48>>>
-      kernels;
+  std::tuple<Kernel<double>, Kernel<Dual>> kernels;
 };
 
 template <typename D>
@@ -215,10 +202,7 @@ Effect effectOf() {
                   HasActivity<D>::value,    HasAdvance<D>::value,      HasVoltage<D>::value,
                   HasShow<D>::value,        IsLadder<D>::value,        StepsFinely<D>::value,
                   LimitsReaction<D>::value, AdaptsForOthers<D>::value, longestPieceOf<D>()};
-  effect.kernels = {
-      std::make_unique<KernelOf<D, double>>(),   std::make_unique<KernelOf<D, Slope>>(),
-      std::make_unique<KernelOf<D, Dual<8>>>(),  std::make_unique<KernelOf<D, Dual<16>>>(),
-      std::make_unique<KernelOf<D, Dual<24>>>(), std::make_unique<KernelOf<D, Dual<48>>>()};
+  effect.kernels = {std::make_unique<KernelOf<D, double>>(), std::make_unique<KernelOf<D, Dual>>()};
   return effect;
 }
 
