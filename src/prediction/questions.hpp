@@ -36,6 +36,14 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
 
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);
+std::string faultsOf(const StopTimeQuery& query);
+std::string faultsOf(const ChargeAcceptanceQuery& query);
+std::string faultsOfProfile(const std::vector<double>& time, const std::vector<double>& current);
+/// @return the first fault of a map's lists; empty when there is none.
+std::string faultsOfCrankingMap(const std::vector<double>& i_load,
+                                const std::vector<double>& t_stop);
+std::string faultsOfChargeMap(const std::vector<double>& u_boost,
+                              const std::vector<double>& t_sof2);
 
 /// What a crank misses by itself, beyond normal driving [V].
 double crankError(const Fit& fit, double current);

@@ -77,14 +77,13 @@ std::optional<RawSample> SampleStream::jumpConfirmedBy(const RawSample& sample) 
   return confirms ? held_ : std::nullopt;
 }
 
-void SampleStream::goOnFrom(const SampleStream& before) {
-  const SampleStream now = std::exchange(*this, before);
-  counts_ = now.counts_;
+void SampleStream::resumeAfter(const SampleStream& since) {
+  counts_ = since.counts_;
   ++counts_.clock_restarts;
-  intake_ = now.intake_;
-  watch_ = now.watch_;
-  watch_.forgetClock();
+  intake_ = since.intake_;
   intake_.resumeAt(newest_);
+  watch_ = since.watch_;
+  watch_.forgetClock();
   held_.reset();
 }
 

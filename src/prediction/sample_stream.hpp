@@ -62,9 +62,9 @@ class SampleStream {
   /// The first sample on the new clock, where this sample would confirm a jump of the clock; none
   /// else.
   std::optional<RawSample> jumpConfirmedBy(const RawSample& sample) const;
-  /// Goes on where another stream stood, as if what came since had not: it was on a wrong clock.
-  /// The counts stay.
-  void goOnFrom(const SampleStream& before);
+  /// Goes on where this stream stands, as if what another copy of it took since had not come. What
+  /// that one counted and watched stays.
+  void resumeAfter(const SampleStream& since);
   /// [s], last accepted stamp; none before the first.
   std::optional<double> newestStamp() const { return newest_; }
 
