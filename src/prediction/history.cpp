@@ -1,8 +1,6 @@
 #include "prediction/history.hpp"
 
-#include <algorithm>
 #include <array>
-#include <utility>
 
 namespace battery_sof {
 
@@ -11,49 +9,24 @@ std::string toString(AnswerBasis basis) {
   return kNames.at(static_cast<std::size_t>(basis));
 }
 
-History::History(Standing beginning) : now_(std::move(beginning)) { mark(Mark::kBeginning); }
-
-void History::mark(Mark mark) {
-  remove(mark);
-  marks_.push_back({mark, std::make_shared<const Standing>(now_)});
-}
-
-bool History::has(Mark mark) const {
-  return std::any_of(marks_.begin(), marks_.end(),
-                     [mark](const Marked& marked) { return marked.mark == mark; });
-}
-
-const Standing& History::at(Mark mark) const {
-  return *std::find_if(marks_.begin(), marks_.end(), [mark](const Marked& marked) {
-            return marked.mark == mark;
-          })->standing;
-}
-
-bool History::continuesFrom(Mark mark) const {
-  return at(mark).stream.counts().clock_restarts == now_.stream.counts().clock_restarts;
-}
-
-void History::remove(Mark mark) {
-  marks_.erase(std::remove_if(marks_.begin(), marks_.end(),
-                              [mark](const Marked& marked) { return marked.mark == mark; }),
-               marks_.end());
+bool History::continuesFrom(const Standing& then) const {
+  return then.stream.counts().clock_restarts == now_.stream.counts().clock_restarts;
 }
 
 void History::rewindTo(Mark mark) {
-  auto marked = marks_.begin();
-  while (marked->mark != mark) ++marked;
-  const std::shared_ptr<const Standing> then = marked->standing;
-  for (; marked != marks_.end(); ++marked) marked->standing = then;
+  const std::shared_ptr<const Standing> then = marks_.at(mark);
+  for (auto& [other, standing] : marks_)
+    if (standing->driving > then->driving) standing = then;
   remove(Mark::kBeforeClockJump);
-  const SampleStream stream = std::exchange(now_, *then).stream;
-  now_.stream.resumeAfter(stream);
+  const SampleStream since = std::exchange(now_, *then).stream;
+  now_.stream.resumeAfter(since);
 }
 
 bool History::replay(ModelMonitor monitor) {
   now_.monitor = std::move(monitor);
   const Series& series = now_.stream.series();
-  for (std::size_t n = firstAfter(series, now_.monitor.tracker().state().time); n < series.size();
-       ++n) {
+  const double reached = now_.monitor.tracker().state().time;
+  for (std::size_t n = firstAfter(series, reached); n < series.size(); ++n) {
     now_.monitor.follow(series[n], now_.stream.maxGap());
     if (!now_.monitor.isFinite()) return false;
   }

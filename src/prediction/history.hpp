@@ -1,10 +1,11 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "prediction/identification_job.hpp"
 #include "prediction/model_monitor.hpp"
@@ -51,47 +52,39 @@ enum class Mark {
 };
 
 /**
- * @brief The one way back: standings at marks, in order of time, and the samples since.
+ * @brief The one way back: what a session knew at marks, and the samples since, which are those of
+ * the present stream.
  *
  *     mark -> rewindTo   what came since was on a wrong clock: the session goes on from the mark
  *     mark -> replay     a model of the samples up to the mark: it follows those since
- *
- * The samples are those of the present stream. A copy shares the marked standings, which do not
- * change.
  */
 class History {
  public:
-  explicit History(Standing beginning);
+  explicit History(Standing beginning) : now_(std::move(beginning)) { mark(Mark::kBeginning); }
 
   Standing& now() { return now_; }
   const Standing& now() const { return now_; }
 
-  /// Keeps the present standing; one mark of a kind, the last.
-  void mark(Mark mark);
-  bool has(Mark mark) const;
-  const Standing& at(Mark mark) const;  ///< needs the mark
-  /// Whether the stream goes on from a mark, without a jump back of its clock. Needs the mark.
-  bool continuesFrom(Mark mark) const;
-  void remove(Mark mark);
+  /// Keeps the present standing, in place of the one that had this mark.
+  void mark(Mark mark) { marks_[mark] = std::make_shared<const Standing>(now_); }
+  bool has(Mark mark) const { return marks_.count(mark) > 0; }
+  const Standing& at(Mark mark) const { return *marks_.at(mark); }  ///< needs the mark
+  void remove(Mark mark) { marks_.erase(mark); }
+  /// Removes a mark. Needs the mark. @return the standing at it.
+  std::shared_ptr<const Standing> take(Mark mark) { return marks_.extract(mark).mapped(); }
+  /// Whether the stream goes on from a standing, without a jump back of its clock.
+  bool continuesFrom(const Standing& then) const;
 
-  /**
-   * @brief Goes on from a mark as if the samples since had not come. Needs the mark.
-   *
-   * What was counted stays (SampleStream::resumeAfter()). A job that was taken since
-   * counts as taken at the mark. A jump of the clock is over.
-   */
+  /// Goes on from a mark as if the samples since had not come; what was counted stays
+  /// (SampleStream::resumeAfter()). A job that was taken since counts as taken at the mark, and no
+  /// jump of the clock is left that may turn out wrong. Needs the mark.
   void rewindTo(Mark mark);
-  /// Lets a model answer that follows the samples behind its state first. They were reported
+  /// Lets a model answer, after it followed the samples behind its state. Their events were reported
   /// before. @return whether its numbers stay finite.
   bool replay(ModelMonitor monitor);
 
  private:
-  struct Marked {
-    Mark mark;
-    std::shared_ptr<const Standing> standing;
-  };
-
-  std::vector<Marked> marks_;  // in order of time
+  std::map<Mark, std::shared_ptr<const Standing>> marks_;  // a copy shares them
   Standing now_;
 };
 

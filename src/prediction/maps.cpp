@@ -11,10 +11,11 @@ std::string faultOf(const std::vector<double>& side, const char* name) {
 
 /// Fills a map, or says why not.
 template <typename Map, typename Ask>
-Map filled(const Fit& fit, const std::string& faults, const std::vector<double>& rows,
-           const std::vector<double>& columns, const WorkWatch& watch, Ask&& ask) {
+Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name,
+           const std::vector<double>& columns, const char* column_name, const WorkWatch& watch,
+           Ask&& ask) {
   Map map;
-  if (isRefused(map, fit, faults)) return map;
+  if (isRefused(map, fit, faultsOfMap(rows, row_name, columns, column_name))) return map;
   const std::size_t cells = rows.size() * columns.size();
   for (const double row : rows)
     for (const double column : columns) {
@@ -41,6 +42,12 @@ std::size_t takeMap(MapVerdict& verdict, const std::optional<Map>& map) {
 }
 
 }  // namespace
+
+std::string faultsOfMap(const std::vector<double>& rows, const char* row_name,
+                        const std::vector<double>& columns, const char* column_name) {
+  const std::string fault = faultOf(rows, row_name);
+  return fault.empty() ? faultOf(columns, column_name) : fault;
+}
 
 std::optional<Assurance> assuranceOf(const MapVerdict& verdict) {
   if (verdict.code == AnswerCode::kExtrapolation) return Assurance::kNotValid;
@@ -70,22 +77,10 @@ MapVerdict verdictOf(const std::optional<CrankingMap>& cranking,
   return verdict;
 }
 
-std::string faultsOfCrankingMap(const std::vector<double>& i_load,
-                                const std::vector<double>& t_stop) {
-  const std::string fault = faultOf(i_load, "i_load");
-  return fault.empty() ? faultOf(t_stop, "t_stop") : fault;
-}
-
-std::string faultsOfChargeMap(const std::vector<double>& u_boost,
-                              const std::vector<double>& t_sof2) {
-  const std::string fault = faultOf(u_boost, "u_boost");
-  return fault.empty() ? faultOf(t_sof2, "t_sof2") : fault;
-}
-
 CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query,
                         const std::vector<double>& i_load, const std::vector<double>& t_stop,
                         double capacity, const WorkWatch& watch) {
-  return filled<CrankingMap>(model.fit, faultsOfCrankingMap(i_load, t_stop), i_load, t_stop, watch,
+  return filled<CrankingMap>(model.fit, i_load, "i_load", t_stop, "t_stop", watch,
                              [&](double load, double stop) {
                                CrankingQuery one = query;
                                one.load = {};
@@ -100,8 +95,8 @@ ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model,
                                         const std::vector<double>& u_boost,
                                         const std::vector<double>& t_sof2, double capacity,
                                         const WorkWatch& watch) {
-  return filled<ChargeAcceptanceMap>(model.fit, faultsOfChargeMap(u_boost, t_sof2), u_boost, t_sof2,
-                                     watch, [&](double voltage, double duration) {
+  return filled<ChargeAcceptanceMap>(model.fit, u_boost, "u_boost", t_sof2, "t_sof2", watch,
+                                     [&](double voltage, double duration) {
                                        ChargeAcceptanceQuery one = query;
                                        one.u_boost = voltage;
                                        one.t_sof2 = duration;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "estimation/window.hpp"
+#include "recording/channel_statistics.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"
 
@@ -76,8 +77,7 @@ SessionEvents OnlineSession::push(const RawSample& sample) {
 
 SessionEvents OnlineSession::take(const RawSample& sample) {
   watchForJumps(sample);
-  const SampleStream::Step step = now().stream.push(sample);
-  for (const Sample& next : step.samples) {
+  for (const Sample& next : now().stream.push(sample)) {
     if (now().newest && next.time <= now().newest->time) restartClock(next);
     advance(next);
   }
@@ -101,6 +101,7 @@ void OnlineSession::watchForJumps(const RawSample& sample) {
   }
   history_.mark(Mark::kBeforeClockJump);
   jumped_to_ = first->time;
+  if (!now().newest) now().monitor.drop();  // what tryWaiting() began
 }
 
 void OnlineSession::beginAnew() {
@@ -191,8 +192,19 @@ void OnlineSession::restore(const FittedModel& model) {
 bool OnlineSession::startSaved(const Sample& first) {
   Standing& here = now();
   const FittedModel& model = here.saved->model;
-  here.saved->refusal = here.last_outcome = refusalOfSaved(first.time);
-  if (!here.saved->refusal.empty()) return false;
+  const double since = first.time - model.state.time, blocks = model.fit.series_blocks;
+  std::string refusal;
+  if (since < 0.0)
+    refusal = format("its state is %.1f s ahead of the first sample", -since);
+  else if (blocks != 1.0)
+    refusal = format("it is of %g blocks of 12 V, but series_blocks is %g",
+                     blocks * options_.series_blocks, options_.series_blocks);
+  else if (!isUsable(model.fit))
+    refusal = "its fit is not usable";
+  if (!refusal.empty()) {
+    here.saved->refusal = here.last_outcome = "the saved model was refused: " + refusal;
+    return false;
+  }
   here.last_outcome =
       format("the saved model is in use, %.0f s old", first.time - model.fit.window.to);
   here.basis = AnswerBasis::kPreviousTrip;
@@ -200,9 +212,8 @@ bool OnlineSession::startSaved(const Sample& first) {
   here.missing_for_first.clear();
   if (model.fit.source) here.source = ChargerShare(*model.fit.source);
   ModelMonitor monitor(options_.events, options_.steps);
-  monitor.learnFrom(
-      parked(model, first.time - model.state.time, temperatureAt(here.stream.series(), first.time)),
-      here.stream.maxGap());
+  monitor.learnFrom(parked(model, since, temperatureAt(here.stream.series(), first.time)),
+                    here.stream.maxGap());
   if (!history_.replay(std::move(monitor))) loseModel(kLostNumbers);
   return true;
 }
@@ -212,34 +223,12 @@ void OnlineSession::tryWaiting() {
   const Series& waiting = here.stream.waiting();
   if (!here.saved || waiting.empty()) return;
   const Sample last = waiting[waiting.size() - 1];
-  const double since =
-      here.monitor.holdsModel() ? last.time - here.monitor.tracker().state().time : -1.0;
-  const bool goes_on = since >= 0.0 && since <= SampleStream::kClockAhead;
-  if (!goes_on && !startSaved(last)) return here.monitor.drop();
+  if (!here.monitor.holdsModel() && !startSaved(last)) return;
   here.monitor.follow(last, here.stream.maxGap());
 }
 
 void OnlineSession::offerRefusedAgain() {
   if (now().saved && now().basis == AnswerBasis::kPopulation) now().saved->refusal.clear();
-}
-
-std::string OnlineSession::refusalOfSaved(double time) const {
-  const FittedModel& model = now().saved->model;
-  const double ahead = model.state.time - time;
-  if (ahead > 0.0)
-    return format("the saved model was refused: its state is %.1f s ahead of the first sample",
-                  ahead);
-  if (model.fit.series_blocks != 1.0)
-    return format(
-        "the saved model was refused: it is of %g blocks of 12 V, but series_blocks is %g",
-        model.fit.series_blocks * options_.series_blocks, options_.series_blocks);
-  return isUsable(model.fit) ? "" : "the saved model was refused: its fit is not usable";
-}
-
-std::string OnlineSession::whySavedWaits() const {
-  if (!now().saved->refusal.empty()) return now().saved->refusal;
-  if (counts().rejectedTotal() == 0) return "the saved model is waiting for the first sample";
-  return "the saved model is waiting for the first usable sample: " + toString(counts());
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -299,14 +288,17 @@ IdentificationJob OnlineSession::makeJob() {
 
 IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   if (!isJobOut()) throw std::invalid_argument("finish: no job is out");
-  const bool is_of_run = history_.continuesFrom(Mark::kJobTaken);
-  const Standing taken = history_.at(Mark::kJobTaken);
-  history_.remove(Mark::kJobTaken);
+  const std::shared_ptr<const Standing> taken = history_.take(Mark::kJobTaken);
+  const bool is_of_run = history_.continuesFrom(*taken);
   Standing& here = now();
-  if (is_of_run) takeSource(result.source);
+  if (is_of_run && result.source.until()) {
+    here.source = result.source;
+    for (std::size_t n = firstAfter(series(), *result.source.until()); n < series().size(); ++n)
+      here.source.add(series()[n]);
+  }
   std::string refusal =
       is_of_run ? refusalOf(result) : "the clock jumped back while the identification ran";
-  if (refusal.empty()) refusal = install(result, taken);
+  if (refusal.empty()) refusal = install(result, *taken);
   IdentificationOutcome outcome;
   outcome.accepted = refusal.empty();
   outcome.message = outcome.accepted ? result.message : refusal;
@@ -318,17 +310,10 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
       outcome.message;
   const bool is_given_up = !outcome.accepted && composition_ && is_of_run;
   if (is_given_up) composition_.reset();
-  here.next_look = taken.driving + (here.monitor.learns() || here.is_denied || is_given_up
-                                        ? options_.retry_period
-                                        : options_.identify_period);
+  here.next_look = taken->driving + (here.monitor.learns() || here.is_denied || is_given_up
+                                         ? options_.retry_period
+                                         : options_.identify_period);
   return outcome;
-}
-
-void OnlineSession::takeSource(const ChargerShare& source) {
-  if (!source.until()) return;
-  now().source = source;
-  for (std::size_t n = firstAfter(series(), *source.until()); n < series().size(); ++n)
-    now().source.add(series()[n]);
 }
 
 std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
@@ -390,6 +375,111 @@ void OnlineSession::beginDueComposition() {
   if (!next_composition_ || now().driving < next_composition_->from_driving || whyNoModel()) return;
   composition_ = std::exchange(next_composition_, std::nullopt);
   now().next_look = now().driving;
+}
+
+// ----------------------------------------------------------------------------------------------------
+// queries
+
+std::optional<std::string> OnlineSession::whyNoModel() const {
+  if (now().monitor.holdsModel()) return std::nullopt;
+  if (now().saved && !now().newest) {
+    if (!now().saved->refusal.empty()) return now().saved->refusal;
+    return counts().rejectedTotal() == 0
+               ? "the saved model is waiting for the first sample"
+               : "the saved model is waiting for the first usable sample: " + toString(counts());
+  }
+  return "no model has been identified yet" +
+         (now().last_outcome.empty() ? "" : ": " + now().last_outcome);
+}
+
+ModelSnapshot OnlineSession::live() const {
+  std::optional<FittedModel> live = model();
+  if (live && !series().temperature.empty()) live->state.temperature = series().temperature.back();
+  return ModelSnapshot(std::move(live), whyNoModel(), options_.capacity, whyNotValid());
+}
+
+std::optional<double> OnlineSession::chargeVoltage() const {
+  std::optional<double> of_one;
+  if (now().monitor.holdsModel())
+    of_one = usualVoltage(now().monitor.tracker().intervals().event_history.charges);
+  else if (now().saved)
+    of_one = usualVoltage(now().saved->model.intervals.event_history.charges);
+  const std::deque<double>& passed = now().charge_voltages;
+  if (!of_one && !passed.empty()) of_one = medianOf({passed.begin(), passed.end()});
+  if (of_one) *of_one *= options_.series_blocks;
+  return of_one;
+}
+
+std::optional<double> OnlineSession::newestTime() const {
+  return now().newest ? std::optional<double>(now().newest->time) : std::nullopt;
+}
+
+std::optional<FittedModel> OnlineSession::model() const {
+  if (!now().monitor.holdsModel()) return std::nullopt;
+  FittedModel model = now().monitor.now();
+  model.fit.series_blocks = options_.series_blocks;
+  return model;
+}
+
+std::optional<FittedModel> OnlineSession::modelToSave() const {
+  const bool saved_is_better = now().saved && now().basis != AnswerBasis::kThisTrip;
+  if (saved_is_better || !whyNotValid().empty()) return std::nullopt;
+  return model();
+}
+
+SessionStatus OnlineSession::status() const {
+  const Standing& here = now();
+  const ModelMonitor& monitor = here.monitor;
+  const bool saved_waits = here.saved && here.saved->refusal.empty();
+  SessionStatus status;
+  status.reason = here.last_outcome;
+  if (monitor.learns()) {
+    status.reason += status.reason.empty() ? "" : "; ";
+    status.reason += "answers rest on ";
+    const bool has_priors = !knownOf(options_.identify.priors, {}).empty();
+    status.reason += here.basis != AnswerBasis::kPopulation ? "the previous trip"
+                     : has_priors                           ? "the given priors"
+                                  : "what is known of lead-acid batteries";
+    status.reason += " and this trip's samples" +
+                     (here.missing_for_first.empty() ? "" : "; " + here.missing_for_first);
+  }
+  status.basis = saved_waits ? AnswerBasis::kPreviousTrip : here.basis;
+  status.newest_time = newestTime();
+  if (monitor.holdsModel()) {
+    status.model_age = monitor.age();
+    status.window_quality = monitor.accepted().fit.window_quality;
+    status.effects = monitor.accepted().fit.effects;
+    status.voltage_controlled = monitor.tracker().isVoltageControlled();
+    if (const auto& last = monitor.tracker().last()) {
+      status.expected = ExpectedSample{last->time, std::nullopt, std::nullopt};
+      if (last->voltage_controlled)
+        status.expected->current = last->current;
+      else
+        status.expected->voltage = last->voltage * options_.series_blocks;
+    }
+  }
+  status.backtest = monitor.backtest();
+  status.deep_discharge = here.deep_discharges.toString(options_.series_blocks);
+  status.charger_present = here.source.seen();
+  status.charger_share = here.source.share();
+  if (const auto reason = whyNoModel()) {
+    status.state = !here.newest ? SessionState::kNoSample
+                   : isJobOut() ? SessionState::kIdentifying
+                                : SessionState::kCollecting;
+    if (status.reason.empty()) status.reason = *reason;
+    if (!here.newest)
+      status.reason =
+          (counts().rejectedTotal() == 0 ? "no sample yet"
+                                         : "no usable sample yet, " + toString(counts())) +
+          (here.saved ? ": " + *reason : "");
+  } else {
+    status.state = SessionState::kReady;
+    status.not_valid = whyNotValid();
+  }
+  if (!status.not_valid.empty())
+    status.reason = "no answer is valid, because " + status.not_valid +
+                    (status.reason.empty() ? "" : "; " + status.reason);
+  return status;
 }
 
 }  // namespace battery_sof

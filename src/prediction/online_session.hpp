@@ -98,7 +98,8 @@ class ModelSnapshot {
                           const std::vector<double>& t_stop,
                           const WorkWatch& watch = nullptr) const {
     if (!model_)
-      return withoutModel<CrankingMap>(faultsOfCrankingMap(i_load, t_stop), why_no_model_);
+      return withoutModel<CrankingMap>(faultsOfMap(i_load, "i_load", t_stop, "t_stop"),
+                                       why_no_model_);
     return judged(battery_sof::mapCranking(*model_, query, i_load, t_stop, capacity_, watch));
   }
   ChargeAcceptanceMap mapChargeAcceptance(const ChargeAcceptanceQuery& query,
@@ -106,7 +107,8 @@ class ModelSnapshot {
                                           const std::vector<double>& t_sof2,
                                           const WorkWatch& watch = nullptr) const {
     if (!model_)
-      return withoutModel<ChargeAcceptanceMap>(faultsOfChargeMap(u_boost, t_sof2), why_no_model_);
+      return withoutModel<ChargeAcceptanceMap>(faultsOfMap(u_boost, "u_boost", t_sof2, "t_sof2"),
+                                               why_no_model_);
     return judged(
         battery_sof::mapChargeAcceptance(*model_, query, u_boost, t_sof2, capacity_, watch));
   }
@@ -121,20 +123,15 @@ class ModelSnapshot {
  private:
   template <typename Answer>
   Answer judged(Answer answer) const {
-    invalidate(answer);
+    const bool has_numbers =
+        answer.code != AnswerCode::kInvalidQuery && answer.code != AnswerCode::kNoModel;
+    if (has_numbers && !why_not_valid_.empty()) invalidate(answer, why_not_valid_);
     return answer;
   }
   template <typename Answer>
-  void invalidate(Answer& answer) const {
-    if (why_not_valid_.empty() || hasNoNumbers(answer.code)) return;
-    battery_sof::invalidate(answer, why_not_valid_);
-  }
-  template <typename Answer>
-  void invalidate(AnswerMap<Answer>& map) const {
-    for (Answer& answer : map.answers) invalidate(answer);
-  }
-  static bool hasNoNumbers(AnswerCode code) {
-    return code == AnswerCode::kInvalidQuery || code == AnswerCode::kNoModel;
+  AnswerMap<Answer> judged(AnswerMap<Answer> map) const {
+    for (Answer& answer : map.answers) answer = judged(std::move(answer));
+    return map;
   }
 
   std::optional<FittedModel> model_;
@@ -294,10 +291,6 @@ class OnlineSession {
   void tryWaiting();
   /// Where the clock jumped and nothing else is in use: a refused model is judged once more.
   void offerRefusedAgain();
-  /// Why the saved model cannot start at a time [s]; empty when it can.
-  std::string refusalOfSaved(double time) const;
-  /// Why the saved model does not answer.
-  std::string whySavedWaits() const;
 
   void beginDueComposition();
   bool isDue();
@@ -306,10 +299,6 @@ class OnlineSession {
   std::string refusalOf(const IdentificationResult& result) const;
   /// Puts a fit in where its job was taken. @return why not; empty when it is in use.
   std::string install(const IdentificationResult& result, const Standing& taken);
-  void takeSource(const ChargerShare& source);
-
-  std::string whyNoSample() const;
-  std::optional<ExpectedSample> expectedSample() const;
 
   SessionOptions options_;
   History history_;

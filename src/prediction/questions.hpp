@@ -39,11 +39,9 @@ std::string faultsOf(const CrankingQuery& query);
 std::string faultsOf(const StopTimeQuery& query);
 std::string faultsOf(const ChargeAcceptanceQuery& query);
 std::string faultsOfProfile(const std::vector<double>& time, const std::vector<double>& current);
-/// @return the first fault of a map's lists; empty when there is none.
-std::string faultsOfCrankingMap(const std::vector<double>& i_load,
-                                const std::vector<double>& t_stop);
-std::string faultsOfChargeMap(const std::vector<double>& u_boost,
-                              const std::vector<double>& t_sof2);
+/// Of the lists of a map.
+std::string faultsOfMap(const std::vector<double>& rows, const char* row_name,
+                        const std::vector<double>& columns, const char* column_name);
 
 /// What a crank misses by itself, beyond normal driving [V].
 double crankError(const Fit& fit, double current);
