@@ -15,17 +15,6 @@ constexpr double kFirstStep = 0.02;  // [s]
 constexpr double kGrowth = 1.15;
 constexpr double kSteps = 100.0;  // longest step is t_sof2 / kSteps, at least kFirstStep
 
-std::string faultsOf(const ChargeAcceptanceQuery& q) {
-  std::string faults;
-  addReason(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost,
-            "above 0, up to 100");
-  addReason(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2,
-            "above 0, up to 3600");
-  addReason(faults, q.i_limit > 0.0 && q.i_limit <= kMaxCurrent, "i_limit [A]", q.i_limit,
-            "above 0, up to 5000");
-  return faults;
-}
-
 /// A voltage held for a while.
 struct VoltageStep {
   double duration;  // [s]
@@ -148,6 +137,17 @@ ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request) {
   request.t_sof2 = askedFor(request.t_sof2).value_or(ChargeAcceptanceQuery().t_sof2);
   request.i_limit = askedFor(request.i_limit).value_or(ChargeAcceptanceQuery().i_limit);
   return request;
+}
+
+std::string faultsOf(const ChargeAcceptanceQuery& q) {
+  std::string faults;
+  addReason(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost,
+            "above 0, up to 100");
+  addReason(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2,
+            "above 0, up to 3600");
+  addReason(faults, q.i_limit > 0.0 && q.i_limit <= kMaxCurrent, "i_limit [A]", q.i_limit,
+            "above 0, up to 5000");
+  return faults;
 }
 
 ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,

@@ -403,14 +403,17 @@ std::string toString(StopTimeOutcome outcome) {
   return kNames.at(static_cast<std::size_t>(outcome));
 }
 
+std::string faultsOf(const StopTimeQuery& query) {
+  const std::string faults = faultsOf(crankOf(query));
+  return askedFor(query.u_required) ? faults
+                                    : "no limit is given that the crank has to keep: " + faults;
+}
+
 StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query,
                                double capacity) {
   const CrankingQuery crank = crankOf(query);
-  std::string faults = faultsOf(crank);
-  if (!askedFor(query.u_required))
-    faults = "no limit is given that the crank has to keep: " + faults;
   return answered<StopTimeAnswer>(
-      model, faults, capacity, [&](StopTimeAnswer& answer) -> std::optional<QueryRange> {
+      model, faultsOf(query), capacity, [&](StopTimeAnswer& answer) -> std::optional<QueryRange> {
         const bool draws = query.i_load < 0.0;
         const double supported = supportedCharge(model.fit, capacity);
         const double longest = stopThatDraws(capacity, query.i_load);

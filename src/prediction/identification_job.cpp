@@ -59,7 +59,7 @@ OpenLoopErrors openLoopErrors(FittedModel model, const Series& series, IndexRang
   return errors;
 }
 
-/// IdentificationTrial::worsening.
+/// IdentificationResult::worsening.
 double worseningOf(const OpenLoopErrors& errors, const OpenLoopErrors& before) {
   const auto part = [](const OpenLoopError& now, const OpenLoopError& then, double negligible) {
     return static_cast<double>(now.samples) *
@@ -73,57 +73,22 @@ double worseningOf(const OpenLoopErrors& errors, const OpenLoopErrors& before) {
 }
 
 /// A model as it follows what lies behind its window, with the events there.
-ModelMonitor followedBehind(const FittedModel& model, const Series& series, ModelMonitor followed,
+ModelMonitor followedBehind(const FittedModel& model, const IdentificationJob& job,
                             double max_gap) {
+  ModelMonitor followed(job.events, job.steps);
   followed.install(model, max_gap);
-  followed.lookBack(series);
-  for (std::size_t n = firstAfter(series, model.state.time); n < series.size(); ++n)
-    followed.follow(series[n], max_gap);
+  followed.lookBack(job.series);
+  for (std::size_t n = firstAfter(job.series, model.state.time); n < job.series.size(); ++n)
+    followed.follow(job.series[n], max_gap);
   return followed;
 }
 
-/// What all fits of one job share.
-struct JobWindow {
-  WindowChoice choice;
-  IndexRange recent;
-  double max_gap;        // [s]
-  ModelMonitor monitor;  // without a model
-  InstrumentLimits limits;
-  std::optional<ChargerControl> source;  // where it controls the voltage
-};
-
-IdentificationTrial tryFit(const Series& series, const JobWindow& window, IdentifyOptions options,
-                           const std::optional<FittedModel>& incumbent) {
-  IdentificationTrial trial;
-  takeLimits(options, series, window.limits);
-  if (options.start != FitStart::kPaper) options.source = window.source;
-  options.chooses_effects = true;
-  trial.model = fitPlanned(series, {window.choice, options});
-  trial.message = trial.model->fit.message;
-  if (!isUsable(trial.model->fit)) return trial;
-  trial.followed = followedBehind(*trial.model, series, window.monitor, window.max_gap);
-  trial.model = trial.followed->now();
-  const auto errorsOf = [&](const FittedModel& model) {
-    return openLoopErrors(drivenAs(model, trial.model->fit), series, window.recent, window.max_gap,
-                          options.masked);
-  };
-  const OpenLoopErrors errors = errorsOf(*trial.model);
-  trial.recent_rmse = errors.voltage.rmse();
-  trial.recent_current_rmse = errors.current.rmse();
-  if (!incumbent) return trial;
-  const OpenLoopErrors before = errorsOf(*incumbent);
-  trial.incumbent_rmse = before.voltage.rmse();
-  trial.incumbent_current_rmse = before.current.rmse();
-  trial.worsening = worseningOf(errors, before);
-  return trial;
-}
-
-/// runIdentification() but for faults and the epoch.
+/// runIdentification() but for faults.
 IdentificationResult attempt(const IdentificationJob& job) {
+  const Series& series = job.series;
   IdentificationResult result;
-  result.max_gap = gapThreshold(job.series);
-  result.source = ChargerShare(job.series, detectControlMode(job.series, job.events));
-  const WindowChoice choice = chooseWindow(job.series, {0, job.series.size()}, job.window_length);
+  result.source = ChargerShare(series, detectControlMode(series, job.events));
+  const WindowChoice choice = chooseWindow(series, {0, series.size()}, job.window_length);
   result.message = choice.message;
   if (!choice.range) return result;
   if (choice.excitation < job.min_window_quality) {
@@ -131,15 +96,31 @@ IdentificationResult attempt(const IdentificationJob& job) {
                      ", is below the required " + std::to_string(job.min_window_quality);
     return result;
   }
-  const JobWindow window{
-      choice,
-      recentWindow(job.series, job.window_length.value_or(defaultWindowLength(job.series))),
-      result.max_gap,
-      ModelMonitor(job.events, job.steps),
-      instrumentLimits(job.series),
-      chargerControl(job.series, std::nullopt, job.events)};
-  static_cast<IdentificationTrial&>(result) =
-      tryFit(job.series, window, job.identify, job.incumbent);
+  IdentifyOptions options = job.identify;
+  takeLimits(options, series, instrumentLimits(series));
+  if (options.start != FitStart::kPaper)
+    options.source = chargerControl(series, std::nullopt, job.events);
+  options.chooses_effects = true;
+  result.model = fitPlanned(series, {choice, options});
+  result.message = result.model->fit.message;
+  if (!isUsable(result.model->fit)) return result;
+  const double max_gap = gapThreshold(series);
+  result.followed = followedBehind(*result.model, job, max_gap);
+  result.model = result.followed->now();
+  const IndexRange recent =
+      recentWindow(series, job.window_length.value_or(defaultWindowLength(series)));
+  const auto errorsOf = [&](const FittedModel& model) {
+    return openLoopErrors(drivenAs(model, result.model->fit), series, recent, max_gap,
+                          options.masked);
+  };
+  const OpenLoopErrors errors = errorsOf(*result.model);
+  result.recent_rmse = errors.voltage.rmse();
+  result.recent_current_rmse = errors.current.rmse();
+  if (!job.incumbent) return result;
+  const OpenLoopErrors before = errorsOf(*job.incumbent);
+  result.incumbent_rmse = before.voltage.rmse();
+  result.incumbent_current_rmse = before.current.rmse();
+  result.worsening = worseningOf(errors, before);
   return result;
 }
 
@@ -199,14 +180,13 @@ IndexRange recentWindow(const Series& series, double length) {
 }
 
 IdentificationResult runIdentification(const IdentificationJob& job) {
-  IdentificationResult result;
   try {
-    result = attempt(job);
+    return attempt(job);
   } catch (const std::exception& error) {
-    result.message = std::string("the identification failed: ") + error.what();
+    IdentificationResult failed;
+    failed.message = std::string("the identification failed: ") + error.what();
+    return failed;
   }
-  result.epoch = job.epoch;
-  return result;
 }
 
 }  // namespace battery_sof

@@ -58,13 +58,12 @@ struct IdentificationSettings {
 
 /// Everything an identification needs, copied, so that any thread can run it.
 struct IdentificationJob : IdentificationSettings {
-  int epoch = 0;                         ///< which run of the clock the samples belong to
   Series series;                         ///< the buffered samples
   std::optional<FittedModel> incumbent;  ///< the model in use, to be compared with
 };
 
-/// A fit, and how it compares with the model before it.
-struct IdentificationTrial {
+/// What a job came to: a fit, and how it compares with the model before it.
+struct IdentificationResult {
   /// state at the series' last sample; none when no window could be fitted
   std::optional<FittedModel> model;
   std::string message;  ///< one sentence
@@ -79,13 +78,7 @@ struct IdentificationTrial {
   /// [1], error of the model over the incumbent's: of each quantity where it is not the input, their
   /// geometric mean by samples; at most 1 where both are negligible
   double worsening = 1.0;
-};
-
-/// What a job came to.
-struct IdentificationResult : IdentificationTrial {
-  int epoch = 0;
-  double max_gap = 0.0;  ///< [s], gapThreshold() of the series
-  ChargerShare source;   ///< over the series
+  ChargerShare source;  ///< over the series
 };
 
 /// The most recent stretch without a gap, at most `length` [s] long; empty for an empty series.

@@ -15,8 +15,7 @@ Map filled(const Fit& fit, const std::vector<double>& rows, const char* row_name
            const std::vector<double>& columns, const char* column_name, const WorkWatch& watch,
            Ask&& ask) {
   Map map;
-  const std::string fault = faultOf(rows, row_name);
-  if (isRefused(map, fit, fault.empty() ? faultOf(columns, column_name) : fault)) return map;
+  if (isRefused(map, fit, faultsOfMap(rows, row_name, columns, column_name))) return map;
   const std::size_t cells = rows.size() * columns.size();
   for (const double row : rows)
     for (const double column : columns) {
@@ -43,6 +42,12 @@ std::size_t takeMap(MapVerdict& verdict, const std::optional<Map>& map) {
 }
 
 }  // namespace
+
+std::string faultsOfMap(const std::vector<double>& rows, const char* row_name,
+                        const std::vector<double>& columns, const char* column_name) {
+  const std::string fault = faultOf(rows, row_name);
+  return fault.empty() ? faultOf(columns, column_name) : fault;
+}
 
 std::optional<Assurance> assuranceOf(const MapVerdict& verdict) {
   if (verdict.code == AnswerCode::kExtrapolation) return Assurance::kNotValid;

@@ -9,20 +9,18 @@
 namespace battery_sof {
 namespace {
 
-constexpr std::size_t kChargesKept = 20;     // whose voltage is kept
 constexpr double kDenialLookInterval = 1.0;  // [s], whether a model is denied
 
 }  // namespace
 
 void ModelMonitor::install(const FittedModel& model, double max_gap) {
   model_ = model;
-  fitted_until_ = model.fit.window.to;
+  watch_.reset();
   compared_.clear();
   is_denied_ = false;
   looked_at_ = -HUGE_VAL;
   if (!steps_.event_history) model_->intervals.event_history = {};
   tracker_.emplace(*model_, max_gap, steps_.residual_filter);
-  tracker_->setCalibrations(calibrations_);
 }
 
 void ModelMonitor::learnFrom(const FittedModel& model, double max_gap) {
@@ -30,16 +28,17 @@ void ModelMonitor::learnFrom(const FittedModel& model, double max_gap) {
   tracker_->learn();
 }
 
-void ModelMonitor::goOnAs(const ModelMonitor& other, const FittedModel& model) {
+void ModelMonitor::accept(const FittedModel& model, const IntervalCalibrations& calibrations) {
   model_ = model;
-  fitted_until_ = model.fit.window.to;
   compared_.clear();
-  tracker_ = other.tracker_;
   tracker_->setKnown(model);
-  tracker_->setCalibrations(calibrations_);
-  watch_ = other.watch_;
-  is_denied_ = other.is_denied_;
-  looked_at_ = other.looked_at_;
+  setCalibrations(calibrations);
+}
+
+void ModelMonitor::drop() {
+  model_.reset();
+  tracker_.reset();
+  compared_.clear();
 }
 
 void ModelMonitor::lookBack(const Series& series) {
@@ -47,35 +46,36 @@ void ModelMonitor::lookBack(const Series& series) {
   watch_.beginBehind(tracker_->state().current);
 }
 
-void ModelMonitor::forgetPast() {
-  watch_.reset();
-  compared_.clear();
-}
-
 void ModelMonitor::moveTo(const Sample& first, double moved, double max_gap) {
-  forgetPast();
   if (!model_) return;
-  fitted_until_ += moved;
-  looked_at_ = -HUGE_VAL;
   FittedModel there = *model_;
-  there.intervals.event_history = tracker_->eventHistory();
+  there.fit.window.from += moved;
+  there.fit.window.to += moved;
+  there.intervals.event_history = tracker_->intervals().event_history;
   there.intervals.event_history.moveBy(moved);
   setStateFromVoltage(there, first.time, first.current, first.voltage);
+  const IntervalCalibrations kept = calibrations();
   const bool learns = tracker_->learns();
-  tracker_.emplace(there, max_gap, steps_.residual_filter);
+  install(there, max_gap);
   if (learns) tracker_->learn();
-  tracker_->setCalibrations(calibrations_);
+  setCalibrations(kept);
+}
+
+IntervalCalibrations ModelMonitor::calibrations() const {
+  if (!tracker_) return {};
+  const IntervalLearning& intervals = tracker_->intervals();
+  return {intervals.crank_calibration, intervals.charge_calibration};
 }
 
 void ModelMonitor::setCalibrations(const IntervalCalibrations& calibrations) {
-  calibrations_ = calibrations;
-  if (tracker_) tracker_->setCalibrations(calibrations);
+  IntervalLearning& intervals = tracker_->intervals();
+  intervals.crank_calibration = calibrations.crank_calibration;
+  intervals.charge_calibration = calibrations.charge_calibration;
 }
 
 SessionEvents ModelMonitor::follow(const Sample& sample, double max_gap) {
   if (!tracker_ || sample.time <= tracker_->state().time) return {};
   SessionEvents events = watch(sample, max_gap);
-  tracker_->setCalibrations(calibrations_);
   const bool settled = tracker_->follow(sample.time, sample.current, sample.voltage);
   const auto& last = tracker_->last();
   if (settled && !last->voltage_controlled)
@@ -91,6 +91,7 @@ SessionEvents ModelMonitor::follow(const Sample& sample, double max_gap) {
 
 SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
   SessionEvents events;
+  IntervalLearning& intervals = tracker_->intervals();
   const WatchedSample at = watch_.moveTo(sample, *tracker_, max_gap);
   const auto take = [&](EventComparison event, IntervalCalibration& calibration,
                         std::vector<EventComparison>& of_kind) {
@@ -100,14 +101,11 @@ SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
     updateFrom(event);
   };
   if (const auto crank = watch_.cranks.add(at)) {
-    tracker_->setMissedAnswer(watch_.cranks.missed());
-    take(*crank, calibrations_.crank_calibration, events.cranks);
+    intervals.missed_answer = watch_.cranks.missed();
+    take(*crank, intervals.crank_calibration, events.cranks);
   }
-  if (const auto charge = watch_.charges.add(at)) {
-    charge_voltages_.push_back(charge->voltage);
-    if (charge_voltages_.size() > kChargesKept) charge_voltages_.pop_front();
-    take(*charge, calibrations_.charge_calibration, events.charges);
-  }
+  if (const auto charge = watch_.charges.add(at))
+    take(*charge, intervals.charge_calibration, events.charges);
   if (!model_->fit.source) return events;
   if (const auto stop = watch_.stops.add(at)) {
     events.stops.push_back(*stop);
@@ -119,13 +117,6 @@ SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
 
 void ModelMonitor::updateFrom(const PastEvent& event) {
   if (model_->fit.source && steps_.event_history) tracker_->updateFrom(event);
-}
-
-std::optional<double> ModelMonitor::chargeVoltage() const {
-  if (tracker_)
-    if (const auto known = usualVoltage(tracker_->eventHistory().charges)) return known;
-  if (charge_voltages_.empty()) return std::nullopt;
-  return medianOf({charge_voltages_.begin(), charge_voltages_.end()});
 }
 
 BacktestScore ModelMonitor::backtest() const {

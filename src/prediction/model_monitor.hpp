@@ -24,9 +24,7 @@ struct AnswerSteps {
 
 /**
  * @brief A model that follows the samples: its state, its rolling back-test, and the cranks and
- * charges that it was compared with.
- *
- * Interval calibrations outlive a model: they are the composition's past. A copy goes on by itself.
+ * charges that it was compared with. A copy goes on by itself.
  */
 class ModelMonitor {
  public:
@@ -38,46 +36,45 @@ class ModelMonitor {
   /// Takes a model in the place of the one before; the back-test begins again. @param max_gap [s],
   /// longest interval joined.
   void install(const FittedModel& model, double max_gap);
-  /// Takes a model that already followed samples in another one: its state, and events that are
-  /// under way. Its calibrations and back-test stay behind. @param model the same with what its
-  /// caller knows of it.
-  void goOnAs(const ModelMonitor& other, const FittedModel& model);
   /// Shows the samples up to the model's state, right after install(): by them a source is judged,
   /// and a charge under way at the state is not taken for one that begins behind it.
   void lookBack(const Series& series);
   /// Goes on from a model of another trip or of the population: samples are taken into parameters
   /// and state, one in 0.1 s, until a window's fit is installed.
   void learnFrom(const FittedModel& model, double max_gap);
+  /// From here on the model that it follows is the one in use; the back-test begins again.
+  /// @param model the same with what its caller knows of it.  @param calibrations as the intervals
+  /// of the model before asked for.
+  void accept(const FittedModel& model, const IntervalCalibrations& calibrations);
+  /// Follows no model from here on.
+  void drop();
   bool learns() const { return tracker_ && tracker_->learns(); }
   bool holdsModel() const { return tracker_.has_value(); }
   /// Answers nothing valid (denialOf()); looked at once a second of samples and at every crank.
-  bool isDenied() const { return is_denied_; }
+  bool isDenied() const { return tracker_ && is_denied_; }
+  /// Whether its numbers are; one that is not cannot be followed further.
+  bool isFinite() const { return !tracker_ || std::isfinite(tracker_->error()); }
 
   /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what
   /// ended with it.
   SessionEvents follow(const Sample& sample, double max_gap);
 
-  /// Drops what is in progress and compared.
-  void forgetPast();
-  /// Puts the state onto the first sample of a clock that jumped back. @param moved [s], by how
-  /// much.
+  /// Puts the model onto the first sample of a clock that jumped back: its window, its past events
+  /// and its state. What is in progress and compared is dropped. @param moved [s], by how much.
   void moveTo(const Sample& first, double moved, double max_gap);
 
-  /// As the intervals of earlier models asked for.
-  void setCalibrations(const IntervalCalibrations& calibrations);
-  const IntervalCalibrations& calibrations() const { return calibrations_; }
+  /// How wide intervals are, as past events ask for; as of a new model where there is none.
+  IntervalCalibrations calibrations() const;
+  void setCalibrations(const IntervalCalibrations& calibrations);  ///< needs a model
 
   // These need a model.
   const FittedModel& accepted() const { return *model_; }  ///< as it was installed
   FittedModel now() const { return tracker_->modelNow(); }
   const StateTracker& tracker() const { return *tracker_; }  ///< where it stands
-  /// [s], end of the model's window on the present clock.
-  double fittedUntil() const { return fitted_until_; }
+  /// [s], from the end of the model's window to its state.
+  double age() const { return tracker_->state().time - model_->fit.window.to; }
 
   BacktestScore backtest() const;
-  /// @return [V] at which the battery was charged lately: median over the past charges that the
-  /// model knows, else over those that passed; none where none was seen.
-  std::optional<double> chargeVoltage() const;
 
  private:
   /// One compared instant of the back-test.
@@ -89,13 +86,11 @@ class ModelMonitor {
   void updateFrom(const PastEvent& event);
   AnswerSteps steps_;
   EventWatch watch_;
-  IntervalCalibrations calibrations_;
   std::optional<FittedModel> model_;
   std::optional<StateTracker> tracker_;
-  double fitted_until_ = 0.0, looked_at_ = -HUGE_VAL;  // [s]
+  double looked_at_ = -HUGE_VAL;  // [s]
   bool is_denied_ = false;
   std::deque<Compared> compared_;
-  std::deque<double> charge_voltages_;  // [V], means of the last charges that passed
 };
 
 }  // namespace battery_sof

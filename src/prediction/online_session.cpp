@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "estimation/window.hpp"
+#include "recording/channel_statistics.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"
 
@@ -16,6 +17,12 @@ namespace {
 constexpr double kLookInterval = 10.0;  // [s] of driving, a look costs about a millisecond
 // of the recent RMSE; a tenth is within its own scatter
 constexpr double kToleratedWorsening = 1.1;
+// A first rest and cranks so far from what is expected are another battery's [standard deviations]:
+// by chance in at most one of 700 trips.
+constexpr double kSwapped = 3.5;
+constexpr double kBeforeFirst = 1e-3;     // [s]
+constexpr std::size_t kChargesKept = 20;  // whose voltage is kept
+constexpr const char* kLostNumbers = "the model was dropped because its state was not finite";
 
 void requirePositive(const char* name, double value) {
   requireThat(value > 0.0, name, value, "above 0 and finite");
@@ -50,8 +57,8 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 
 OnlineSession::OnlineSession(const SessionOptions& options)
     : options_(checked(options)),
-      stream_(options.buffer, {options.capacity, options.series_blocks}),
-      monitor_(options.events, options.steps) {}
+      history_({SampleStream(options.buffer, {options.capacity, options.series_blocks}),
+                ModelMonitor(options.events, options.steps)}) {}
 
 // ----------------------------------------------------------------------------------------------------
 // samples
@@ -59,7 +66,7 @@ OnlineSession::OnlineSession(const SessionOptions& options)
 void OnlineSession::setCapacity(double capacity) {
   requirePositive("capacity", capacity);
   options_.capacity = capacity;
-  stream_.setCapacity(capacity);
+  now().stream.setCapacity(capacity);
 }
 
 SessionEvents OnlineSession::push(const RawSample& sample) {
@@ -70,140 +77,186 @@ SessionEvents OnlineSession::push(const RawSample& sample) {
 
 SessionEvents OnlineSession::take(const RawSample& sample) {
   watchForJumps(sample);
-  const SampleStream::Step step = stream_.push(sample);
-  if (step.clock_restarted) ++epoch_;
-  for (const Sample& next : step.samples) {
-    if (newest_ && next.time <= newest_->time) restartClock(newest_->time, next);
+  for (const Sample& next : now().stream.push(sample)) {
+    if (now().newest && next.time <= now().newest->time) restartClock(next);
     advance(next);
   }
+  if (!now().newest) tryWaiting();
   return std::exchange(events_, {});
 }
 
 void OnlineSession::watchForJumps(const RawSample& sample) {
-  const std::optional<RawSample> first = stream_.jumpConfirmedBy(sample);
-  const std::optional<double> newest = stream_.newestStamp();
-  if (before_jump_ && newest && std::abs(*newest - jumped_to_) > SampleStream::kClockAhead)
-    before_jump_.reset();
+  const std::optional<double> newest = now().stream.newestStamp();
+  const double spent = newest ? std::abs(*newest - jumped_to_) : 0.0;
+  if (spent > SampleStream::kClockAhead) history_.remove(Mark::kBeforeClockJump);
+  const std::optional<RawSample> first = now().stream.jumpConfirmedBy(sample);
   if (!first) return;
-  if (before_jump_) {
-    const double since = first->time - *before_jump_->stream_.newestStamp();
-    const double spent = std::abs(*newest - jumped_to_);
+  if (history_.has(Mark::kBeforeClockJump)) {
+    const double since = first->time - *history_.at(Mark::kBeforeClockJump).stream.newestStamp();
     if (since > 0.0 && since <= SampleStream::kClockAhead + spent) {
-      goBackTo(*std::exchange(before_jump_, nullptr));
+      history_.rewindTo(Mark::kBeforeClockJump);
       events_ = take(*first);
       return;
     }
   }
-  before_jump_.reset();
-  before_jump_ = std::make_shared<const OnlineSession>(*this);
+  history_.mark(Mark::kBeforeClockJump);
   jumped_to_ = first->time;
-}
-
-void OnlineSession::goBackTo(const OnlineSession& before) {
-  OnlineSession then = before;
-  then.stream_ = stream_;
-  then.stream_.goOnFrom(before.stream_);
-  then.epoch_ = epoch_ + 1;
-  if (!job_) then.job_.reset();
-  if (job_ && !then.job_) then.job_ = JobOut{then.monitor_, then.driving_};
-  then.events_ = std::move(events_);
-  then.composition_ = std::move(composition_);
-  then.next_composition_ = std::move(next_composition_);
-  *this = std::move(then);
+  if (!now().newest) now().monitor.drop();  // what tryWaiting() began
 }
 
 void OnlineSession::beginAnew() {
-  goBackTo(OnlineSession(options_));
+  history_.rewindTo(Mark::kBeginning);
   events_ = {};
   composition_.reset();
   next_composition_.reset();
 }
 
-void OnlineSession::restartClock(double old_newest, const Sample& first) {
-  newest_.reset();
-  const double moved = first.time - old_newest;
-  monitor_.moveTo(first, moved, stream_.maxGap());
-  source_.forgetPast();
-  deep_discharges_.forgetClock();
+void OnlineSession::restartClock(const Sample& first) {
+  now().monitor.moveTo(first, first.time - now().newest->time, now().stream.maxGap());
+  now().newest = first;
+  now().source.forgetPast();
+  now().deep_discharges.forgetClock();
   offerRefusedAgain();
 }
 
 void OnlineSession::advance(const Sample& sample) {
-  const double passed = newest_ ? sample.time - newest_->time : 0.0;
-  if (passed > SampleStream::kClockAhead) offerRefusedAgain();
-  if (passed <= stream_.maxGap()) driving_ += passed;
-  newest_ = sample;
-  deep_discharges_.add(sample, stream_.maxGap());
-  source_.add(sample);
-  source_.forgetBefore(stream_.series().time.front());
-  judgeRestored(sample);
-  if (!monitor_.holdsModel()) beginFromPopulation(sample);
-  follow(sample, stream_.maxGap());
+  Standing& here = now();
+  const double passed = here.newest ? sample.time - here.newest->time : 0.0;
+  if (!here.newest) here.monitor.drop();  // what tryWaiting() began
+  if (!here.newest || passed > SampleStream::kClockAhead) offerRefusedAgain();
+  if (passed <= here.stream.maxGap()) here.driving += passed;
+  here.newest = sample;
+  here.deep_discharges.add(sample, here.stream.maxGap());
+  here.source.add(sample);
+  here.source.forgetBefore(here.stream.series().time.front());
+  if (here.saved && here.saved->refusal.empty() && startSaved(sample)) here.saved.reset();
+  if (!here.monitor.holdsModel()) beginFromPopulation(sample);
+  follow(sample);
   watchForSwap(sample);
   watchForDenial();
 }
 
 void OnlineSession::watchForDenial() {
-  const bool is_denied = monitor_.holdsModel() && monitor_.isDenied();
-  if (is_denied && !is_denied_) next_look_ = driving_;
-  if (is_denied) stream_.doubt();
-  is_denied_ = is_denied;
+  const bool is_denied = now().monitor.isDenied();
+  if (is_denied && !now().is_denied) now().next_look = now().driving;
+  if (is_denied) now().stream.doubt();
+  now().is_denied = is_denied;
 }
 
-void OnlineSession::follow(const Sample& sample, double max_gap) {
-  if (!monitor_.holdsModel()) return;
-  const SessionEvents ended = followed(sample, max_gap);
+void OnlineSession::follow(const Sample& sample) {
+  const SessionEvents ended = now().monitor.follow(sample, now().stream.maxGap());
+  if (!now().monitor.isFinite()) return loseModel(kLostNumbers);
   for (const auto kind : {&SessionEvents::cranks, &SessionEvents::charges, &SessionEvents::stops})
     (events_.*kind).insert((events_.*kind).end(), (ended.*kind).begin(), (ended.*kind).end());
+  for (const EventComparison& charge : ended.charges)
+    now().charge_voltages.push_back(charge.voltage);
+  while (now().charge_voltages.size() > kChargesKept) now().charge_voltages.pop_front();
 }
 
-SessionEvents OnlineSession::followed(const Sample& sample, double max_gap) {
-  const SessionEvents ended = monitor_.follow(sample, max_gap);
-  if (std::isfinite(monitor_.tracker().error())) return ended;
-  loseModel("the model was dropped because its state was not finite");
-  return {};
+void OnlineSession::watchForSwap(const Sample& sample) {
+  if (now().basis != AnswerBasis::kPreviousTrip || !now().monitor.learns()) return;
+  const double surprise = now().monitor.tracker().surprise();
+  if (surprise < kSwapped) return;
+  loseModel(
+      format("the saved model was dropped: the first rest and cranks are %.1f standard deviations "
+             "away from what it predicts, so this seems to be another battery",
+             surprise));
+  beginFromPopulation(sample);
+}
+
+void OnlineSession::beginFromPopulation(const Sample& sample) {
+  now().basis = AnswerBasis::kPopulation;
+  FittedModel model = populationPrior(options_.capacity, knownOf(options_.identify.priors, {}),
+                                      sample.time, sample.current, sample.voltage);
+  model.fit.crank_current = options_.events.crank_current;
+  // The sample itself is taken in as well.
+  model.state.time = sample.time - kBeforeFirst;
+  now().monitor.learnFrom(model, now().stream.maxGap());
 }
 
 void OnlineSession::loseModel(const std::string& why) {
-  monitor_ = ModelMonitor(options_.events, options_.steps);
+  now().monitor.drop();
   composition_.reset();
-  last_outcome_ = why;
-  next_look_ = driving_ + kLookInterval;
+  now().last_outcome = why;
+  now().next_look = now().driving + kLookInterval;
 }
 
-void OnlineSession::followAgain(double after, double max_gap) {
-  const Series& series = stream_.series();
-  for (std::size_t n = firstAfter(series, after); n < series.size(); ++n)
-    followed(series[n], max_gap);
+// ----------------------------------------------------------------------------------------------------
+// saved model
+
+void OnlineSession::restore(const FittedModel& model) {
+  now().saved = SavedModel{model};
+  now().saved->model.fit.series_blocks /= options_.series_blocks;  // 1 when it is of such a row
+}
+
+bool OnlineSession::startSaved(const Sample& first) {
+  Standing& here = now();
+  const FittedModel& model = here.saved->model;
+  const double since = first.time - model.state.time, blocks = model.fit.series_blocks;
+  std::string refusal;
+  if (since < 0.0)
+    refusal = format("its state is %.1f s ahead of the first sample", -since);
+  else if (blocks != 1.0)
+    refusal = format("it is of %g blocks of 12 V, but series_blocks is %g",
+                     blocks * options_.series_blocks, options_.series_blocks);
+  else if (!isUsable(model.fit))
+    refusal = "its fit is not usable";
+  if (!refusal.empty()) {
+    here.saved->refusal = here.last_outcome = "the saved model was refused: " + refusal;
+    return false;
+  }
+  here.last_outcome =
+      format("the saved model is in use, %.0f s old", first.time - model.fit.window.to);
+  here.basis = AnswerBasis::kPreviousTrip;
+  here.next_look = here.driving;
+  here.missing_for_first.clear();
+  if (model.fit.source) here.source = ChargerShare(*model.fit.source);
+  ModelMonitor monitor(options_.events, options_.steps);
+  monitor.learnFrom(parked(model, since, temperatureAt(here.stream.series(), first.time)),
+                    here.stream.maxGap());
+  if (!history_.replay(std::move(monitor))) loseModel(kLostNumbers);
+  return true;
+}
+
+void OnlineSession::tryWaiting() {
+  Standing& here = now();
+  const Series& waiting = here.stream.waiting();
+  if (!here.saved || waiting.empty()) return;
+  const Sample last = waiting[waiting.size() - 1];
+  if (!here.monitor.holdsModel() && !startSaved(last)) return;
+  here.monitor.follow(last, here.stream.maxGap());
+}
+
+void OnlineSession::offerRefusedAgain() {
+  if (now().saved && now().basis == AnswerBasis::kPopulation) now().saved->refusal.clear();
 }
 
 // ----------------------------------------------------------------------------------------------------
 // identification
 
 std::optional<IdentificationJob> OnlineSession::takeDueJob() {
-  if (job_) return std::nullopt;
+  if (isJobOut()) return std::nullopt;
   beginDueComposition();
-  if (driving_ < next_look_ || !isDue()) return std::nullopt;
+  if (now().driving < now().next_look || !isDue()) return std::nullopt;
   return makeJob();
 }
 
 std::optional<IdentificationJob> OnlineSession::takeJob() {
-  if (job_ || stream_.series().empty()) return std::nullopt;
+  if (isJobOut() || series().empty()) return std::nullopt;
   beginDueComposition();
   return makeJob();
 }
 
 bool OnlineSession::isDue() {
-  if (restored_) return false;
-  if (monitor_.holdsModel() && !monitor_.learns()) return true;
-  next_look_ = driving_ + kLookInterval;
+  if (now().monitor.holdsModel() && !now().monitor.learns()) return true;
+  now().next_look = now().driving + kLookInterval;
   const std::string missing = missingForFirst();
-  if (!missing.empty()) missing_ = missing;
+  if (!missing.empty()) now().missing_for_first = missing;
   return missing.empty();
 }
 
 std::string OnlineSession::missingForFirst() const {
-  const Series& series = stream_.series();
+  const Series& series = now().stream.series();
   if (series.size() < 2) return "waiting for samples";
   const double length = options_.window_length.value_or(defaultWindowLength(series));
   if (length > options_.buffer) {
@@ -223,10 +276,10 @@ std::string OnlineSession::missingForFirst() const {
 }
 
 IdentificationJob OnlineSession::makeJob() {
-  job_ = JobOut{monitor_, driving_};
-  IdentificationJob job{options_, epoch_, stream_.series(), {}};
+  history_.mark(Mark::kJobTaken);
+  IdentificationJob job{options_, series(), {}};
   job.identify.capacity = options_.capacity;
-  if (monitor_.holdsModel()) job.incumbent = monitor_.accepted();
+  if (now().monitor.holdsModel()) job.incumbent = now().monitor.accepted();
   if (!composition_) return job;
   job.identify.effects = composition_->effects;
   job.identify.discrepancy = composition_->discrepancy;
@@ -234,78 +287,74 @@ IdentificationJob OnlineSession::makeJob() {
 }
 
 IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
-  JobOut job = std::exchange(job_, std::nullopt).value_or(JobOut{monitor_, driving_});
-  if (result.epoch == epoch_) takeSource(result.source);
+  if (!isJobOut()) throw std::invalid_argument("finish: no job is out");
+  const std::shared_ptr<const Standing> taken = history_.take(Mark::kJobTaken);
+  const bool is_of_run = history_.continuesFrom(*taken);
+  Standing& here = now();
+  if (is_of_run && result.source.until()) {
+    here.source = result.source;
+    for (std::size_t n = firstAfter(series(), *result.source.until()); n < series().size(); ++n)
+      here.source.add(series()[n]);
+  }
+  std::string refusal =
+      is_of_run ? refusalOf(result) : "the clock jumped back while the identification ran";
+  if (refusal.empty()) refusal = install(result, *taken);
   IdentificationOutcome outcome;
-  const bool is_of_run = result.epoch == epoch_;
-  const bool may_compare = !monitor_.learns() && (!composition_ || composition_->is_in_use);
-  const std::string refusal = is_of_run ? refusalOf(result, may_compare)
-                                        : "the clock jumped back while the identification ran";
   outcome.accepted = refusal.empty();
   outcome.message = outcome.accepted ? result.message : refusal;
-  if (outcome.accepted) {
-    const ModelMonitor answered = std::exchange(monitor_, std::move(job.monitor));
-    install(result);
-    monitor_.setCalibrations(answered.calibrations());
-    basis_ = AnswerBasis::kThisTrip;
-    if (composition_) composition_->is_in_use = true;
-  }
-  if (outcome.accepted && !monitor_.holdsModel()) {
-    outcome.accepted = false;
-    outcome.message = last_outcome_;
-  }
-  outcome.model = outcome.accepted ? monitor_.now() : std::move(result.model);
+  outcome.model = outcome.accepted ? here.monitor.now() : std::move(result.model);
   if (outcome.model) outcome.model->fit.series_blocks = options_.series_blocks;
-  is_denied_ = monitor_.holdsModel() && monitor_.isDenied();
-  last_outcome_ =
+  here.is_denied = here.monitor.isDenied();
+  here.last_outcome =
       (outcome.accepted ? "last identification accepted: " : "last identification refused: ") +
       outcome.message;
   const bool is_given_up = !outcome.accepted && composition_ && is_of_run;
   if (is_given_up) composition_.reset();
-  next_look_ =
-      job.driving + (monitor_.learns() || is_denied_ || is_given_up ? options_.retry_period
-                                                                    : options_.identify_period);
+  here.next_look = taken->driving + (here.monitor.learns() || here.is_denied || is_given_up
+                                         ? options_.retry_period
+                                         : options_.identify_period);
   return outcome;
 }
 
-void OnlineSession::takeSource(const ChargerShare& source) {
-  if (!source.until()) return;
-  source_ = source;
-  const Series& series = stream_.series();
-  for (std::size_t n = firstAfter(series, *source.until()); n < series.size(); ++n)
-    source_.add(series[n]);
-}
-
-std::string OnlineSession::refusalOf(const IdentificationTrial& trial, bool may_compare) const {
-  if (!trial.model) return trial.message;
-  const FittedModel& model = *trial.model;
+std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
+  if (!result.model) return result.message;
+  const FittedModel& model = *result.model;
   if (!isUsable(model.fit)) return toString(model.fit.status) + ": " + model.fit.message;
   for (const ParameterEstimate& estimate : model.fit.estimates) {
     const bool is_required = estimate.name == "r_discharge" || estimate.name == "u_dc";
     if (is_required && !estimate.determined)
       return "the window does not determine " + estimate.name;
   }
-  if (model.state.time < stream_.series().time.front()) {
+  if (model.state.time < series().time.front())
     return "the identification took longer than the length of the buffer";
-  }
-  if (!trial.incumbent_rmse || !may_compare) return {};
-  if (trial.worsening <= kToleratedWorsening) return {};
+  const bool may_compare = !now().monitor.learns() && (!composition_ || composition_->is_in_use);
+  if (!result.incumbent_rmse || !may_compare) return {};
+  if (result.worsening <= kToleratedWorsening) return {};
   std::string why = format(
       "on the most recent window the new model's error is %.2f times the old one's, RMSE %.4f V "
       "instead of %.4f V",
-      trial.worsening, options_.series_blocks * trial.recent_rmse,
-      options_.series_blocks * *trial.incumbent_rmse);
-  if (trial.incumbent_current_rmse > 0.0)
-    why += format(" and %.2f A instead of %.2f A", trial.recent_current_rmse,
-                  trial.incumbent_current_rmse);
+      result.worsening, options_.series_blocks * result.recent_rmse,
+      options_.series_blocks * *result.incumbent_rmse);
+  if (result.incumbent_current_rmse > 0.0)
+    why += format(" and %.2f A instead of %.2f A", result.recent_current_rmse,
+                  result.incumbent_current_rmse);
   return why;
 }
 
-void OnlineSession::install(const IdentificationResult& result) {
+std::string OnlineSession::install(const IdentificationResult& result, const Standing& taken) {
   FittedModel model = *result.model;
-  if (monitor_.holdsModel()) carryCranks(model.fit, monitor_.now().fit);
-  monitor_.goOnAs(*result.followed, model);
-  followAgain(result.model->state.time, result.max_gap);
+  if (taken.monitor.holdsModel()) carryCranks(model.fit, taken.monitor.now().fit);
+  ModelMonitor accepted = *result.followed;
+  accepted.accept(model, taken.monitor.calibrations());
+  const IntervalCalibrations answered = now().monitor.calibrations();
+  now().basis = AnswerBasis::kThisTrip;
+  if (!history_.replay(std::move(accepted))) {
+    loseModel(kLostNumbers);
+    return kLostNumbers;
+  }
+  now().monitor.setCalibrations(answered);
+  if (composition_) composition_->is_in_use = true;
+  return {};
 }
 
 void OnlineSession::fitWith(const std::vector<std::string>& effects, double from_driving,
@@ -323,9 +372,114 @@ void OnlineSession::fitWith(const std::vector<std::string>& effects, double from
 }
 
 void OnlineSession::beginDueComposition() {
-  if (!next_composition_ || driving_ < next_composition_->from_driving || whyNoModel()) return;
+  if (!next_composition_ || now().driving < next_composition_->from_driving || whyNoModel()) return;
   composition_ = std::exchange(next_composition_, std::nullopt);
-  next_look_ = driving_;
+  now().next_look = now().driving;
+}
+
+// ----------------------------------------------------------------------------------------------------
+// queries
+
+std::optional<std::string> OnlineSession::whyNoModel() const {
+  if (now().monitor.holdsModel()) return std::nullopt;
+  if (now().saved && !now().newest) {
+    if (!now().saved->refusal.empty()) return now().saved->refusal;
+    return counts().rejectedTotal() == 0
+               ? "the saved model is waiting for the first sample"
+               : "the saved model is waiting for the first usable sample: " + toString(counts());
+  }
+  return "no model has been identified yet" +
+         (now().last_outcome.empty() ? "" : ": " + now().last_outcome);
+}
+
+ModelSnapshot OnlineSession::live() const {
+  std::optional<FittedModel> live = model();
+  if (live && !series().temperature.empty()) live->state.temperature = series().temperature.back();
+  return ModelSnapshot(std::move(live), whyNoModel(), options_.capacity, whyNotValid());
+}
+
+std::optional<double> OnlineSession::chargeVoltage() const {
+  std::optional<double> of_one;
+  if (now().monitor.holdsModel())
+    of_one = usualVoltage(now().monitor.tracker().intervals().event_history.charges);
+  else if (now().saved)
+    of_one = usualVoltage(now().saved->model.intervals.event_history.charges);
+  const std::deque<double>& passed = now().charge_voltages;
+  if (!of_one && !passed.empty()) of_one = medianOf({passed.begin(), passed.end()});
+  if (of_one) *of_one *= options_.series_blocks;
+  return of_one;
+}
+
+std::optional<double> OnlineSession::newestTime() const {
+  return now().newest ? std::optional<double>(now().newest->time) : std::nullopt;
+}
+
+std::optional<FittedModel> OnlineSession::model() const {
+  if (!now().monitor.holdsModel()) return std::nullopt;
+  FittedModel model = now().monitor.now();
+  model.fit.series_blocks = options_.series_blocks;
+  return model;
+}
+
+std::optional<FittedModel> OnlineSession::modelToSave() const {
+  const bool saved_is_better = now().saved && now().basis != AnswerBasis::kThisTrip;
+  if (saved_is_better || !whyNotValid().empty()) return std::nullopt;
+  return model();
+}
+
+SessionStatus OnlineSession::status() const {
+  const Standing& here = now();
+  const ModelMonitor& monitor = here.monitor;
+  const bool saved_waits = here.saved && here.saved->refusal.empty();
+  SessionStatus status;
+  status.reason = here.last_outcome;
+  if (monitor.learns()) {
+    status.reason += status.reason.empty() ? "" : "; ";
+    status.reason += "answers rest on ";
+    const bool has_priors = !knownOf(options_.identify.priors, {}).empty();
+    status.reason += here.basis != AnswerBasis::kPopulation ? "the previous trip"
+                     : has_priors                           ? "the given priors"
+                                  : "what is known of lead-acid batteries";
+    status.reason += " and this trip's samples" +
+                     (here.missing_for_first.empty() ? "" : "; " + here.missing_for_first);
+  }
+  status.basis = saved_waits ? AnswerBasis::kPreviousTrip : here.basis;
+  status.newest_time = newestTime();
+  if (monitor.holdsModel()) {
+    status.model_age = monitor.age();
+    status.window_quality = monitor.accepted().fit.window_quality;
+    status.effects = monitor.accepted().fit.effects;
+    status.voltage_controlled = monitor.tracker().isVoltageControlled();
+    if (const auto& last = monitor.tracker().last()) {
+      status.expected = ExpectedSample{last->time, std::nullopt, std::nullopt};
+      if (last->voltage_controlled)
+        status.expected->current = last->current;
+      else
+        status.expected->voltage = last->voltage * options_.series_blocks;
+    }
+  }
+  status.backtest = monitor.backtest();
+  status.deep_discharge = here.deep_discharges.toString(options_.series_blocks);
+  status.charger_present = here.source.seen();
+  status.charger_share = here.source.share();
+  if (const auto reason = whyNoModel()) {
+    status.state = !here.newest ? SessionState::kNoSample
+                   : isJobOut() ? SessionState::kIdentifying
+                                : SessionState::kCollecting;
+    if (status.reason.empty()) status.reason = *reason;
+    if (!here.newest)
+      status.reason =
+          (counts().rejectedTotal() == 0 ? "no sample yet"
+                                         : "no usable sample yet, " + toString(counts())) +
+          (here.saved ? ": " + *reason : "");
+  } else {
+    status.state = SessionState::kReady;
+    status.not_valid = whyNotValid();
+  }
+  if (!status.not_valid.empty())
+    status.reason = "no answer is valid, because " + status.not_valid +
+                    (status.reason.empty() ? "" : "; " + status.reason);
+  return status;
 }
 
 }  // namespace battery_sof

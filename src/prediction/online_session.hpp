@@ -6,11 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "prediction/identification_job.hpp"
-#include "prediction/model_monitor.hpp"
+#include "prediction/history.hpp"
+#include "prediction/pipeline.hpp"
 #include "prediction/questions.hpp"
-#include "prediction/sample_stream.hpp"
-#include "recording/deep_discharge.hpp"
 
 namespace battery_sof {
 
@@ -26,12 +24,6 @@ struct SessionOptions : IdentificationSettings {
 
 /// What the session can do at present.
 enum class SessionState { kNoSample, kCollecting, kIdentifying, kReady };
-
-/// What the answers rest on: the population, a trip before, or a window of this one.
-enum class AnswerBasis { kPopulation, kPreviousTrip, kThisTrip };
-
-/// @return "population", "previous_trip", "this_trip".
-std::string toString(AnswerBasis basis);
 
 /// What the model that answers expects of the last sample it settled: of the quantity that was not
 /// controlled there.
@@ -76,74 +68,74 @@ struct IdentificationOutcome {
  * @brief What a session would answer at one moment, to be asked without the session: a copy that
  * shares nothing with it.
  *
- * Every question is that of the free function of its name; kNoModel with the session's reason when
- * there is no model, and nothing is valid while the session knows why.
+ * Every question is that of the free function of its name. Without a model it is kNoModel with the
+ * session's reason, unless the query itself is invalid; nothing is valid while the session knows why.
  */
 class ModelSnapshot {
  public:
-  /// @param why_no_model the reason when there is no model; `model` is then an empty one.
+  /// @param why_no_model one sentence where `model` is none.
   /// @param why_not_valid OnlineSession::whyNotValid().
-  ModelSnapshot(FittedModel model, std::optional<std::string> why_no_model, double capacity,
-                std::string why_not_valid = {})
+  ModelSnapshot(std::optional<FittedModel> model, const std::optional<std::string>& why_no_model,
+                double capacity, std::string why_not_valid = {})
       : model_(std::move(model)),
-        why_no_model_(std::move(why_no_model)),
+        why_no_model_(why_no_model.value_or("")),
         why_not_valid_(std::move(why_not_valid)),
-        capacity_(capacity) {
-    if (why_no_model_) model_.fit.status = FitStatus::kNotExcited;
-  }
+        capacity_(capacity) {}
 
   CrankingAnswer predictCranking(const CrankingQuery& query) const {
-    return explained(battery_sof::predictCranking(model_, query, capacity_));
+    if (!model_) return withoutModel<CrankingAnswer>(faultsOf(query), why_no_model_);
+    return judged(battery_sof::predictCranking(*model_, query, capacity_));
   }
   StopTimeAnswer predictStopTime(const StopTimeQuery& query) const {
-    return explained(battery_sof::predictStopTime(model_, query, capacity_));
+    if (!model_) return withoutModel<StopTimeAnswer>(faultsOf(query), why_no_model_);
+    return judged(battery_sof::predictStopTime(*model_, query, capacity_));
   }
   ChargeAcceptanceAnswer predictChargeAcceptance(const ChargeAcceptanceQuery& query) const {
-    return explained(battery_sof::predictChargeAcceptance(model_, query, capacity_));
+    if (!model_) return withoutModel<ChargeAcceptanceAnswer>(faultsOf(query), why_no_model_);
+    return judged(battery_sof::predictChargeAcceptance(*model_, query, capacity_));
   }
   CrankingMap mapCranking(const CrankingQuery& query, const std::vector<double>& i_load,
                           const std::vector<double>& t_stop,
                           const WorkWatch& watch = nullptr) const {
-    return explained(battery_sof::mapCranking(model_, query, i_load, t_stop, capacity_, watch));
+    if (!model_)
+      return withoutModel<CrankingMap>(faultsOfMap(i_load, "i_load", t_stop, "t_stop"),
+                                       why_no_model_);
+    return judged(battery_sof::mapCranking(*model_, query, i_load, t_stop, capacity_, watch));
   }
   ChargeAcceptanceMap mapChargeAcceptance(const ChargeAcceptanceQuery& query,
                                           const std::vector<double>& u_boost,
                                           const std::vector<double>& t_sof2,
                                           const WorkWatch& watch = nullptr) const {
-    return explained(
-        battery_sof::mapChargeAcceptance(model_, query, u_boost, t_sof2, capacity_, watch));
+    if (!model_)
+      return withoutModel<ChargeAcceptanceMap>(faultsOfMap(u_boost, "u_boost", t_sof2, "t_sof2"),
+                                               why_no_model_);
+    return judged(
+        battery_sof::mapChargeAcceptance(*model_, query, u_boost, t_sof2, capacity_, watch));
   }
   ProfileAnswer simulateProfile(const std::vector<double>& time, const std::vector<double>& current,
                                 const WorkWatch& watch = nullptr) const {
-    return explained(battery_sof::simulateProfile(model_, time, current, watch));
+    if (!model_) return withoutModel<ProfileAnswer>(faultsOfProfile(time, current), why_no_model_);
+    return judged(battery_sof::simulateProfile(*model_, time, current, watch));
   }
 
-  const FittedModel& model() const { return model_; }
+  const std::optional<FittedModel>& model() const { return model_; }
 
  private:
-  /// The reason in place of the free functions' general one, and why no number is valid; faults of
-  /// the query come first.
   template <typename Answer>
-  Answer explained(Answer answer) const {
-    if (why_no_model_ && answer.code == AnswerCode::kNoModel) answer.message = *why_no_model_;
-    invalidate(answer);
+  Answer judged(Answer answer) const {
+    const bool has_numbers =
+        answer.code != AnswerCode::kInvalidQuery && answer.code != AnswerCode::kNoModel;
+    if (has_numbers && !why_not_valid_.empty()) invalidate(answer, why_not_valid_);
     return answer;
   }
   template <typename Answer>
-  void invalidate(Answer& answer) const {
-    if (why_not_valid_.empty() || hasNoNumbers(answer.code)) return;
-    battery_sof::invalidate(answer, why_not_valid_);
-  }
-  template <typename Answer>
-  void invalidate(AnswerMap<Answer>& map) const {
-    for (Answer& answer : map.answers) invalidate(answer);
-  }
-  static bool hasNoNumbers(AnswerCode code) {
-    return code == AnswerCode::kInvalidQuery || code == AnswerCode::kNoModel;
+  AnswerMap<Answer> judged(AnswerMap<Answer> map) const {
+    for (Answer& answer : map.answers) answer = judged(std::move(answer));
+    return map;
   }
 
-  FittedModel model_;
-  std::optional<std::string> why_no_model_;
+  std::optional<FittedModel> model_;
+  std::string why_no_model_;
   std::string why_not_valid_;
   double capacity_;  // [Ah]
 };
@@ -164,17 +156,19 @@ class ModelSnapshot {
  *
  * Accepted: a usable fit whose r_discharge and u_dc are determined (a crank's voltage is u_dc +
  * r_discharge i + u_c2, and u_c2's share is the smallest), and whose error on the most recent
- * window is at most 1.1 times that of the model in use (IdentificationTrial::worsening); a model that still learns is
+ * window is at most 1.1 times that of the model in use (IdentificationResult::worsening); a model that still learns is
  * replaced in any case. A refused model leaves the old one in use.
  *
  * Periods count from when a job was taken, and the new model follows the samples since once it is
- * accepted. Events are reported, and intervals calibrated, by the answer that was given before each.
+ * accepted (History::replay()). Events are reported, and intervals calibrated, by the answer that
+ * was given before each.
  *
  * Clock jump back (SampleStream): the past and the state are begun again, the model stays with its
  * age, and the result of a job from before is dropped.
  *
  * A clock that jumps, is believed, and within a minute goes on where it had been was wrong
- * meanwhile: the session goes on as it stood before the jump, and the samples between are lost.
+ * meanwhile: the session is rewound to before the jump (History::rewindTo()), and the samples
+ * between are lost.
  *
  * fitWith() gives the next windows another composition, until a fit with it is refused.
  */
@@ -194,7 +188,7 @@ class OnlineSession {
   std::optional<IdentificationJob> takeDueJob();
   /// @return a job now, due or not; none when nothing is buffered or a job is out.
   std::optional<IdentificationJob> takeJob();
-  /// Takes the result of the job that is out.
+  /// Takes the result of the job that is out. @throws std::invalid_argument when none is.
   IdentificationOutcome finish(IdentificationResult result);
 
   /// Forgets samples and models, as after a fault; the counts stay, and the job that is out will be
@@ -225,9 +219,9 @@ class OnlineSession {
    */
   void fitWith(const std::vector<std::string>& effects, double from_driving = 0.0,
                std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr);
-  double driving() const { return driving_; }  ///< [s]
+  double driving() const { return now().driving; }  ///< [s]
   /// The past that is kept, of one block.
-  const Series& series() const { return stream_.series(); }
+  const Series& series() const { return now().stream.series(); }
 
   /// What may be asked, state at the newest sample, as a copy that needs no lock; kNoModel with the
   /// reason when there is no model.
@@ -236,14 +230,15 @@ class OnlineSession {
   std::optional<std::string> whyNoModel() const;
   /// Why no answer is valid at present, though it has numbers: one sentence without a full stop,
   /// which every answer and the status give. Empty when answers may be valid.
-  std::string whyNotValid() const { return stream_.whyNotValid(); }
-  /// [V], ModelMonitor::chargeVoltage(), of a saved model too.
+  std::string whyNotValid() const { return now().stream.whyNotValid(); }
+  /// [V], at which the battery was charged lately: median over the past charges that the model
+  /// knows, a saved one too, else over those that passed; none where none was seen.
   std::optional<double> chargeVoltage() const;
   /// How wide intervals are, as past events ask for.
-  IntervalCalibrations calibrations() const { return monitor_.calibrations(); }
+  IntervalCalibrations calibrations() const { return now().monitor.calibrations(); }
 
   /// Where the battery was discharged deeply since the session began.
-  const DeepDischargeDetector& deepDischarges() const { return deep_discharges_; }
+  const DeepDischargeDetector& deepDischarges() const { return now().deep_discharges; }
   /**
    * @brief What a later session is to begin from: the model in use with all that was estimated on
    * this trip, state at the newest sample.
@@ -254,26 +249,16 @@ class OnlineSession {
   std::optional<FittedModel> modelToSave() const;
 
   SessionStatus status() const;
-  StreamCounts counts() const { return stream_.counts(); }
+  StreamCounts counts() const { return now().stream.counts(); }
 
   /// @return time of the newest sample on the session's clock [s]; none before the first.
   std::optional<double> newestTime() const;
-  bool isJobOut() const { return job_.has_value(); }
+  bool isJobOut() const { return history_.has(Mark::kJobTaken); }
 
   /// @return the model in use with its state at the newest sample; none before the first.
   std::optional<FittedModel> model() const;
 
  private:
-  SessionEvents take(const RawSample& sample);
-  /// A model as it leaves the session; inside all is of one block.
-  FittedModel ofRow(FittedModel model) const;
-
-  /// What stood when the job that is out was taken.
-  struct JobOut {
-    ModelMonitor monitor;
-    double driving;  // [s]
-  };
-
   /// A composition of fitWith().
   struct Composition {
     std::vector<std::string> effects;
@@ -282,63 +267,44 @@ class OnlineSession {
     bool is_in_use = false;                               // a fit with it was accepted
   };
 
-  /// Keeps the session as it stands before a jump of the clock, or goes back to it where the clock
-  /// does.
+  Standing& now() { return history_.now(); }
+  const Standing& now() const { return history_.now(); }
+
+  SessionEvents take(const RawSample& sample);
+  /// Where this sample confirms a jump of the clock: marks what stood before, or rewinds to it where
+  /// the clock goes on from there.
   void watchForJumps(const RawSample& sample);
-  void goBackTo(const OnlineSession& before);
-  void restartClock(double old_newest, const Sample& first);
+  void restartClock(const Sample& first);
   void advance(const Sample& sample);
-  void follow(const Sample& sample, double max_gap);
-  SessionEvents followed(const Sample& sample, double max_gap);
-  void followAgain(double after, double max_gap);
-  void judgeRestored(const Sample& first);
-  void beginFromPopulation(const Sample& sample);
+  void follow(const Sample& sample);
   /// A denied model is to be fitted again at once.
   void watchForDenial();
   /// Where a first rest or crank denies the model of the trip before: another battery.
   void watchForSwap(const Sample& sample);
-  /// Where the clock jumped: a saved model that was refused by the clock before is judged once
-  /// more.
-  void offerRefusedAgain();
+  void beginFromPopulation(const Sample& sample);
   void loseModel(const std::string& why);
-  std::string whyNoSample() const;
-  /// Why the saved model cannot be used from a first sample on; empty when it can.
-  std::string refusalOfRestored(double first_time) const;
-  /// Why the saved model, not judged for good yet, does not answer; empty when it does.
-  std::string whyRestoredWaits() const;
-  /// A saved model after its parking, about to follow samples from a time [s] on.
-  ModelMonitor restoredAt(const FittedModel& saved, double time) const;
-  /// The saved model at the newest sample, while the stream still measures its rate.
-  FittedModel restoredNow() const;
+
+  /// Judges the saved model by a sample. @return whether it answers from there on.
+  bool startSaved(const Sample& first);
+  /// While the stream measures its rate, a saved model answers by the samples as they come; on
+  /// their rate it is judged again, and follows them again.
+  void tryWaiting();
+  /// Where the clock jumped and nothing else is in use: a refused model is judged once more.
+  void offerRefusedAgain();
+
   void beginDueComposition();
   bool isDue();
   std::string missingForFirst() const;
   IdentificationJob makeJob();
-  std::string refusalOf(const IdentificationTrial& trial, bool may_compare) const;
-  void install(const IdentificationResult& result);
-  void takeSource(const ChargerShare& source);
-  std::optional<ExpectedSample> expectedSample() const;
+  std::string refusalOf(const IdentificationResult& result) const;
+  /// Puts a fit in where its job was taken. @return why not; empty when it is in use.
+  std::string install(const IdentificationResult& result, const Standing& taken);
 
   SessionOptions options_;
-  SampleStream stream_;
-  ModelMonitor monitor_;
-  std::optional<JobOut> job_;
-  SessionEvents events_;  // not handed out yet
-  std::optional<Sample> newest_;
-  double driving_ = 0.0;    // [s]
-  double next_look_ = 0.0;  // [s] of driving
-  int epoch_ = 0;
-
-  bool is_denied_ = false;
-  ChargerShare source_;
-  std::optional<FittedModel> restored_;               // waits until the stream knows its rate
-  std::optional<FittedModel> refused_;                // was restored and refused
-  std::shared_ptr<const OnlineSession> before_jump_;  // none a minute after a jump
-  double jumped_to_ = 0.0;                            // [s], first stamp after it
+  History history_;
+  double jumped_to_ = 0.0;  // [s], first stamp after the last jump
+  SessionEvents events_;    // not handed out yet
   std::optional<Composition> composition_, next_composition_;  // none: the session's own
-  std::string last_outcome_, missing_;
-  AnswerBasis basis_ = AnswerBasis::kPopulation;
-  DeepDischargeDetector deep_discharges_;
 };
 
 }  // namespace battery_sof

@@ -227,13 +227,22 @@ void invalidate(Answer& answer, const std::string& why) {
   answer.message = beginningOf(answer) + why + "; " + sentence;
 }
 
+/// An answer where there is no model. @param faults of the query, empty when it is sound.  @param
+/// why there is no model.
+template <typename Answer>
+Answer withoutModel(const std::string& faults, const std::string& why) {
+  Answer answer;
+  answer.code = faults.empty() ? AnswerCode::kNoModel : AnswerCode::kInvalidQuery;
+  answer.message = faults.empty() ? why : faults;
+  return answer;
+}
+
 /// Marks an answer that has none to give. @param faults of the query, empty when it is sound.
 /// @return whether there is none.
 template <typename Answer>
 bool isRefused(Answer& answer, const Fit& fit, const std::string& faults) {
   if (faults.empty() && isUsable(fit)) return false;
-  answer.code = faults.empty() ? AnswerCode::kNoModel : AnswerCode::kInvalidQuery;
-  answer.message = faults.empty() ? "the model cannot be used: " + fit.message : faults;
+  answer = withoutModel<Answer>(faults, "the model cannot be used: " + fit.message);
   return true;
 }
 

@@ -37,13 +37,15 @@ std::string emptiness(const Fit& fit, const PredictedVoltage& predicted) {
 
 }  // namespace
 
+std::string faultsOfProfile(const std::vector<double>& time, const std::vector<double>& current) {
+  if (time.empty() && current.empty()) return "the profile is empty, expected at least one sample";
+  return faultOf(time, current, "profile", kMaxProfileSamples);
+}
+
 ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
                               const std::vector<double>& current, const WorkWatch& watch) {
   ProfileAnswer answer;
-  const std::string fault = time.empty() && current.empty()
-                                ? "the profile is empty, expected at least one sample"
-                                : faultOf(time, current, "profile", kMaxProfileSamples);
-  if (isRefused(answer, model.fit, fault)) return answer;
+  if (isRefused(answer, model.fit, faultsOfProfile(time, current))) return answer;
   Simulation simulation = uncertainSimulationOf(model);
   const ResidualFilter errors(model);
   const double own = model.fit.noise ? model.fit.noise->white_std : model.fit.scores.rmse;

@@ -54,21 +54,21 @@ StreamCounts SampleStream::counts() const {
   return counts;
 }
 
-SampleStream::Step SampleStream::push(const RawSample& sample) {
-  Step step;
+std::vector<Sample> SampleStream::push(const RawSample& sample) {
+  std::vector<Sample> added;
   if (const std::optional<RawSample> first = jumpConfirmedBy(sample)) {
     held_.reset();
-    if (first->time < *newest_) restart(step);
-    enter(*first, step);
-    enter(sample, step);
-    return step;
+    if (first->time < *newest_) restart();
+    enter(*first, added);
+    enter(sample, added);
+    return added;
   }
   dropHeld();
   if (isSuspicious(sample.time))
     held_ = sample;
   else
-    enter(sample, step);
-  return step;
+    enter(sample, added);
+  return added;
 }
 
 std::optional<RawSample> SampleStream::jumpConfirmedBy(const RawSample& sample) const {
@@ -77,14 +77,13 @@ std::optional<RawSample> SampleStream::jumpConfirmedBy(const RawSample& sample) 
   return confirms ? held_ : std::nullopt;
 }
 
-void SampleStream::goOnFrom(const SampleStream& before) {
-  const SampleStream now = std::exchange(*this, before);
-  counts_ = now.counts_;
+void SampleStream::resumeAfter(const SampleStream& since) {
+  counts_ = since.counts_;
   ++counts_.clock_restarts;
-  intake_ = now.intake_;
-  watch_ = now.watch_;
-  watch_.forgetClock();
+  intake_ = since.intake_;
   intake_.resumeAt(newest_);
+  watch_ = since.watch_;
+  watch_.forgetClock();
   held_.reset();
 }
 
@@ -104,8 +103,7 @@ void SampleStream::dropHeld() {
   held_.reset();
 }
 
-void SampleStream::restart(Step& step) {
-  step.clock_restarted = true;
+void SampleStream::restart() {
   ++counts_.clock_restarts;
   intake_.forgetClock();
   watch_.forgetClock();
@@ -116,7 +114,7 @@ void SampleStream::restart(Step& step) {
   series_ = {};
 }
 
-void SampleStream::enter(const RawSample& sample, Step& step) {
+void SampleStream::enter(const RawSample& sample, std::vector<Sample>& added) {
   const SampleFate fate = intake_.judge(sample);
   const bool accepted = fate == SampleFate::kAccepted;
   if (!accepted && fate != SampleFate::kTemperatureOnly) {
@@ -133,24 +131,24 @@ void SampleStream::enter(const RawSample& sample, Step& step) {
   ++counts_.accepted;
   newest_ = sample.time;
   watch_.accept({sample.time, sample.current, sample.voltage}, max_gap_);
-  probe({sample.time, sample.current, sample.voltage}, step);
+  probe({sample.time, sample.current, sample.voltage}, added);
 }
 
-void SampleStream::probe(const Sample& sample, Step& step) {
-  if (input_rate_) return emit(sample, step);
+void SampleStream::probe(const Sample& sample, std::vector<Sample>& added) {
+  if (input_rate_) return emit(sample, added);
   probe_.append(sample);
   const double span = probe_.time.back() - probe_.time.front();
   if (probe_.size() < kProbeSamples || span < kProbeDuration) return;
   input_rate_ = 1.0 / medianInterval(probe_);
   max_gap_ = gapThreshold(probe_);
   if (*input_rate_ > kDecimateAbove) decimator_.emplace(*input_rate_);
-  for (std::size_t n = 0; n < probe_.size(); ++n) emit(probe_[n], step);
+  for (std::size_t n = 0; n < probe_.size(); ++n) emit(probe_[n], added);
   probe_ = {};
 }
 
-void SampleStream::emit(const Sample& sample, Step& step) {
+void SampleStream::emit(const Sample& sample, std::vector<Sample>& added) {
   for (const Sample& due : decimator_ ? decimator_->push(sample) : std::vector<Sample>{sample}) {
-    step.samples.push_back(due);
+    added.push_back(due);
     series_.append(due);
   }
   forgetOld();

@@ -45,26 +45,21 @@ class SampleStream {
   static constexpr double kClockBack = 10.0;   ///< [s]; real sensors' clocks step back by up to 3 s
   static constexpr double kClockAhead = 60.0;  ///< [s]; beyond it a stamp needs a witness
 
-  /// What came of one offered sample.
-  struct Step {
-    std::vector<Sample> samples;   ///< new in the series, in order, on its rate
-    bool clock_restarted = false;  ///< the stream was emptied first
-  };
-
   /// @param kept [s], how much of the past is kept at least; > 0.  @param battery what the samples,
   /// each of one of its blocks, are said to be of.
   explicit SampleStream(double kept, const StreamBattery& battery = {});
 
   void setCapacity(double capacity) { watch_.setCapacity(capacity); }  ///< [Ah]
 
-  Step push(const RawSample& sample);
+  /// @return what is new in the series, in order, on its rate.
+  std::vector<Sample> push(const RawSample& sample);
 
   /// The first sample on the new clock, where this sample would confirm a jump of the clock; none
   /// else.
   std::optional<RawSample> jumpConfirmedBy(const RawSample& sample) const;
-  /// Goes on where another stream stood, as if what came since had not: it was on a wrong clock.
-  /// The counts stay.
-  void goOnFrom(const SampleStream& before);
+  /// Goes on where this stream stands, as if what another copy of it took since had not come. What
+  /// that one counted and watched stays.
+  void resumeAfter(const SampleStream& since);
   /// [s], last accepted stamp; none before the first.
   std::optional<double> newestStamp() const { return newest_; }
 
@@ -85,10 +80,10 @@ class SampleStream {
  private:
   bool isSuspicious(double time) const;
   void dropHeld();
-  void restart(Step& step);
-  void enter(const RawSample& sample, Step& step);
-  void probe(const Sample& sample, Step& step);
-  void emit(const Sample& sample, Step& step);
+  void restart();
+  void enter(const RawSample& sample, std::vector<Sample>& added);
+  void probe(const Sample& sample, std::vector<Sample>& added);
+  void emit(const Sample& sample, std::vector<Sample>& added);
   void forgetOld();
 
   double kept_;

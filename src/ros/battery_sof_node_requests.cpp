@@ -86,9 +86,9 @@ CrankingAnswer BatterySofNode::answered(const PredictCranking::Request& request)
   const CrankingAnswer answer = model.predictCranking(query);
   if (answer.u_min) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    last_answer_ = Answered{model.model().state.time, query, *answer.u_min};
+    last_answer_ = Answered{model.model()->state.time, query, *answer.u_min};
   }
-  ROS_DEBUG("crank query at %.2f s (%s): %s", model.model().state.time,
+  ROS_DEBUG("crank query at %.2f s (%s): %s", model.model() ? model.model()->state.time : NAN,
             toString(answer.code).c_str(), answer.message.c_str());
   return answer;
 }

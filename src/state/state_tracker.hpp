@@ -51,10 +51,6 @@ class StateTracker {
   bool learns() const { return learns_; }
   /// [standard deviations], see Surprise.
   double surprise() const { return surprise_.largest; }
-  /// Widths of intervals, as past events ask for.
-  void setCalibrations(const IntervalCalibrations& calibrations) {
-    static_cast<IntervalCalibrations&>(model_.intervals) = calibrations;
-  }
   /// What the caller knows of the model and its window does not say: recording, duration of the fit,
   /// and what an earlier window saw (carryCranks()).
   void setKnown(const FittedModel& model);
@@ -78,17 +74,15 @@ class StateTracker {
   /// Whether the newest sample's voltage is controlled and is the input of the model.
   bool isVoltageControlled() const { return voltage_controlled_; }
 
-  /// An event passed: what it teaches goes along with the model.
+  /// Adds an event that passed to those that correct answers.
   void updateFrom(const PastEvent& event) {
     EventHistory& past = model_.intervals.event_history;
     past.add(event);
     settled_.errors().setNextStop(past.nextStop(model_.fit.scores.rmse));
   }
-  /// The last crank was missed, or was not.
-  void setMissedAnswer(const std::optional<MissedAnswer>& missed) {
-    model_.intervals.missed_answer = missed;
-  }
-  const EventHistory& eventHistory() const { return model_.intervals.event_history; }
+  /// What past events ask of answers; it goes along with the model.
+  const IntervalLearning& intervals() const { return model_.intervals; }
+  IntervalLearning& intervals() { return model_.intervals; }
 
  private:
   const StateEstimator& here() const { return ahead_ ? *ahead_ : settled_; }

@@ -90,7 +90,7 @@ class FuzzedDrive {
   }
 
   void ask() {
-    const Fit fit = session_.live().model().fit;  // also of a restored model that no sample has met
+    const Fit fit = session_.live().model().value_or(FittedModel()).fit;
     fuzz::require(
         test::brokenLaw(session_.live().predictCranking({-20.0, 10.0, -200.0, 0.5, 7.2}), fit));
     const StopTimeQuery stop{-20.0, -200.0, 0.5, 7.2};

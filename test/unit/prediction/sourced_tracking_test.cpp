@@ -171,6 +171,20 @@ TEST(ModelMonitor, WhenTheClockJumpsPastEventsMoveWithIt) {
   }
 }
 
+TEST(ModelMonitor, WhenTheClockJumpsTheModelKeepsItsAge) {
+  FittedModel model = knownModel();
+  model.fit.window.to = model.state.time;
+  ModelMonitor monitor({});
+  monitor.install(model, 10.0);
+  for (int n = 1; n <= 60; ++n) monitor.follow({model.state.time + n, -20.0, 12.4}, 10.0);
+  EXPECT_NEAR(monitor.age(), 60.0, 1e-9);
+  const double jump = -model.state.time - 60.0;
+  monitor.moveTo({0.0, -20.0, 12.4}, jump, 10.0);
+  EXPECT_NEAR(monitor.age(), 60.0, 1e-9);
+  const FittedModel now = monitor.now();
+  EXPECT_NEAR(now.state.time - now.fit.window.to, 60.0, 1e-9) << "and the intervals widen with it";
+}
+
 TEST(StateTracker, WithoutASourceEverySampleIsSettledAtOnce) {
   StateTracker tracker(knownModel(), 10.0);
   for (int n = 1; n < 20; ++n) {

@@ -64,9 +64,7 @@ TEST_F(WrongClock, AJobOfBeforeIsDroppedAndAnotherCanBeTaken) {
   ASSERT_TRUE(job);
   for (std::size_t n = 0; n < 2; ++n) session_.push(sampleAt(next_ + n, 1e9));
   pushUntil(6100);
-  IdentificationResult result;
-  result.epoch = job->epoch;
-  EXPECT_FALSE(session_.finish(result).accepted);
+  EXPECT_FALSE(session_.finish(IdentificationResult()).accepted);
   EXPECT_TRUE(session_.takeJob());
 }
 

@@ -208,7 +208,7 @@ TEST(MessageOf, StatusWithoutModelAndEventsHasNanInTheirPlaces) {
   StatusContents contents;
   contents.session.reason = "no sample yet";
   contents.standing.cranking.u_required.reset();
-  contents.model.emplace(FittedModel(), "no sample yet", 50.0);
+  contents.model.emplace(std::nullopt, "no sample yet", 50.0);
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::NO_DATA);
   EXPECT_EQ(message.reason, "no sample yet");
