@@ -83,11 +83,12 @@ class Dual {
   };
 
   template <typename Rule>
-  Dual(double value, const Dual& a, const Rule& rule) : value_(value) {
+  BATTERY_SOF_INLINE Dual(double value, const Dual& a, const Rule& rule) : value_(value) {
     carry(a, rule);
   }
   template <typename Rule>
-  Dual(double value, const Dual& a, const Dual& b, const Rule& rule) : value_(value) {
+  BATTERY_SOF_INLINE Dual(double value, const Dual& a, const Dual& b, const Rule& rule)
+      : value_(value) {
     const Pair none = {};
     const int both = std::min(a.carried_, b.carried_);
     fill(0, both, [&](int k) { return rule(a.pair(k), b.pair(k)); });
@@ -103,8 +104,12 @@ class Dual {
   }
   template <typename PairAt>
   BATTERY_SOF_INLINE void fill(int first, int last, const PairAt& pairAt) {
-    for (int k = first; k < last; k += kAtOnce)
-      for (int j = k; j < k + kAtOnce; j += 2) at<2>(derivatives_ + j) = pairAt(j);
+    // Both are read before one is written: as a plain copy GCC would call memcpy for a few numbers.
+    for (int k = first; k < last; k += kAtOnce) {
+      const Pair lower = pairAt(k), upper = pairAt(k + 2);
+      at<2>(derivatives_ + k) = lower;
+      at<2>(derivatives_ + k + 2) = upper;
+    }
     carried_ = last;
   }
   Pair pair(int k) const { return at<2>(derivatives_ + k); }
@@ -124,9 +129,10 @@ inline Dual::Dual(double value, const Eigen::RowVectorXd& derivatives) : value_(
 }
 
 inline Dual operator-(const Dual& a) { return Dual::mapped(a, -a.value(), -1.0); }
-inline Dual operator+(Dual a, double b) {
-  a.value() += b;
-  return a;
+inline Dual operator+(const Dual& a, double b) {
+  Dual sum = a;
+  sum.value() += b;
+  return sum;
 }
 inline Dual operator+(double a, const Dual& b) { return b + a; }
 inline Dual operator-(const Dual& a, double b) { return a + -b; }
