@@ -38,7 +38,7 @@ class Dual {
   }
   /// f(x) where value and slope of f at x are known.
   static Dual mapped(const Dual& x, double value, double slope) {
-    return {value, x, [slope](const Pair& dx) { return dx * slope; }};
+    return {value, x, [slope](Pair dx) { return dx * slope; }};
   }
 
   double value() const { return value_; }
@@ -56,20 +56,19 @@ class Dual {
     std::for_each(derivatives_, derivatives_ + carried_, change);
   }
 
-  friend Dual operator+(const Dual& a, const Dual& b) {
-    return {a.value_ + b.value_, a, b, [](const Pair& da, const Pair& db) { return da + db; }};
+  BATTERY_SOF_INLINE friend Dual operator+(const Dual& a, const Dual& b) {
+    return {a.value_ + b.value_, a, b, [](Pair da, Pair db) { return da + db; }};
   }
-  friend Dual operator-(const Dual& a, const Dual& b) {
-    return {a.value_ - b.value_, a, b, [](const Pair& da, const Pair& db) { return da - db; }};
+  BATTERY_SOF_INLINE friend Dual operator-(const Dual& a, const Dual& b) {
+    return {a.value_ - b.value_, a, b, [](Pair da, Pair db) { return da - db; }};
   }
-  friend Dual operator*(const Dual& a, const Dual& b) {
-    return {
-        a.value_ * b.value_, a, b,
-        [p = a.value_, q = b.value_](const Pair& da, const Pair& db) { return da * q + db * p; }};
+  BATTERY_SOF_INLINE friend Dual operator*(const Dual& a, const Dual& b) {
+    return {a.value_ * b.value_, a, b,
+            [p = a.value_, q = b.value_](Pair da, Pair db) { return da * q + db * p; }};
   }
-  friend Dual operator/(const Dual& a, const Dual& b) {
+  BATTERY_SOF_INLINE friend Dual operator/(const Dual& a, const Dual& b) {
     const double p = a.value_, q = b.value_, inverse_square = 1.0 / (q * q);
-    return {p / q, a, b, [p, q, inverse_square](const Pair& da, const Pair& db) {
+    return {p / q, a, b, [p, q, inverse_square](Pair da, Pair db) {
               return (da * q - db * p) * inverse_square;
             }};
   }
@@ -79,7 +78,7 @@ class Dual {
   static constexpr int kAtOnce = 4;
 
   struct Same {
-    Pair operator()(const Pair& x) const { return x; }
+    Pair operator()(Pair x) const { return x; }
   };
 
   template <typename Rule>
