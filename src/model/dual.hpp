@@ -38,7 +38,7 @@ class Dual {
   }
   /// f(x) where value and slope of f at x are known.
   static Dual mapped(const Dual& x, double value, double slope) {
-    return {value, x, [slope](const Pair& dx) { return dx * slope; }};
+    return {value, x, [slope](Pair dx) { return dx * slope; }};
   }
 
   double value() const { return value_; }
@@ -56,20 +56,19 @@ class Dual {
     std::for_each(derivatives_, derivatives_ + carried_, change);
   }
 
-  friend Dual operator+(const Dual& a, const Dual& b) {
-    return {a.value_ + b.value_, a, b, [](const Pair& da, const Pair& db) { return da + db; }};
+  BATTERY_SOF_INLINE friend Dual operator+(const Dual& a, const Dual& b) {
+    return {a.value_ + b.value_, a, b, [](Pair da, Pair db) { return da + db; }};
   }
-  friend Dual operator-(const Dual& a, const Dual& b) {
-    return {a.value_ - b.value_, a, b, [](const Pair& da, const Pair& db) { return da - db; }};
+  BATTERY_SOF_INLINE friend Dual operator-(const Dual& a, const Dual& b) {
+    return {a.value_ - b.value_, a, b, [](Pair da, Pair db) { return da - db; }};
   }
-  friend Dual operator*(const Dual& a, const Dual& b) {
-    return {
-        a.value_ * b.value_, a, b,
-        [p = a.value_, q = b.value_](const Pair& da, const Pair& db) { return da * q + db * p; }};
+  BATTERY_SOF_INLINE friend Dual operator*(const Dual& a, const Dual& b) {
+    return {a.value_ * b.value_, a, b,
+            [p = a.value_, q = b.value_](Pair da, Pair db) { return da * q + db * p; }};
   }
-  friend Dual operator/(const Dual& a, const Dual& b) {
+  BATTERY_SOF_INLINE friend Dual operator/(const Dual& a, const Dual& b) {
     const double p = a.value_, q = b.value_, inverse_square = 1.0 / (q * q);
-    return {p / q, a, b, [p, q, inverse_square](const Pair& da, const Pair& db) {
+    return {p / q, a, b, [p, q, inverse_square](Pair da, Pair db) {
               return (da * q - db * p) * inverse_square;
             }};
   }
@@ -79,15 +78,16 @@ class Dual {
   static constexpr int kAtOnce = 4;
 
   struct Same {
-    Pair operator()(const Pair& x) const { return x; }
+    Pair operator()(Pair x) const { return x; }
   };
 
   template <typename Rule>
-  Dual(double value, const Dual& a, const Rule& rule) : value_(value) {
+  BATTERY_SOF_INLINE Dual(double value, const Dual& a, const Rule& rule) : value_(value) {
     carry(a, rule);
   }
   template <typename Rule>
-  Dual(double value, const Dual& a, const Dual& b, const Rule& rule) : value_(value) {
+  BATTERY_SOF_INLINE Dual(double value, const Dual& a, const Dual& b, const Rule& rule)
+      : value_(value) {
     const Pair none = {};
     const int both = std::min(a.carried_, b.carried_);
     fill(0, both, [&](int k) { return rule(a.pair(k), b.pair(k)); });
@@ -103,8 +103,12 @@ class Dual {
   }
   template <typename PairAt>
   BATTERY_SOF_INLINE void fill(int first, int last, const PairAt& pairAt) {
-    for (int k = first; k < last; k += kAtOnce)
-      for (int j = k; j < k + kAtOnce; j += 2) at<2>(derivatives_ + j) = pairAt(j);
+    // Both are read before one is written: as a plain copy GCC would call memcpy for a few numbers.
+    for (int k = first; k < last; k += kAtOnce) {
+      const Pair lower = pairAt(k), upper = pairAt(k + 2);
+      at<2>(derivatives_ + k) = lower;
+      at<2>(derivatives_ + k + 2) = upper;
+    }
     carried_ = last;
   }
   Pair pair(int k) const { return at<2>(derivatives_ + k); }
@@ -124,9 +128,10 @@ inline Dual::Dual(double value, const Eigen::RowVectorXd& derivatives) : value_(
 }
 
 inline Dual operator-(const Dual& a) { return Dual::mapped(a, -a.value(), -1.0); }
-inline Dual operator+(Dual a, double b) {
-  a.value() += b;
-  return a;
+inline Dual operator+(const Dual& a, double b) {
+  Dual sum = a;
+  sum.value() += b;
+  return sum;
 }
 inline Dual operator+(double a, const Dual& b) { return b + a; }
 inline Dual operator-(const Dual& a, double b) { return a + -b; }
