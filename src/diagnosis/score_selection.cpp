@@ -91,6 +91,7 @@ class Selection {
         tell(options_, "testing effects (accepted so far: " + join(members) + ")");
       }
       removeWeak(members);
+      weighCycle(ids, members);
     }
     return found(members);
   }
@@ -259,6 +260,17 @@ class Selection {
       scoreAll({others}, nullptr);
       if (!gain(members, others).isAbove(least_)) members = others;
     }
+  }
+
+  /// The ends of a charge and of a discharge, and what is between them, are known by each other: one
+  /// by one they predict no block. What a cycle calls for is one more composition, scored as a whole.
+  void weighCycle(const Effects& ids, Effects& members) {
+    const Effects cycle =
+        inOrder(movedCharge(series_, train_)
+                    .physicsOfCycle(options_.capacity, isVoltageControlled(fit_, train_)));
+    if (cycle.empty() || !holdsAll(withDeepOnes(ids), cycle)) return;
+    scoreAll({cycle}, nullptr);
+    if (gain(cycle, members).isAbove(least_)) members = cycle;
   }
 
   ScoreSelection found(const Effects& members) {

@@ -16,6 +16,9 @@ struct FitWindowRows {
 /// @param options without a source: the current is the input throughout.
 FitWindowRows fitWindow(const Series& series, IndexRange range, const IdentifyOptions& options);
 
+/// Whether the options' source controls the voltage anywhere in a range.
+bool isVoltageControlled(const IdentifyOptions& options, IndexRange range);
+
 /// What a residual costs in identify(): with a source errors in both variables, else eq. 3's
 /// weights; with the priors of the options.
 FitCost fitCost(const IdentifyOptions& options);

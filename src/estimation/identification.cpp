@@ -6,6 +6,7 @@
 
 #include "estimation/base_search.hpp"
 #include "estimation/fit_quality.hpp"
+#include "estimation/fit_window.hpp"
 #include "estimation/moved_charge.hpp"
 #include "estimation/window.hpp"
 #include "recording/checks.hpp"
@@ -116,13 +117,6 @@ FittedModel describeFit(const Window& window, const CompositionFit& fit,
   return model;
 }
 
-bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
-  if (!options.source) return false;
-  const auto begin = options.source->voltage_controlled.begin();
-  return std::any_of(begin + range.first, begin + range.last,
-                     [](char controlled) { return controlled; });
-}
-
 /// The physics that a window's charge calls for, in the order in which it is tried
 /// (IdentifyOptions::chooses_effects). @return at least one composition.
 std::vector<std::vector<std::string>> compositionsToTry(const Series& series, IndexRange range,
@@ -132,12 +126,8 @@ std::vector<std::vector<std::string>> compositionsToTry(const Series& series, In
   const MovedCharge moved = movedCharge(series, range);
   const bool is_deep = moved.isDeep(options.capacity);
   const bool is_controlled = isVoltageControlled(options, range);
-  if (is_deep && moved.isOneCycle()) {
-    std::vector<std::string> whole = {kMovedByCharge};
-    if (is_controlled && moved.isChargedDeep(options.capacity)) whole.push_back(kFilledUp);
-    if (moved.isDrawnDeep(options.capacity)) whole.push_back(kUsedUp);
-    return {whole, {kMovedByCharge}, {}};
-  }
+  const std::vector<std::string> whole = moved.physicsOfCycle(options.capacity, is_controlled);
+  if (!whole.empty()) return {whole, {kMovedByCharge}, {}};
   if (!is_controlled) return {{}};
   if (is_deep) return {{kChargingPhysics}, {kMovedByCharge}, {}};
   return {{kChargingPhysics}, {}};
@@ -239,6 +229,13 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
 }
 
 }  // namespace
+
+bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
+  if (!options.source) return false;
+  const auto begin = options.source->voltage_controlled.begin();
+  return std::any_of(begin + range.first, begin + range.last,
+                     [](char controlled) { return controlled; });
+}
 
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options) {
   requireValid(options, series, range);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "battery_sof/series.hpp"
 
@@ -15,6 +17,8 @@ inline constexpr const char* kMovedByCharge = "ocv_soc";
 inline constexpr const char* kUsedUp = "end_of_discharge";
 /// The effect that ends a charge: the sulphate is used up.
 inline constexpr const char* kFilledUp = "acceptance_soc";
+/// The effect between the two: what a charge leaves at the plates.
+inline constexpr const char* kLeftByCharge = "surface_charge";
 
 /**
  * @brief How far a battery's charge went in a window, and over what distance.
@@ -38,6 +42,9 @@ struct MovedCharge {
   /// Whether discharges, or charges, moved as much. @param capacity [Ah], nominal.
   bool isDrawnDeep(double capacity) const { return drawn >= kDeepShare * capacity; }
   bool isChargedDeep(double capacity) const { return charged >= kDeepShare * capacity; }
+  /// The effects that it calls for where it is deep and one cycle; empty elsewhere.
+  /// @param capacity [Ah], nominal.  @param is_controlled a source held the voltage somewhere.
+  std::vector<std::string> physicsOfCycle(double capacity, bool is_controlled) const;
 };
 
 /// @param range window of the series.

@@ -101,4 +101,30 @@ TEST(AcceptanceSoc, AForcedCurrentEndsInGassingAndLeavesTheOpenCircuitVoltageWhe
   EXPECT_LT(overcharge, 20.0);
 }
 
+/// What the surface charge adds to the voltage [V] after each of: an hour's charge of 10 Ah, a rest of
+/// `rest` [s], and 1 Ah drawn at `load` [A].
+std::vector<double> surfaceVoltages(double rest, double load) {
+  const BatteryModel with({"ocv_soc", "acceptance_soc", "surface_charge"}),
+      less({"ocv_soc", "acceptance_soc"});
+  Eigen::VectorXd p = withValue(with, with.typicalParameters(), "surface_voltage", 0.25);
+  p = withValue(with, p, "surface_decay_time", 2e4);
+  Simulation one(with, pointOf(with, p)), other(less, pointOf(less, less.typicalParameters()));
+  std::vector<double> added;
+  for (const auto& [current, duration] :
+       {std::pair<double, double>{10.0, 3600.0}, {0.0, rest}, {-load, 3600.0 / load}}) {
+    for (Simulation* simulation : {&one, &other}) simulation->hold(current, duration);
+    added.push_back(one.voltage() - other.voltage());
+  }
+  return added;
+}
+
+TEST(SurfaceCharge, IsTakenByTheFirstAmpereHourAtAnyCurrentAndByHoursOfRest) {
+  const std::vector<double> at_once = surfaceVoltages(1.0, 20.0);
+  EXPECT_NEAR(at_once[0], 0.25, 0.01);
+  EXPECT_NEAR(at_once[1], at_once[0], 1e-4);
+  EXPECT_NEAR(at_once[2], 0.25 * std::exp(-1.0), 0.01);
+  EXPECT_NEAR(surfaceVoltages(1.0, 40.0)[2], at_once[2], 0.002);
+  EXPECT_NEAR(surfaceVoltages(2e4, 20.0)[1], at_once[0] * std::exp(-1.0), 1e-3);
+}
+
 }  // namespace

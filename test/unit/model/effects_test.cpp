@@ -98,6 +98,7 @@ TEST(EffectCatalogue, HoldsEveryEquationOfTheThreeTiersUnderItsOwnName) {
                          "coup_de_fouet",
                          "fresh_sulphate",
                          "acceptance_soc",
+                         "surface_charge",
                          "self_heating",
                          "parameter_drift",
                          "parasitic_load",
