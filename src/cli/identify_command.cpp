@@ -132,8 +132,8 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
       "effects to add to the circuit: comma-separated ids, which sof effects lists, or "
       "none. Default: fresh_sulphate where a charger controls the voltage; ocv_soc where "
       "a tenth of the capacity was moved in one direction, or there and back once, with "
-      "end_of_discharge if as much was discharged, acceptance_soc if as much was charged by a "
-      "charger that controlled the voltage, and surface_charge if both; else none");
+      "end_of_discharge if as much was discharged and acceptance_soc if as much was charged "
+      "by a charger that controlled the voltage; else none");
   addOption(options, "--capacity-ah", fit.capacity,
             "nominal capacity [Ah], on which the default of --effects depends");
   options.add_flag("--whiten", fit.whiten,

@@ -265,9 +265,10 @@ class Selection {
   /// The ends of a charge and of a discharge, and what is between them, are known by each other: one
   /// by one they predict no block. What a cycle calls for is one more composition, scored as a whole.
   void weighCycle(const Effects& ids, Effects& members) {
-    const Effects cycle =
-        inOrder(movedCharge(series_, train_)
-                    .physicsOfCycle(options_.capacity, isVoltageControlled(fit_, train_)));
+    Effects cycle = movedCharge(series_, train_)
+                        .physicsOfCycle(options_.capacity, isVoltageControlled(fit_, train_));
+    if (holdsAll(cycle, {kFilledUp, kUsedUp})) cycle.push_back(kLeftByCharge);
+    cycle = inOrder(cycle);
     if (cycle.empty() || !holdsAll(withDeepOnes(ids), cycle)) return;
     scoreAll({cycle}, nullptr);
     if (gain(cycle, members).isAbove(least_)) members = cycle;

@@ -21,11 +21,9 @@ double chargeOfStep(const Series& series, std::size_t n, double max_gap) {
 
 std::vector<std::string> MovedCharge::physicsOfCycle(double capacity, bool is_controlled) const {
   if (!isDeep(capacity) || !isOneCycle()) return {};
-  const bool is_filled = is_controlled && isChargedDeep(capacity), is_drawn = isDrawnDeep(capacity);
   std::vector<std::string> effects = {kMovedByCharge};
-  if (is_filled) effects.push_back(kFilledUp);
-  if (is_drawn) effects.push_back(kUsedUp);
-  if (is_filled && is_drawn) effects.push_back(kLeftByCharge);
+  if (is_controlled && isChargedDeep(capacity)) effects.push_back(kFilledUp);
+  if (isDrawnDeep(capacity)) effects.push_back(kUsedUp);
   return effects;
 }
 

@@ -573,8 +573,8 @@ TEST_F(Sof, IdentifyTakesWhatABenchsCycleHolds) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     return nlohmann::json::parse(outcome.out)["effects"];
   };
-  EXPECT_EQ(effectsAt("100"), nlohmann::json::array({"ocv_soc", "end_of_discharge",
-                                                     "acceptance_soc", "surface_charge"}));
+  EXPECT_EQ(effectsAt("100"),
+            nlohmann::json::array({"ocv_soc", "end_of_discharge", "acceptance_soc"}));
   EXPECT_TRUE(effectsAt("1000").empty());
 }
 

@@ -32,11 +32,11 @@ TEST(MovedCharge, OneChargeAndOneDischargeAreOneCycleAndStopsOfACarAreNot) {
   EXPECT_FALSE(car.moved().isOneCycle());
 }
 
-TEST(MovedCharge, ACycleCallsForItsEndsAndWithBothOfThemForWhatTheChargeLeaves) {
+TEST(MovedCharge, ACycleCallsForTheEndsThatItHas) {
   using Effects = std::vector<std::string>;
   const MovedCharge both = Minutes().hold(120, 5.0).hold(120, -5.0).moved();
   EXPECT_EQ(both.physicsOfCycle(50.0, true),
-            (Effects{"ocv_soc", "acceptance_soc", "end_of_discharge", "surface_charge"}));
+            (Effects{"ocv_soc", "acceptance_soc", "end_of_discharge"}));
   EXPECT_EQ(both.physicsOfCycle(50.0, false), (Effects{"ocv_soc", "end_of_discharge"}));
   EXPECT_EQ(both.physicsOfCycle(200.0, true), Effects());
   const MovedCharge filled = Minutes().hold(120, 5.0).moved();
