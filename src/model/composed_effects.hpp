@@ -22,6 +22,10 @@ Eigen::VectorXd valuesOf(const std::vector<S>& numbers) {
 inline double seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>&, Eigen::Index, double) {
   return value;
 }
+inline Slope seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>&, Eigen::Index,
+                    const Slope&) {
+  return value;
+}
 inline Dual seeded(double value, const Eigen::Ref<const Eigen::MatrixXd>& seeds, Eigen::Index row,
                    const Dual&) {
   return seeds.cols() > 0 ? Dual(value, seeds.row(row)) : Dual(value);
@@ -34,7 +38,8 @@ inline constexpr double kFaded = 1e-200;
 inline void dropFaded(double& x) {
   if (std::abs(x) < kFaded) x = 0.0;
 }
-inline void dropFaded(Dual& x) {
+template <typename S>
+void dropFaded(S& x) {
   dropFaded(x.value());
   x.changeDerivatives([](double& derivative) { dropFaded(derivative); });
 }

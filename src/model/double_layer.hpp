@@ -146,7 +146,7 @@ class DoubleLayer {
   }
   /// @param emf [V], what drives it.  @param resistance [Ohm].
   SourceStep stepAtSource(double emf, double resistance, double duration) {
-    const Dual none(0.0);
+    const Slope none(0.0);
     const Root root =
         solve(stageInValues(valueOf(storage_) + 1.0 / resistance,
                             valueOf(offset_) + emf / resistance, before_, none, duration),
@@ -215,17 +215,17 @@ class DoubleLayer {
     is_symmetric_ = isHalf(present.alpha);
     charging_slope_ = S(present.alpha * present.beta);
     discharging_slope_ = S((1.0 - present.alpha) * present.beta);
-    charging_slope_value_ = Dual(valueOf(charging_slope_));
-    discharging_slope_value_ = Dual(valueOf(discharging_slope_));
+    charging_slope_value_ = Slope(valueOf(charging_slope_));
+    discharging_slope_value_ = Slope(valueOf(discharging_slope_));
     if (has_ladder_ && (ladder_.empty() || dispersion_ != valueOf(present.dispersion))) {
       ladder_.assign(1, Ladder<S>(present.dispersion));
       dispersion_ = valueOf(present.dispersion);
     }
-    present_slope_ = converted<Dual>(present, [](const S& x) { return Dual(valueOf(x)); });
+    present_slope_ = converted<Slope>(present, [](const S& x) { return Slope(valueOf(x)); });
     const auto take = [&](const BoundComposition::Member& bound) {
-      std::vector<Dual> own;
+      std::vector<Slope> own;
       for (std::size_t j = 0; j < bound.effect->info.parameters.size(); ++j)
-        own.push_back(Dual(valueOf(p[bound.parameter + static_cast<int>(j)])));
+        own.push_back(Slope(valueOf(p[bound.parameter + static_cast<int>(j)])));
       return own;
     };
     // Parameters do not change within a simulation: converted once.
@@ -241,16 +241,10 @@ class DoubleLayer {
                     double h) const {
     return {storage_, offset_, from[1], charging_slope_, discharging_slope_, current, present, h};
   }
-  Stage<Dual> stageInValues(double storage, double offset, const std::vector<S>& from,
-                            const Dual& current, double h) const {
-    return {Dual(storage),
-            Dual(offset),
-            Dual(valueOf(from[1])),
-            charging_slope_value_,
-            discharging_slope_value_,
-            current,
-            present_slope_,
-            h};
+  Stage<Slope> stageInValues(double storage, double offset, const std::vector<S>& from,
+                             const Slope& current, double h) const {
+    return {Slope(storage),           Slope(offset), Slope(valueOf(from[1])), charging_slope_value_,
+            discharging_slope_value_, current,       present_slope_,          h};
   }
 
   /// Balance of currents at u; rises with u. @param activity after the step, where there is one.
@@ -283,7 +277,7 @@ class DoubleLayer {
   void euler(const S* p, const Present<S>& present, const S& current, double h, double guess,
              const std::vector<S>& from, std::vector<S>& to) {
     addStorage(present, h, from);
-    const Dual held(valueOf(current));
+    const Slope held(valueOf(current));
     const Root root =
         solve(stageInValues(valueOf(storage_), valueOf(offset_), from, held, h), guess);
     S activity(1.0);
@@ -335,11 +329,11 @@ class DoubleLayer {
     double activity_slope;  // d activity / du
   };
   /// Newton's method inside a bracket that grows from the start; the balance rises with u.
-  Root solve(const Stage<Dual>& stage, double start) const {
-    Dual activity(1.0);
+  Root solve(const Stage<Slope>& stage, double start) const {
+    Slope activity(1.0);
     const auto at = [&](double u) {
-      return balance<Dual>(
-          stage, Dual::unknown(u), [&](std::size_t k) { return side_slopes_[k].data(); },
+      return balance<Slope>(
+          stage, Slope::unknown(u), [&](std::size_t k) { return side_slopes_[k].data(); },
           [&] { return activity_slopes_.data(); }, activity);
     };
     const double steepest =
@@ -347,7 +341,7 @@ class DoubleLayer {
     double low = -HUGE_VAL, high = HUGE_VAL, u = start, slope = 1.0;
     double reach = 4.0 / steepest;  // the exponentials change by e^4 over it
     for (int k = 0; k < 400; ++k) {
-      const Dual f = at(u);
+      const Slope f = at(u);
       slope = f.slope();
       (f.value() > 0.0 ? high : low) = u;
       double step = -f.value() / slope;
@@ -392,10 +386,10 @@ class DoubleLayer {
   S storage_ = S(0.0), offset_ = S(0.0);                    // of a step [1/Ohm], [A]
   double activity_slope_ = 0.0;                             // to u, at a source [1/V]
   S charging_slope_ = S(0.0), discharging_slope_ = S(0.0);  // alpha beta, (1 - alpha) beta [1/V]
-  Dual charging_slope_value_ = Dual(0.0), discharging_slope_value_ = Dual(0.0);
-  Present<Dual> present_slope_;
-  std::vector<std::vector<Dual>> side_slopes_;
-  std::vector<Dual> activity_slopes_;
+  Slope charging_slope_value_ = Slope(0.0), discharging_slope_value_ = Slope(0.0);
+  Present<Slope> present_slope_;
+  std::vector<std::vector<Slope>> side_slopes_;
+  std::vector<Slope> activity_slopes_;
 };
 
 }  // namespace battery_sof

@@ -18,6 +18,7 @@ namespace battery_sof {
  */
 class Dual {
  public:
+  static constexpr bool kIsDual = true;
   static constexpr int kMaxTangents = 48;
 
   Dual(double value = 0.0) : value_(value) {}  // NOLINT(google-explicit-constructor)
@@ -30,12 +31,6 @@ class Dual {
     return *this;
   }
   ~Dual() = default;
-  /// The unknown of an equation: the first tangent is its own.
-  static Dual unknown(double value) {
-    Dual x(value);
-    x.fill(0, kAtOnce, [](int k) { return k == 0 ? Pair{1.0, 0.0} : Pair{}; });
-    return x;
-  }
   /// f(x) where value and slope of f at x are known.
   static Dual mapped(const Dual& x, double value, double slope) {
     return {value, x, [slope](Pair dx) { return dx * slope; }};
@@ -44,8 +39,6 @@ class Dual {
   double value() const { return value_; }
   double& value() { return value_; }
   double derivative(int tangent) const { return tangent < carried_ ? derivatives_[tangent] : 0.0; }
-  /// To the unknown.
-  double slope() const { return derivative(0); }
   /// Whether no tangent reaches it.
   bool isConstant() const {
     return std::all_of(derivatives_, derivatives_ + carried_, [](double x) { return x == 0.0; });
@@ -127,36 +120,116 @@ inline Dual::Dual(double value, const Eigen::RowVectorXd& derivatives) : value_(
   }
 }
 
-inline Dual operator-(const Dual& a) { return Dual::mapped(a, -a.value(), -1.0); }
-inline Dual operator+(const Dual& a, double b) {
-  Dual sum = a;
+/// A number with its derivative to the one unknown of an equation.
+class Slope {
+ public:
+  static constexpr bool kIsDual = true;
+
+  Slope(double value = 0.0) : value_(value) {}  // NOLINT(google-explicit-constructor)
+  static Slope unknown(double value) { return {value, 1.0}; }
+  /// As Dual::mapped().
+  static Slope mapped(const Slope& x, double value, double slope) {
+    return {value, x.slope_ * slope};
+  }
+
+  double value() const { return value_; }
+  double& value() { return value_; }
+  double slope() const { return slope_; }
+  bool isConstant() const { return slope_ == 0.0; }
+  template <typename Change>
+  void changeDerivatives(const Change& change) {
+    change(slope_);
+  }
+
+  friend Slope operator+(const Slope& a, const Slope& b) {
+    return {a.value_ + b.value_, a.slope_ + b.slope_};
+  }
+  friend Slope operator-(const Slope& a, const Slope& b) {
+    return {a.value_ - b.value_, a.slope_ - b.slope_};
+  }
+  friend Slope operator*(const Slope& a, const Slope& b) {
+    return {a.value_ * b.value_, a.slope_ * b.value_ + b.slope_ * a.value_};
+  }
+  friend Slope operator/(const Slope& a, const Slope& b) {
+    return {a.value_ / b.value_,
+            (a.slope_ * b.value_ - b.slope_ * a.value_) * (1.0 / (b.value_ * b.value_))};
+  }
+
+ private:
+  Slope(double value, double slope) : value_(value), slope_(slope) {}
+
+  double value_, slope_ = 0.0;
+};
+
+template <typename N, bool = N::kIsDual>
+N operator-(const N& a) {
+  return N::mapped(a, -a.value(), -1.0);
+}
+template <typename N, bool = N::kIsDual>
+N operator+(const N& a, double b) {
+  N sum = a;
   sum.value() += b;
   return sum;
 }
-inline Dual operator+(double a, const Dual& b) { return b + a; }
-inline Dual operator-(const Dual& a, double b) { return a + -b; }
-inline Dual operator-(double a, const Dual& b) { return Dual::mapped(b, a - b.value(), -1.0); }
-inline Dual operator*(const Dual& a, double b) { return Dual::mapped(a, a.value() * b, b); }
-inline Dual operator*(double a, const Dual& b) { return b * a; }
-inline Dual operator/(const Dual& a, double b) { return Dual::mapped(a, a.value() / b, 1.0 / b); }
-inline Dual operator/(double a, const Dual& b) {
-  return Dual::mapped(b, a / b.value(), -a / (b.value() * b.value()));
+template <typename N, bool = N::kIsDual>
+N operator+(double a, const N& b) {
+  return b + a;
 }
-inline bool operator<(const Dual& a, const Dual& b) { return a.value() < b.value(); }
+template <typename N, bool = N::kIsDual>
+N operator-(const N& a, double b) {
+  return a + -b;
+}
+template <typename N, bool = N::kIsDual>
+N operator-(double a, const N& b) {
+  return N::mapped(b, a - b.value(), -1.0);
+}
+template <typename N, bool = N::kIsDual>
+N operator*(const N& a, double b) {
+  return N::mapped(a, a.value() * b, b);
+}
+template <typename N, bool = N::kIsDual>
+N operator*(double a, const N& b) {
+  return b * a;
+}
+template <typename N, bool = N::kIsDual>
+N operator/(const N& a, double b) {
+  return N::mapped(a, a.value() / b, 1.0 / b);
+}
+template <typename N, bool = N::kIsDual>
+N operator/(double a, const N& b) {
+  return N::mapped(b, a / b.value(), -a / (b.value() * b.value()));
+}
+template <typename N, bool = N::kIsDual>
+bool operator<(const N& a, const N& b) {
+  return a.value() < b.value();
+}
+template <typename N, bool = N::kIsDual>
+bool operator<(const N& a, double b) {
+  return a.value() < b;
+}
 
-inline Dual exp(const Dual& x) {
+template <typename N, bool = N::kIsDual>
+N exp(const N& x) {
   const double value = std::exp(x.value());
-  return Dual::mapped(x, value, value);
+  return N::mapped(x, value, value);
 }
-inline Dual log(const Dual& x) { return Dual::mapped(x, std::log(x.value()), 1.0 / x.value()); }
-inline Dual sqrt(const Dual& x) {
+template <typename N, bool = N::kIsDual>
+N log(const N& x) {
+  return N::mapped(x, std::log(x.value()), 1.0 / x.value());
+}
+template <typename N, bool = N::kIsDual>
+N sqrt(const N& x) {
   const double value = std::sqrt(x.value());
-  return Dual::mapped(x, value, 0.5 / value);
+  return N::mapped(x, value, 0.5 / value);
 }
-inline Dual sin(const Dual& x) { return Dual::mapped(x, std::sin(x.value()), std::cos(x.value())); }
-inline Dual tanh(const Dual& x) {
+template <typename N, bool = N::kIsDual>
+N sin(const N& x) {
+  return N::mapped(x, std::sin(x.value()), std::cos(x.value()));
+}
+template <typename N, bool = N::kIsDual>
+N tanh(const N& x) {
   const double value = std::tanh(x.value());
-  return Dual::mapped(x, value, 1.0 - value * value);
+  return N::mapped(x, value, 1.0 - value * value);
 }
 
 }  // namespace battery_sof

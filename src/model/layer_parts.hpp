@@ -75,7 +75,10 @@ inline double scaledTolerance(double tolerance, double u, double charging_slope)
 
 /// Whether the reaction is symmetric, whatever the tangents.
 inline bool isHalf(double alpha) { return alpha == 0.5; }
-inline bool isHalf(const Dual& alpha) { return alpha.value() == 0.5 && alpha.isConstant(); }
+template <typename S>
+bool isHalf(const S& alpha) {
+  return alpha.value() == 0.5 && alpha.isConstant();
+}
 /// An exponent of the reaction, held where its exponential still is a number.
 template <typename T>
 T bounded(const T& exponent) {

@@ -27,8 +27,9 @@ enum SharedRegressorState {
 
 /// f(x) where value and slope of f at x are known.
 inline double mapped(double, double value, double) { return value; }
-inline Dual mapped(const Dual& x, double value, double slope) {
-  return Dual::mapped(x, value, slope);
+template <typename S>
+S mapped(const S& x, double value, double slope) {
+  return S::mapped(x, value, slope);
 }
 
 /// States before the first sample: reserves full, nothing moved.

@@ -67,7 +67,7 @@ struct SourceMemory {
   double trend = 0.0, move = 0.0;
   double resistance = 0.0;  ///< [Ohm] over it
   /// the same battery, for trials of currents
-  WorkSpace<std::unique_ptr<Stepper<Dual>>> probe;
+  WorkSpace<std::unique_ptr<Stepper<Slope>>> probe;
 
   /// After an interval in which a current was given.
   void forgetTrend() { trend = move = 0.0; }
@@ -126,8 +126,8 @@ class VoltageSource {
   bool stepAtSource(const S& voltage, double duration, double max_current, DoubleLayer<S>& layer) {
     const double middle = now_.time + duration - 0.5 * duration;
     const Present<S> present = battery_.presentAt(middle);
-    Stepper<Dual>& slopes = probe();
-    const Present<Dual> slope_present = slopes.presentAt(middle);
+    Stepper<Slope>& slopes = probe();
+    const Present<Slope> slope_present = slopes.presentAt(middle);
     layer.beginStep(battery_.effects().parameters().data(), present, duration, now_.x[0],
                     battery_.activity(), battery_.ladder());
     const Eliminated found = eliminate(valueOf(voltage), duration, layer, slope_present);
@@ -153,15 +153,15 @@ class VoltageSource {
   }
 
   Eliminated eliminate(double voltage, double duration, DoubleLayer<S>& layer,
-                       const Present<Dual>& slope_present) {
-    Stepper<Dual>& slopes = **memory_.probe;
+                       const Present<Slope>& slope_present) {
+    Stepper<Slope>& slopes = **memory_.probe;
     const double before = valueOf(now_.x[0]);
     double i = valueOf(memory_.current);
     Eliminated found;
     SourceStep& step = found.step;
     for (int k = 0; k < kMaxRounds && !found.is_found; ++k) {
-      const Dual others = slopes.othersVoltage(Dual::unknown(i), duration,
-                                               Dual(k > 0 ? step.u : before), slope_present);
+      const Slope others = slopes.othersVoltage(Slope::unknown(i), duration,
+                                                Slope(k > 0 ? step.u : before), slope_present);
       found.resistance = others.slope();
       step = layer.stepAtSource(voltage - others.value() + found.resistance * i, found.resistance,
                                 duration);
@@ -208,9 +208,9 @@ class VoltageSource {
   void adopt(double current, double tried, double duration) {
     memory_.current = S(current);
     if constexpr (kIsOfValues) {
-      const Stepper<Dual>& from = **memory_.probe;
+      const Stepper<Slope>& from = **memory_.probe;
       standAs(now_, from.now,
-              [&](const Dual& x) { return x.value() + x.slope() * (current - tried); });
+              [&](const Slope& x) { return x.value() + x.slope() * (current - tried); });
       if (from.discrepancy()) battery_.setBeyondIdentified(from.discrepancy()->beyond());
     } else {
       battery_.pass(memory_.current, memory_.current, duration, 0.0, now_.time + duration);
@@ -225,7 +225,7 @@ class VoltageSource {
                        probeResistance());
     memory_.current = S(memory_.current + follow);
     changeNumbersBeside(now_, (**memory_.probe).now,
-                        [&](S& x, const Dual& slope) { x = S(x + slope.slope() * follow); });
+                        [&](S& x, const Slope& slope) { x = S(x + slope.slope() * follow); });
   }
 
   // ------------------------------------------------------------------------------------------------- the probe
@@ -233,18 +233,18 @@ class VoltageSource {
   double probeResistance() { return (**memory_.probe).now.terminal.slope(); }
 
   /// The same battery in the arithmetic of the solver for the current, as it stands.
-  Stepper<Dual>& probe() {
-    std::unique_ptr<Stepper<Dual>>& same = *memory_.probe;
+  Stepper<Slope>& probe() {
+    std::unique_ptr<Stepper<Slope>>& same = *memory_.probe;
     if (!same)
-      same = std::make_unique<Stepper<Dual>>(battery_.effects().shared(), battery_.point(),
-                                             Eigen::MatrixXd());
+      same = std::make_unique<Stepper<Slope>>(battery_.effects().shared(), battery_.point(),
+                                              Eigen::MatrixXd());
     standAs(same->now, now_, [](const S& x) { return valueOf(x); });
     return *same;
   }
 
   /// @return how far a held current ends above a voltage [V]; leaves the probe there.
   double excessOf(double i, double voltage, double duration) {
-    const Dual held = Dual::unknown(i);
+    const Slope held = Slope::unknown(i);
     probe().pass(held, held, duration, 0.0, now_.time + duration);
     return valueOf((**memory_.probe).now.terminal) - voltage;
   }

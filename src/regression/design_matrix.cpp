@@ -50,11 +50,11 @@ Eigen::VectorXd expectedFrom(const Eigen::VectorXd& parameters) {
 
 /// How u_c2 goes on from one sample to the next with small changes: A of what it was, B of the
 /// current [1], [Ohm].
-struct Slope {
+struct ReactionSlope {
   double of_state, of_current;
 };
 
-Slope slopeOf(const BaseParameters& parameters, double overpotential, double duration) {
+ReactionSlope slopeOf(const BaseParameters& parameters, double overpotential, double duration) {
   const double half = 0.5 * parameters.beta * std::clamp(overpotential, -1.0, 1.0);
   const double conductance =
       parameters.i0 * parameters.beta * std::cosh(std::clamp(half, -30.0, 30.0));
@@ -125,7 +125,7 @@ Linearization linearizationOf(const BatteryModel& model, const ModelPoint& start
     for (std::size_t n = out.first[row]; n < out.first[row + 1]; ++n) {
       const InputSample& sample = inputs.samples[n];
       const double error = simulation.follow(sample), overpotential = simulation.state()[0];
-      const Slope slope = slopeOf(parameters, overpotential, sample.step.duration);
+      const ReactionSlope slope = slopeOf(parameters, overpotential, sample.step.duration);
       out.overpotential.push_back(overpotential);
       out.time[row] += sample.step.time;
       out.persistence[row] *= slope.of_state;

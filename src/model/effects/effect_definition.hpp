@@ -18,6 +18,7 @@ namespace battery_sof {
 
 inline double valueOf(double x) { return x; }
 inline double valueOf(const Dual& x) { return x.value(); }
+inline double valueOf(const Slope& x) { return x.value(); }
 
 /// The base model's parameters as effects leave them for one interval.
 template <typename S>
@@ -182,14 +183,14 @@ class KernelOf final : public EffectKernel<S> {
   }
 };
 
-/// An effect ready to be composed, its hooks in both arithmetics.
+/// An effect ready to be composed, its hooks in every arithmetic.
 struct Effect {
   template <typename S>
   using Kernel = std::unique_ptr<EffectKernel<S>>;
 
   EffectInfo info;
   EffectHooks hooks;
-  std::tuple<Kernel<double>, Kernel<Dual>> kernels;
+  std::tuple<Kernel<double>, Kernel<Slope>, Kernel<Dual>> kernels;
 };
 
 template <typename D>
@@ -202,7 +203,8 @@ Effect effectOf() {
                   HasActivity<D>::value,    HasAdvance<D>::value,      HasVoltage<D>::value,
                   HasShow<D>::value,        IsLadder<D>::value,        StepsFinely<D>::value,
                   LimitsReaction<D>::value, AdaptsForOthers<D>::value, longestPieceOf<D>()};
-  effect.kernels = {std::make_unique<KernelOf<D, double>>(), std::make_unique<KernelOf<D, Dual>>()};
+  effect.kernels = {std::make_unique<KernelOf<D, double>>(), std::make_unique<KernelOf<D, Slope>>(),
+                    std::make_unique<KernelOf<D, Dual>>()};
   return effect;
 }
 
