@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "support/composed.hpp"
+#include "util/text.hpp"
 
 using namespace battery_sof;
 using namespace battery_sof::test;
@@ -18,11 +19,14 @@ double drawn(Random& random, const ParameterInfo& info) {
   return random.uniform(info.lower, info.upper);
 }
 
+/// @param left_out id of an effect that is not drawn, nor what needs it.
 std::vector<std::string> drawnEffects(Random& random, const std::string& left_out = "") {
   std::vector<std::string> ids;
   std::vector<EffectInfo> all = effectCatalogue();
   all.erase(std::remove_if(all.begin(), all.end(),
-                           [&](const EffectInfo& one) { return one.id == left_out; }),
+                           [&](const EffectInfo& one) {
+                             return one.id == left_out || contains(one.needs, left_out);
+                           }),
             all.end());
   const int wanted = static_cast<int>(random.uniform(0.0, 6.0));
   while (static_cast<int>(ids.size()) < wanted) {
