@@ -193,7 +193,7 @@ class Stepper {
     return discrepancy_ ? S(voltage + discrepancyAfter(i, duration, u, present)) : voltage;
   }
 
-  /// Slope of a discrepancy model after such a step to its end's u_c2 [1]; in dual numbers.
+  /// Slope of a discrepancy model after such a step to its end's u_c2 [1]; in arithmetic Slope.
   double discrepancySlope(double i, double duration, double u, const Present<S>& present) {
     return discrepancyAfter(S(i), duration, S::unknown(u), present).slope();
   }

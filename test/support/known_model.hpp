@@ -71,4 +71,16 @@ inline bool holds(const std::string& text, const std::string& piece) {
   return text.find(piece) != std::string::npos;
 }
 
+/// A model whose voltage leaves the range of numbers some 40 s after its state's time [s]: no file may
+/// hold it.
+inline FittedModel overflowingModel(double time) {
+  FittedModel model = knownModel({"voltage_drift"});
+  for (ParameterEstimate& estimate : model.fit.estimates)
+    if (estimate.name == "u_dc" || estimate.name == "voltage_drift") estimate.value = 1.7e308;
+  takeEstimates(model.fit);
+  model.fit.window.from = time - 160.0;
+  model.state.time = model.fit.window.to = time;
+  return model;
+}
+
 }  // namespace battery_sof::test

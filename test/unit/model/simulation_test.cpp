@@ -244,6 +244,30 @@ TEST(Simulation, MinutesUnderTheSameCurrentEndWhereTheyDoInFineSteps) {
   }
 }
 
+TEST(Simulation, BehindAHeldVoltageStepsAreFineAgainUnderTheCurrentOfBefore) {
+  const BatteryModel model({"sulphate_history", "charge_acceptance"});
+  // By a charger that is simulated, and by one whose voltage was measured.
+  for (const bool is_measured : {false, true}) {
+    const auto voltageAfter = [&](double interval) {
+      ModelPoint start = pointOf(model, typicalPoint(model));
+      Simulation simulation(model, start);
+      const auto load = [&](double duration) {
+        for (double t = 0.0; t < duration; t += interval) simulation.hold(-20.0, interval);
+      };
+      load(7200.0);
+      for (int n = 0; n < 1200; ++n) {
+        if (!is_measured)
+          simulation.advanceAtVoltage(14.0, 1.0, 100.0);
+        else
+          simulation.followVoltage({simulation.time() + 1.0, 1.0, 0.0, 0.0}, 14.0);
+      }
+      load(60.0);
+      return simulation.voltage();
+    };
+    EXPECT_NEAR(voltageAfter(60.0), voltageAfter(0.2), 5e-5) << is_measured;
+  }
+}
+
 namespace {
 
 /// A current that steps every few seconds, linear between samples `interval` apart.

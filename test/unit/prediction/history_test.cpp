@@ -66,5 +66,14 @@ TEST_F(MarkedHistory, AReplayedModelStandsWhereOneStandsThatFollowedAllAlong) {
   EXPECT_EQ(history_.now().monitor.now().state.states, followed.now().state.states);
 }
 
+TEST_F(MarkedHistory, AModelWhoseNumbersEndWhileItIsReplayedIsToldOf) {
+  ModelMonitor marked({});
+  marked.install(test::overflowingModel(time_), 5.0);
+  pushUntil(20.0);
+  EXPECT_TRUE(history_.replay(marked));
+  pushUntil(90.0);
+  EXPECT_FALSE(history_.replay(marked));
+}
+
 }  // namespace
 }  // namespace battery_sof

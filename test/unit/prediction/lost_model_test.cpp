@@ -11,18 +11,6 @@ namespace {
 const CrankingQuery kQuery{-25.0, 20.0, -200.0, 0.5, 7.2};
 constexpr double kStart = 1000.0;  // [s]
 
-/// A model whose voltage leaves the range of numbers some 200 s after its window began: no file may
-/// hold it.
-FittedModel overflowing() {
-  FittedModel model = test::knownModel({"voltage_drift"});
-  for (ParameterEstimate& estimate : model.fit.estimates)
-    if (estimate.name == "u_dc" || estimate.name == "voltage_drift") estimate.value = 1.7e308;
-  test::takeEstimates(model.fit);
-  model.fit.window.from = kStart - 170.0;
-  model.state.time = model.fit.window.to = kStart - 10.0;
-  return model;
-}
-
 class LostModel : public ::testing::Test {
  protected:
   LostModel() : inputs_(test::baseDrive(3, 400.0)) {
@@ -31,7 +19,7 @@ class LostModel : public ::testing::Test {
     options.buffer = 120.0;
     options.min_window_quality = 0.0;
     session_ = OnlineSession(options);
-    session_.restore(overflowing());
+    session_.restore(test::overflowingModel(kStart - 10.0));
   }
 
   void pushUntil(double time) {
