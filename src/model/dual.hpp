@@ -25,7 +25,8 @@ class Dual {
   /// @param derivatives at most kMaxTangents.
   Dual(double value, const Eigen::RowVectorXd& derivatives);
   Dual(const Dual& other) : value_(other.value_) { carry(other, Same()); }
-  Dual& operator=(const Dual& other) {
+  /// Assigned to itself, each number is written over itself.
+  Dual& operator=(const Dual& other) {  // NOLINT(bugprone-unhandled-self-assignment)
     value_ = other.value_;
     carry(other, Same());
     return *this;
