@@ -42,10 +42,15 @@ double checkedCapacity(double capacity_ah) {
       format("capacity_ah is %g, expected above 0 and finite", capacity_ah));
 }
 
+std::optional<double> checkedCapacity(std::optional<double> capacity_ah) {
+  if (!capacity_ah) return std::nullopt;
+  return checkedCapacity(*capacity_ah);
+}
+
 Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
                    const std::optional<std::vector<std::string>>& effects, bool whiten,
                    const std::string& start, double series_blocks, int threads, bool anyway,
-                   std::optional<double> crank_current, double capacity_ah) {
+                   std::optional<double> crank_current, std::optional<double> capacity_ah) {
   const py::gil_scoped_release released;
   return identify(held.recording,
                   {from, to, chooses_window, effects, whiten, isPaperStart(start), series_blocks,
@@ -121,7 +126,7 @@ DiagnosisReport diagnoseHeld(const HeldRecording& held, Seconds from, Seconds to
                              double holdout_share, const std::vector<std::string>& hypotheses,
                              const std::vector<std::string>& given, double series_blocks,
                              int threads, bool anyway, std::optional<double> crank_current,
-                             double capacity_ah) {
+                             std::optional<double> capacity_ah) {
   const py::gil_scoped_release released;
   return diagnose(held.recording,
                   {from, to, holdout_share, hypotheses, given, series_blocks, threads, nullptr,

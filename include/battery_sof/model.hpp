@@ -32,8 +32,10 @@ struct IdentifyRequest {
   /// [A], of either sign, that counts as an engine start; none: read off the recording
   std::optional<double> crank_current = std::nullopt;
   /// [Ah], nominal: a window that moved a tenth of it calls for the open-circuit voltage (`effects`),
-  /// and a discharge under way that drew so much is the window unless from and to are both given
-  double capacity = 50.0;
+  /// and a discharge under way that drew so much is the window unless from and to are both given.
+  /// What is known of it is a part of the fit of where a discharge ends; none: 50 Ah decides what is
+  /// a tenth, and nothing is known
+  std::optional<double> capacity = std::nullopt;
 };
 
 /**
@@ -103,7 +105,7 @@ struct DiagnosisRequest {
   std::string recording_hash = {};                                   ///< as in IdentifyRequest
   bool anyway = false;                                               ///< as in IdentifyRequest
   std::optional<double> crank_current = std::nullopt;                ///< as in IdentifyRequest
-  double capacity = 50.0;                                            ///< as in IdentifyRequest
+  std::optional<double> capacity = std::nullopt;                     ///< as in IdentifyRequest
 };
 
 struct Diagnosis;

@@ -14,7 +14,7 @@ class OnlineSession;
 
 /// Settings of a Session.
 struct SessionSettings {
-  double capacity = 50.0;  ///< [Ah], nominal
+  std::optional<double> capacity;  ///< [Ah], nominal; none: 50 Ah, and the fit knows nothing of it
   /// number of 12 V blocks in series; samples, queries and answers are those of all blocks
   double series_blocks = 1.0;
   double buffer = 1800.0;               ///< [s], length of the past that is kept

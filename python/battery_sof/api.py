@@ -130,7 +130,7 @@ class Model:
 def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              choose_window: bool = False, effects: Optional[Sequence[str]] = None, whiten: bool = False,
              start: str = "robust", series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
-             crank_current_a: Optional[float] = None, capacity_ah: float = 50.0) -> Model:
+             crank_current_a: Optional[float] = None, capacity_ah: Optional[float] = None) -> Model:
     """Fits the model to a window of a recording, as `sof identify` does.
 
     from_s, to_s [s]: the window if both are given, otherwise the range in which the best window is chosen (with choose_window also
@@ -139,7 +139,8 @@ def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
     series_blocks: number of 12 V blocks in series (0.5 for 6 V, 2 for 24 V, 4 for 48 V). The fit is that of the mean block, while
     queries, answers and predictions are in the volts of the whole battery. threads: 0 for all; it changes no result.
     crank_current_a: discharges by this many amperes or more, for at most 5 s, are engine starts; None reads it off the recording.
-    capacity_ah: nominal capacity [Ah], above 0; a window that moved a tenth of it calls for the open-circuit voltage (effects).
+    capacity_ah: nominal capacity [Ah], above 0. A window that moved a tenth of it calls for the open-circuit voltage (effects), and where a
+    discharge ends is fitted with what is known of it. None: a tenth of 50 Ah, and nothing is known.
 
     If the window determines no model, the returned model is not usable and its message has the reason. The same holds for a
     recording with a problem, for example a flipped sign or another time unit, unless anyway is true. Raises ValueError for a range
@@ -204,7 +205,7 @@ def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float
 def diagnose(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
              series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
-             crank_current_a: Optional[float] = None, capacity_ah: float = 50.0) -> Diagnosis: ...
+             crank_current_a: Optional[float] = None, capacity_ah: Optional[float] = None) -> Diagnosis: ...
 
 
 @overload
@@ -216,7 +217,7 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Model, Sequenc
              from_s: Optional[float] = None, to_s: Optional[float] = None,
              holdout_share: float = 0.25, hypotheses: Sequence[str] = (), given: Sequence[str] = (),
              series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
-             crank_current_a: Optional[float] = None, capacity_ah: float = 50.0) -> Union[Diagnosis, ChangeDiagnosis]:
+             crank_current_a: Optional[float] = None, capacity_ah: Optional[float] = None) -> Union[Diagnosis, ChangeDiagnosis]:
     """Finds where the base model and a recording deviate and which physics is missing, as `sof diagnose` does. This takes minutes.
 
     from_s, to_s [s]: the range that is diagnosed; its last holdout_share is kept for the comparison alone. hypotheses: ids of the
@@ -233,7 +234,7 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Model, Sequenc
     """
     if reference is not None:
         if (holdout_share, list(hypotheses), list(given), series_blocks, crank_current_a, capacity_ah) != (
-                0.25, [], [], 1.0, None, 50.0):
+                0.25, [], [], 1.0, None, None):
             raise ValueError("reference is given, expected without holdout_share, hypotheses, given, series_blocks, "
                              "crank_current_a and capacity_ah")
         references = [reference] if isinstance(reference, (Recording, Model)) else list(reference)

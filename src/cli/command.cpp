@@ -130,9 +130,9 @@ void addCrankCurrentOption(CLI::App& command, RecordingArguments& arguments) {
       "recording's largest repeated pulses, at most 150 A; sof check prints it");
 }
 
-void requireCapacity(double capacity_ah) {
-  if (!(capacity_ah > 0.0) || !std::isfinite(capacity_ah))
-    throw UsageError(format("--capacity-ah is %g, expected above 0", capacity_ah));
+void requireCapacity(const std::optional<double>& capacity_ah) {
+  if (capacity_ah && !(*capacity_ah > 0.0 && std::isfinite(*capacity_ah)))
+    throw UsageError(format("--capacity-ah is %g, expected above 0", *capacity_ah));
 }
 
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments) {

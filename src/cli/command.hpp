@@ -125,7 +125,7 @@ void addRenamedOption(CLI::App& command, const std::string& old, const std::stri
 /// The option --crank-current, of either sign: the current of a crank is always out of the battery.
 void addCrankCurrentOption(CLI::App& command, RecordingArguments& arguments);
 /// @throws UsageError for a --capacity-ah that is not above 0 and finite.
-void requireCapacity(double capacity_ah);
+void requireCapacity(const std::optional<double>& capacity_ah);
 void addSeriesBlocksOption(CLI::App& command, RecordingArguments& arguments);
 void addWindowOptions(CLI::App& command, WindowArguments& arguments);
 void addPriorsOptions(CLI::App& command, PriorsArguments& arguments);

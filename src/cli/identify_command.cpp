@@ -134,8 +134,10 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
       "a tenth of the capacity was moved in one direction, or there and back once, with "
       "end_of_discharge if as much was discharged and acceptance_soc if as much was charged "
       "by a charger that controlled the voltage; else none");
-  addOption(options, "--capacity-ah", fit.capacity,
-            "nominal capacity [Ah], on which the default of --effects depends");
+  addOption(
+      options, "--capacity-ah", fit.capacity,
+      "nominal capacity [Ah]: the default of --effects depends on it (50 if it is not given), "
+      "and where a discharge ends is fitted with what is known of it");
   options.add_flag("--whiten", fit.whiten,
                    "whiten the residuals by a fitted noise model instead of weighting them as the "
                    "paper does; not where a charger controls the voltage");

@@ -27,8 +27,8 @@ struct DiagnoseOptions {
   /// [A], below 0, what counts as an engine start; none: as the recording shows it
   /// (findCrankCurrent()). diagnose() sets it.
   std::optional<double> crank_current = std::nullopt;
-  /// [Ah], nominal: who moves a tenth of it moves the open-circuit voltage
-  double capacity = 50.0;
+  /// [Ah], nominal: who moves a tenth of it moves the open-circuit voltage. As of IdentifyOptions.
+  std::optional<double> capacity = std::nullopt;
   bool lists_detection_limits = true;  ///< false: Diagnosis::detection_limits stays empty
   /// Gets what begins; called from the calling thread.
   std::function<void(const std::string& stage)> progress = nullptr;

@@ -68,7 +68,7 @@ class Selection {
         train_(train),
         fit_(fit),
         options_(options),
-        is_deep_(movedCharge(series, train).isDeep(options.capacity)),
+        is_deep_(movedCharge(series, train).isDeep(options.capacity.value_or(kTypicalCapacity))),
         most_apart_(fit.source ? kMostApart : HUGE_VAL),
         least_(2.0 * options.relevance.charge_share),
         independent_(0.5 * kIndependentShare * static_cast<double>(train.size())) {
@@ -266,7 +266,8 @@ class Selection {
   /// by one they predict no block. What a cycle calls for is one more composition, scored as a whole.
   void weighCycle(const Effects& ids, Effects& members) {
     Effects cycle = movedCharge(series_, train_)
-                        .physicsOfCycle(options_.capacity, isVoltageControlled(fit_, train_));
+                        .physicsOfCycle(options_.capacity.value_or(kTypicalCapacity),
+                                        isVoltageControlled(fit_, train_));
     if (holdsAll(cycle, {kFilledUp, kUsedUp})) cycle.push_back(kLeftByCharge);
     cycle = inOrder(cycle);
     if (cycle.empty() || !holdsAll(withDeepOnes(ids), cycle)) return;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "estimation/capacity_prior.hpp"
 #include "estimation/parameter_space.hpp"
 #include "model/simulation.hpp"
 #include "recording/events.hpp"
@@ -47,6 +48,8 @@ struct FitCost {
   /// errors in both variables, in place of eq. 3's weights
   std::optional<ChannelErrors> channels = std::nullopt;
   std::vector<KnownParameter> known = {};  ///< priors in place of the catalogue's
+  /// [Ah], nominal, where it is known (CapacityPrior)
+  std::optional<double> capacity = std::nullopt;
 };
 
 /// Sums of squares over search coordinates, whatever evaluates them. Coordinates in which the
@@ -101,9 +104,8 @@ class CompositionProblem final : public LeastSquaresProblem {
   /// Residual at x [V], or [A] where the voltage is the input, one a sample, not whitened.
   Eigen::VectorXd residual(const Eigen::VectorXd& x) const;
 
-  /// 1 / s_j^2 of every coordinate, 0 without a prior; times priorWeight() it is the priors' part
-  /// of J'J.
-  Eigen::VectorXd priorPrecision() const;
+  /// The priors' J'J, without priorWeight().
+  Eigen::MatrixXd priorInformation(const Eigen::VectorXd& x) const;
   double priorWeight() const { return prior_weight_; }
   /// W^2 times the samples averaged [1]; with ChannelErrors 1 / sigma^2 times them. @param k of the
   /// sequence's samples.
@@ -121,6 +123,7 @@ class CompositionProblem final : public LeastSquaresProblem {
   std::optional<Whitening> whitening_;
   std::vector<double> precision_;  // 1 / sigma^2 of ChannelErrors
   double prior_weight_ = 1.0;
+  std::optional<CapacityPrior> of_capacity_;
 };
 
 /// One pass with derivatives over a sequence, kept whole.

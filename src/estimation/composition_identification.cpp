@@ -70,6 +70,7 @@ FitCost costOf(const IdentifyOptions& options) {
   cost.crank_weight = options.crank_weight;
   cost.crank_weight_current = options.crank_current;
   cost.known = knownOf(options.priors, options.effects);
+  cost.capacity = options.capacity;
   return cost;
 }
 
@@ -184,17 +185,18 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
       }
     return informationInverse(information) * std::max(1.0, fitted.fit.at.cost / freedom);
   }
-  Eigen::VectorXd precision = problem.priorPrecision();
+  Eigen::MatrixXd information = problem.priorInformation(fitted.fit.x);
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (isAtBound(problem, fitted.fit.x, k)) {
       pass.jacobian.col(k).setZero();
-      precision[k] = 0.0;
+      information.row(k).setZero();
+      information.col(k).setZero();
     }
   Sandwich parts = sandwichParts(pass.jacobian, pass.residual, weights,
                                  bartlettWidth(rho, pass.residual.size()));
   const double weight = problem.priorWeight();
-  parts.A.diagonal() += weight * precision;
-  parts.B.diagonal() += weight * weight * precision;
+  parts.A += weight * information;
+  parts.B += weight * weight * information;
   return combined(parts);
 }
 

@@ -90,6 +90,7 @@ CompositionProblem::CompositionProblem(const BatteryModel& model, const InputSeq
     prior_weight_ =
         kPriorError * kPriorError * (interval > 0.0 ? std::max(1.0, correlation / interval) : 1.0);
   }
+  if (cost.capacity) of_capacity_ = CapacityPrior::of(model, *cost.capacity);
 }
 
 void CompositionProblem::reweigh(const CompositionPoint& point) {
@@ -180,13 +181,21 @@ void CompositionProblem::addPriors(const Eigen::VectorXd& x, NormalEquations& eq
     equations.gradient[k] += prior_weight_ * away / std;
     equations.hessian(k, k) += prior_weight_ / (std * std);
   }
+  if (!of_capacity_) return;
+  const auto [z, slopes] = of_capacity_->at(*this, x);
+  equations.cost += prior_weight_ * z * z;
+  equations.gradient += prior_weight_ * z * slopes;
+  equations.hessian += prior_weight_ * slopes * slopes.transpose();
 }
 
-Eigen::VectorXd CompositionProblem::priorPrecision() const {
-  Eigen::VectorXd precision = Eigen::VectorXd::Zero(size());
-  for (Eigen::Index k = 0; cost_.priors && k < size(); ++k)
-    precision[k] = 1.0 / ((*this)[k].std * (*this)[k].std);
-  return precision;
+Eigen::MatrixXd CompositionProblem::priorInformation(const Eigen::VectorXd& x) const {
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size(), size());
+  if (!cost_.priors) return information;
+  for (Eigen::Index k = 0; k < size(); ++k)
+    information(k, k) = 1.0 / ((*this)[k].std * (*this)[k].std);
+  if (!of_capacity_) return information;
+  const Eigen::VectorXd slopes = of_capacity_->at(*this, x).slopes;
+  return information + slopes * slopes.transpose();
 }
 
 Eigen::VectorXd CompositionProblem::residual(const Eigen::VectorXd& x) const {

@@ -35,6 +35,10 @@ struct Window {
   ExcitedRange excited;
 };
 
+double capacityOf(const IdentifyOptions& options) {
+  return options.capacity.value_or(kTypicalCapacity);
+}
+
 void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
   requireThat(options.crank_weight >= 1.0, "crank_weight", options.crank_weight, "at least 1");
   requireThat(options.crank_current < 0.0, "crank_current [A]", options.crank_current, "below 0");
@@ -45,7 +49,8 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
     requireThat(value >= info.lower && value <= info.upper, "initial " + info.name, value,
                 "inside Table I's bounds");
   }
-  requireThat(options.capacity > 0.0, "capacity [Ah]", options.capacity, "above 0");
+  const double capacity = capacityOf(options);
+  requireThat(capacity > 0.0, "capacity [Ah]", capacity, "above 0");
   requireThat(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
   requireThat(options.threads >= 0, "threads", options.threads, "at least 0");
   BatteryModel known(options.effects, options.discrepancy);
@@ -124,9 +129,9 @@ std::vector<std::vector<std::string>> compositionsToTry(const Series& series, In
   if (!options.chooses_effects || !options.effects.empty() || options.start == FitStart::kPaper)
     return {options.effects};
   const MovedCharge moved = movedCharge(series, range);
-  const bool is_deep = moved.isDeep(options.capacity);
+  const bool is_deep = moved.isDeep(capacityOf(options));
   const bool is_controlled = isVoltageControlled(options, range);
-  const std::vector<std::string> whole = moved.physicsOfCycle(options.capacity, is_controlled);
+  const std::vector<std::string> whole = moved.physicsOfCycle(capacityOf(options), is_controlled);
   if (!whole.empty()) return {whole, {kMovedByCharge}, {}};
   if (!is_controlled) return {{}};
   if (is_deep) return {{kChargingPhysics}, {kMovedByCharge}, {}};
@@ -305,9 +310,9 @@ bool refuses(FitPlan& plan, const std::vector<Finding>& problems) {
 /// The deep discharge that is under way, a deep cycle as a whole, else the best window.
 WindowChoice windowOf(const Series& series, IndexRange searched, const IdentifyOptions& options) {
   if (options.start == FitStart::kPaper) return chooseWindow(series, searched);
-  const auto discharge = dischargeUnderWay(series, searched, options.capacity);
+  const auto discharge = dischargeUnderWay(series, searched, capacityOf(options));
   const MovedCharge moved = movedCharge(series, searched);
-  if (!discharge && moved.isDeep(options.capacity) && moved.isOneCycle())
+  if (!discharge && moved.isDeep(capacityOf(options)) && moved.isOneCycle())
     return {
         searched, windowExcitation(series, searched),
         format("%.3g Ah went one way, or there and back once, and the window is the whole of it",

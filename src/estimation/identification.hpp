@@ -62,7 +62,9 @@ struct IdentifyOptions {
   /// is still fresh. Where a fit fails, fitPlanned() goes on to ocv_soc if a tenth of the capacity
   /// was moved, and then to the circuit.
   bool chooses_effects = false;
-  double capacity = 50.0;  ///< [Ah], nominal; of chooses_effects
+  /// [Ah], nominal: decides what is deep (chooses_effects; none: kTypicalCapacity), and says where a
+  /// discharge ends (CapacityPrior)
+  std::optional<double> capacity = std::nullopt;
   /// ids of further physics, see effectCatalogue(); "discrepancy" with `discrepancy`
   std::vector<std::string> effects = {};
   /// estimated before (fitDiscrepancy()); its factors are fitted

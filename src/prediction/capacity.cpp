@@ -4,16 +4,11 @@
 #include <cmath>
 #include <vector>
 
+#include "estimation/capacity_prior.hpp"
 #include "prediction/event_corrections.hpp"
 #include "util/constants.hpp"
 
 namespace battery_sof {
-namespace {
-
-constexpr double kFullVoltage = 12.9, kFullSpread = 0.1;  // [V] of a block at rest
-
-}  // namespace
-
 std::optional<Interval> estimatedCapacity(const Fit& fit) {
   const BatteryModel composition = compositionOf(fit);
   const auto slope = composition.parameterRow("ocv_slope"),

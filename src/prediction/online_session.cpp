@@ -32,7 +32,7 @@ const SessionOptions& checked(const SessionOptions& options) {
   requirePositive("buffer", options.buffer);
   requirePositive("identify_period", options.identify_period);
   requirePositive("retry_period", options.retry_period);
-  requirePositive("capacity", options.capacity);
+  if (options.capacity) requirePositive("capacity", *options.capacity);
   if (options.window_length) requirePositive("window_length", *options.window_length);
   requireThat(options.min_window_quality >= 0.0 && options.min_window_quality <= 1.0,
               "min_window_quality", options.min_window_quality, "0 to 1");
@@ -57,7 +57,7 @@ bool hasBothSigns(const Series& series, IndexRange range) {
 
 OnlineSession::OnlineSession(const SessionOptions& options)
     : options_(checked(options)),
-      history_({SampleStream(options.buffer, {options.capacity, options.series_blocks}),
+      history_({SampleStream(options.buffer, {capacity(), options.series_blocks}),
                 ModelMonitor(options.events, options.steps)}) {}
 
 // ----------------------------------------------------------------------------------------------------
@@ -166,7 +166,7 @@ void OnlineSession::watchForSwap(const Sample& sample) {
 
 void OnlineSession::beginFromPopulation(const Sample& sample) {
   now().basis = AnswerBasis::kPopulation;
-  FittedModel model = populationPrior(options_.capacity, knownOf(options_.identify.priors, {}),
+  FittedModel model = populationPrior(capacity(), knownOf(options_.identify.priors, {}),
                                       sample.time, sample.current, sample.voltage);
   model.fit.crank_current = options_.events.crank_current;
   // The sample itself is taken in as well.
@@ -395,7 +395,7 @@ std::optional<std::string> OnlineSession::whyNoModel() const {
 ModelSnapshot OnlineSession::live() const {
   std::optional<FittedModel> live = model();
   if (live && !series().temperature.empty()) live->state.temperature = series().temperature.back();
-  return ModelSnapshot(std::move(live), whyNoModel(), options_.capacity, whyNotValid());
+  return ModelSnapshot(std::move(live), whyNoModel(), capacity(), whyNotValid());
 }
 
 std::optional<double> OnlineSession::chargeVoltage() const {

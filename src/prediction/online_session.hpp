@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "estimation/moved_charge.hpp"
 #include "prediction/history.hpp"
 #include "prediction/pipeline.hpp"
 #include "prediction/questions.hpp"
@@ -17,7 +18,7 @@ struct SessionOptions : IdentificationSettings {
   double buffer = 1800.0;          ///< [s], past kept for identification
   double identify_period = 600.0;  ///< [s] of driving between identifications
   double retry_period = 60.0;      ///< [s] of driving between tries while no window was fitted
-  double capacity = 50.0;          ///< [Ah], nominal
+  std::optional<double> capacity;  ///< [Ah], nominal; none: kTypicalCapacity
   /// 12 V blocks in series that samples, questions and answers are of (recording/series_blocks.hpp)
   double series_blocks = 1.0;
 };
@@ -179,7 +180,7 @@ class OnlineSession {
 
   /// From now on. @param capacity [Ah], nominal, > 0; std::invalid_argument else.
   void setCapacity(double capacity);
-  double capacity() const { return options_.capacity; }  ///< [Ah]
+  double capacity() const { return options_.capacity.value_or(kTypicalCapacity); }  ///< [Ah]
 
   /// Offers one sample. @return cranks, charges and stops that ended, with what was answered before.
   SessionEvents push(const RawSample& sample);

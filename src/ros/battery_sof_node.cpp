@@ -213,9 +213,8 @@ void BatterySofNode::take(const sensor_msgs::BatteryState& message) {
   const BatteryIdentity::Sample sample = battery_.observe(message);
   if (sample == BatteryIdentity::Sample::kOfNone) return;
   if (sample == BatteryIdentity::Sample::kOfOther) beginOtherBattery();
-  const double capacity = battery_.designCapacity().value_or(options_.session.capacity);
-  if (!options_.capacity_is_given && capacity != session_.capacity())
-    session_.setCapacity(capacity);
+  const std::optional<double> design = battery_.designCapacity();
+  if (!options_.session.capacity && design) session_.setCapacity(*design);
   push(rawSampleOf(message));
 }
 

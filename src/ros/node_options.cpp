@@ -166,7 +166,6 @@ Schema schemaOf(NodeOptions& options) {
   schema.number("retry_period_s", 10.0, 86400.0, session.retry_period);
   schema.number("capacity_ah", 1.0, 1000.0, [&options](double value) {
     options.session.capacity = value;
-    options.capacity_is_given = true;
   });
   schema.text("battery_name", options.battery_name);
   schema.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, session.series_blocks);

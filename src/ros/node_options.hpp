@@ -26,9 +26,8 @@ struct StandingQueries {
 
 /// All that the node's private parameters say; config/battery_sof.yaml explains each.
 struct NodeOptions {
+  /// Its capacity where that is given, else BatteryState's design_capacity, where there is one.
   SessionOptions session;
-  /// else BatteryState's design_capacity, where there is one
-  bool capacity_is_given = false;
   /// of /diagnostics; empty: the battery's serial number, or "battery"
   std::string battery_name;
   double diagnostic_period = 1.0;  ///< [s] between two /diagnostics, at least 1 s

@@ -14,24 +14,24 @@ import numpy as np
 QUANTITIES = ("time", "current", "voltage")
 COLUMNS = ("time_s", "current_a", "voltage_v")  # what `sof` reads without being reported
 
-# path below the data folder, columns of time, current and voltage, sign, and the stretch that is taken [s]
-Measured = collections.namedtuple("Measured", "path columns discharge_positive start end")
+# path below the data folder, columns of time, current and voltage, sign, the stretch that is taken [s], and the nominal capacity where it is known [Ah]
+Measured = collections.namedtuple("Measured", "path columns discharge_positive start end capacity_ah")
 CAR = ("t_s", "current_A", "voltage_V")
 ALL = (-math.inf, math.inf)
 MEASURED = {
-    "frc_robot": Measured("frc_robot/match.csv", ("t_s", "current_A_minus_sum_of_channels", "voltage_V_roborio"), False, *ALL),
-    "second_match": Measured("frc_robot/second_match.csv", COLUMNS, False, *ALL),
-    "leaf_cell": Measured("leaf_cell/hppc_25c.csv", ("Time(s)", "Current(A)", "Voltage(V)"), False, *ALL),
-    "agm_bench": Measured("agm_bench/full_cycle.csv", CAR, False, *ALL),
-    "solar_vrla": Measured("solar_vrla/ten_days.csv", ("time", "current", "voltage"), True, *ALL),
-    "ev_12v": Measured("ev_12v/load.csv", COLUMNS, False, *ALL),
-    "small_car": Measured("small_car/trip.csv", COLUMNS, False, *ALL),
-    "ageing_bench": Measured("ageing_bench/cycles.csv", COLUMNS, False, *ALL),
-    "drive_1a": Measured("startstop_car/drive_1.csv", CAR, False, 5481.0, 10000.0),
-    "drive_1b": Measured("startstop_car/drive_1.csv", CAR, False, 10000.0, 15692.0),
-    "drive_2a": Measured("startstop_car/drive_2.csv", CAR, False, 4070.0, 8500.0),
-    "drive_2b": Measured("startstop_car/drive_2.csv", CAR, False, 10906.0, 15500.0),
-    "other_car_1": Measured("startstop_car/other_car_1.csv", CAR, False, 9194.0, 13599.0),
+    "frc_robot": Measured("frc_robot/match.csv", ("t_s", "current_A_minus_sum_of_channels", "voltage_V_roborio"), False, *ALL, 18),
+    "second_match": Measured("frc_robot/second_match.csv", COLUMNS, False, *ALL, 18),
+    "leaf_cell": Measured("leaf_cell/hppc_25c.csv", ("Time(s)", "Current(A)", "Voltage(V)"), False, *ALL, 33),
+    "agm_bench": Measured("agm_bench/full_cycle.csv", CAR, False, *ALL, 100),
+    "solar_vrla": Measured("solar_vrla/ten_days.csv", ("time", "current", "voltage"), True, *ALL, 17),
+    "ev_12v": Measured("ev_12v/load.csv", COLUMNS, False, *ALL, None),
+    "small_car": Measured("small_car/trip.csv", COLUMNS, False, *ALL, 60),
+    "ageing_bench": Measured("ageing_bench/cycles.csv", COLUMNS, False, *ALL, None),
+    "drive_1a": Measured("startstop_car/drive_1.csv", CAR, False, 5481.0, 10000.0, 72),
+    "drive_1b": Measured("startstop_car/drive_1.csv", CAR, False, 10000.0, 15692.0, 72),
+    "drive_2a": Measured("startstop_car/drive_2.csv", CAR, False, 4070.0, 8500.0, 72),
+    "drive_2b": Measured("startstop_car/drive_2.csv", CAR, False, 10906.0, 15500.0, 72),
+    "other_car_1": Measured("startstop_car/other_car_1.csv", CAR, False, 9194.0, 13599.0, None),
 }
 
 
@@ -97,6 +97,11 @@ def add_column_arguments(parser):
 def columns_of(args):
     """(columns, whether discharge is positive), as read() and column_options() take them."""
     return (args.time_column, args.current_column, args.voltage_column), args.discharge_positive
+
+
+def capacity_options(capacity_ah):
+    """The nominal capacity of a battery, as `sof` is given it; nothing where it is not known."""
+    return ["--capacity-ah", f"{capacity_ah:g}"] if capacity_ah else []
 
 
 def column_options(columns, discharge_positive=False):

@@ -31,6 +31,7 @@ def arguments():
     parser.add_argument("recordings", nargs="+", help="CSV files")
     parser.add_argument("--sof", default="sof", help="path of the command sof")
     parser.add_argument("--effects", help="ids of effects for sof identify (default: sof identify chooses them)")
+    parser.add_argument("--capacity-ah", type=float, help="nominal capacity for sof identify [Ah]")
     parser.add_argument("--window", type=float, default=900.0, help="length of the window that is fitted, and of the one that is predicted [s] (default: 900)")
     parser.add_argument("--split", type=float, help="share of the recording's time that is fitted; the rest is predicted")
     parser.add_argument("--json", help="file to write every window's scores to")
@@ -143,7 +144,7 @@ def summary(label, found):
 def main():
     args = arguments()
     columns = recordings.column_options(*recordings.columns_of(args))
-    options = ["--effects", args.effects] if args.effects else []
+    options = (["--effects", args.effects] if args.effects else []) + recordings.capacity_options(args.capacity_ah)
     found = []
     for recording in args.recordings:
         t = recordings.read(recording, *recordings.columns_of(args))[0]

@@ -225,11 +225,9 @@ TEST(CompositionProblem, PriorsAddTheirSquaresInStandardDeviations) {
     x = priors.coordinatesOf(moved);
     ASSERT_TRUE(priors.evaluate(x, a) && bare.evaluate(x, b));
     EXPECT_NEAR(a.cost - b.cost, 4.0 * priors.priorWeight(), 1e-9 * b.cost);
-    EXPECT_TRUE((a.hessian - b.hessian)
-                    .isApprox(Eigen::MatrixXd(
-                                  (priors.priorWeight() * priors.priorPrecision()).asDiagonal()),
-                              1e-6));
-    EXPECT_EQ(bare.priorPrecision().norm(), 0.0);
+    EXPECT_TRUE(
+        (a.hessian - b.hessian).isApprox(priors.priorWeight() * priors.priorInformation(x), 1e-6));
+    EXPECT_EQ(bare.priorInformation(x).norm(), 0.0);
     EXPECT_NEAR(priors.priorWeight(), white ? 1.0 : 1e-4 * 50.0, 1e-6) << "5 s of 10 Hz at 10 mV";
   }
 }

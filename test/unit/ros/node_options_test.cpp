@@ -95,8 +95,8 @@ TEST(NodeOptions, TakesWhatStandardLibrariesReadBelowTheNodesName) {
 }
 
 TEST(NodeOptions, KnowsWhetherTheCapacityIsGiven) {
-  EXPECT_FALSE(parseNodeOptions({}).capacity_is_given);
-  EXPECT_TRUE(parseNodeOptions(with("capacity_ah", 50.0)).capacity_is_given);
+  EXPECT_FALSE(parseNodeOptions({}).session.capacity);
+  EXPECT_EQ(parseNodeOptions(with("capacity_ah", 50.0)).session.capacity, 50.0);
   EXPECT_EQ(parseNodeOptions(with("battery_name", std::string("starter"))).battery_name, "starter");
 }
 

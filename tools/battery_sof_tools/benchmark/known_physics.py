@@ -2,7 +2,8 @@
 
     scripts/known_physics BUILD --kind deep_cycle|behind_charger|alternator --out DIR [--seed 1] [--count 40] [--given EFFECT ...] [--jobs 2] [--json FILE]
 
-deep_cycle: porous blocks that are run down and charged on a bench. behind_charger: an hour of a start-stop car at one sample a second, whose charge
+deep_cycle: porous blocks that are run down and charged on a bench; the commands get the capacity that a block had when it was new, 1 / 0.75 to 1 / 1.05
+of what it has. behind_charger: an hour of a start-stop car at one sample a second, whose charge
 acceptance follows from the surface of dissolving crystals; its charge is planned, and the voltage is rarely held. alternator: the same physics behind an alternator
 that holds the voltage at set points that follow the driving (simulated_pairs.py); the mechanism is charge acceptance. Draws cases (`draw_scenario`), diagnoses each and identifies it with its nominal capacity
 given: whether the first mechanism is true of it, what is left on the last quarter beside the circuit, a line fit and a ridge, and of deep cycles whether
@@ -14,6 +15,7 @@ import argparse
 import functools
 import json
 import os
+import random
 import statistics
 import tempfile
 
@@ -29,7 +31,9 @@ PATIENCE_S = 600.0
 COLUMNS = ("case", "verdict", "effects", "first mechanism", "circuit [mV]", "extended [mV]", "line [mV]", "ridge [mV]", "shares [%]", "charge it holds [Ah]", "stated [Ah]")
 MODELS = ("circuit", "extended", "line", "ridge")
 
-DRAWN = {"deep_cycle": ("--kind", "deep_cycle"), "behind_charger": ("--kind", "effect", "--id", "fresh_sulphate", "--rate", "1", "--duration", "3600")}  # options of draw_scenario
+DEEP = "deep_cycle"
+LEFT_OF_NEW = (0.75, 1.05)  # shares of the capacity that batteries in use have
+DRAWN = {DEEP: ("--kind", DEEP), "behind_charger": ("--kind", "effect", "--id", "fresh_sulphate", "--rate", "1", "--duration", "3600")}  # options of draw_scenario
 ALTERNATOR = "alternator"
 KINDS = (*DRAWN, ALTERNATOR)
 
@@ -43,6 +47,12 @@ def drawn(build, kind, seed, folder):
         return recording, {"mechanisms": ["acceptance"], "nominal_ah": trip["battery"]["capacity_ah"]}
     run([program(build, "draw_scenario"), *DRAWN[kind], "--seed", str(seed), "--out", recording, "--label", label])
     return recording, read_json(label)
+
+
+def nominal_of(kind, seed, truth):
+    """The capacity that the commands are given [Ah]."""
+    capacity = truth.get("nominal_ah") or truth["truth"]["battery"]["capacity_ah"]
+    return capacity / random.Random(seed).uniform(*LEFT_OF_NEW) if kind == DEEP else capacity
 
 
 def mechanisms_of(label, known):
@@ -66,7 +76,7 @@ def answered(build, kind, given, case):
     with tempfile.TemporaryDirectory(prefix="known_") as folder:
         model = os.path.join(folder, "model.yaml")
         recording, truth = drawn(build, kind, case["seed"], folder)
-        nominal = truth.get("nominal_ah") or truth["truth"]["battery"]["capacity_ah"]
+        nominal = nominal_of(kind, case["seed"], truth)
         capacity = ("--capacity-ah", f"{nominal:.6g}")
         said = diagnose(sof, recording, *capacity, patience_s=PATIENCE_S)
         with_given = {one: shares_of(diagnose(sof, recording, *capacity, "--given", one, patience_s=PATIENCE_S))[1] for one in given}

@@ -111,9 +111,9 @@ def main():
     rows, found = [], {}
     for name, measured in followed(wanted.items(), "recording"):
         begun = processor_time()
-        columns = recordings.column_options(measured.columns, measured.discharge_positive)
+        read = recordings.column_options(measured.columns, measured.discharge_positive) + recordings.capacity_options(measured.capacity_ah)
         def diagnosed(*options):
-            return sof.diagnose(program, os.path.join(arguments.data, measured.path), *columns, "--anyway", *options)
+            return sof.diagnose(program, os.path.join(arguments.data, measured.path), *read, "--anyway", *options)
         try:
             answer = diagnosed()
         except sof.Failure as failure:

@@ -40,7 +40,7 @@ def scored(out, _):
 def split_command(path, number):
     one = next(one for one in whole_recordings().values() if one.path == path)
     options = recordings.column_options(one.columns, one.discharge_positive) if one.columns != recordings.COLUMNS else []
-    return " ".join([SCORE + f"DATA/{path} --split 0.75", *options, SOF, f"--json OUT/{number}.json"])
+    return " ".join([SCORE + f"DATA/{path} --split 0.75", *options, *recordings.capacity_options(one.capacity_ah), SOF, f"--json OUT/{number}.json"])
 
 
 # ---------------------------------------------------------------------------------------------- diagnoses
