@@ -16,8 +16,6 @@ namespace battery_sof {
 namespace {
 
 // Two in each quarter of the rows, whose pairs are the half-samples of mechanism_evidence.hpp.
-constexpr std::size_t kScoreBlocks = 8;
-constexpr double kMostApart = 1.0;       // [1], of block gains while a charger holds the voltage
 constexpr std::size_t kPromising = 4;    // candidates of a step that are scored
 constexpr std::size_t kTriedAgain = 10;  // candidates of a step that the next one looks at
 constexpr std::size_t kMaxMembers = 5;
@@ -265,9 +263,10 @@ class Selection {
   /// The ends of a charge and of a discharge, and what is between them, are known by each other: one
   /// by one they predict no block. What a cycle calls for is one more composition, scored as a whole.
   void weighCycle(const Effects& ids, Effects& members) {
-    Effects cycle = movedCharge(series_, train_)
-                        .physicsOfCycle(options_.capacity.value_or(kTypicalCapacity),
-                                        isVoltageControlled(fit_, train_));
+    const MovedCharge moved = movedCharge(series_, train_);
+    if (!moved.isOneCycle()) return;
+    Effects cycle = moved.physicsOfDepth(options_.capacity.value_or(kTypicalCapacity),
+                                         isVoltageControlled(fit_, train_));
     if (holdsAll(cycle, {kFilledUp, kUsedUp})) cycle.push_back(kLeftByCharge);
     cycle = inOrder(cycle);
     if (cycle.empty() || !holdsAll(withDeepOnes(ids), cycle)) return;

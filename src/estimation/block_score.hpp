@@ -9,6 +9,11 @@
 
 namespace battery_sof {
 
+/// Blocks of a score where nothing else is said.
+inline constexpr std::size_t kScoreBlocks = 8;
+/// Of block gains while a charger holds the voltage [1], see blockGains().
+inline constexpr double kMostApart = 1.0;
+
 /// What a composition misses of blocks of its window that its fit did not see.
 struct BlockErrors {
   /// one a block: mean over its rows of the squared error, in units of the quantity's variance over

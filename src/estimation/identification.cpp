@@ -8,6 +8,7 @@
 #include "estimation/fit_quality.hpp"
 #include "estimation/fit_window.hpp"
 #include "estimation/moved_charge.hpp"
+#include "estimation/physics_choice.hpp"
 #include "estimation/window.hpp"
 #include "recording/checks.hpp"
 #include "recording/crank_current.hpp"
@@ -23,9 +24,8 @@ namespace {
 // A window whose current moves less than this cannot distinguish a resistance from an offset.
 constexpr double kMinCurrentSpan = 0.5;  // [A]
 constexpr double kMovingVoltage = 0.02;  // [V], which a battery moves by under a held current
-constexpr const char* kChargingPhysics = "fresh_sulphate";
-constexpr int kBoundRounds = 4;         // of a fit and the bounds that it violates
-constexpr double kSlowSampling = 0.25;  // [s], from here on a crank's rise falls between samples
+constexpr int kBoundRounds = 4;          // of a fit and the bounds that it violates
+constexpr double kSlowSampling = 0.25;   // [s], from here on a crank's rise falls between samples
 
 /// A window, and what several steps ask of its samples.
 struct Window {
@@ -34,10 +34,6 @@ struct Window {
   double max_gap;  // [s], of the whole series
   ExcitedRange excited;
 };
-
-double capacityOf(const IdentifyOptions& options) {
-  return options.capacity.value_or(kTypicalCapacity);
-}
 
 void requireValid(const IdentifyOptions& options, const Series& series, IndexRange range) {
   requireThat(options.crank_weight >= 1.0, "crank_weight", options.crank_weight, "at least 1");
@@ -120,22 +116,6 @@ FittedModel describeFit(const Window& window, const CompositionFit& fit,
   model.state.states[0] = left.last.value;
   carryCovariance(model.fit.covariance, left.last);
   return model;
-}
-
-/// The physics that a window's charge calls for, in the order in which it is tried
-/// (IdentifyOptions::chooses_effects). @return at least one composition.
-std::vector<std::vector<std::string>> compositionsToTry(const Series& series, IndexRange range,
-                                                        const IdentifyOptions& options) {
-  if (!options.chooses_effects || !options.effects.empty() || options.start == FitStart::kPaper)
-    return {options.effects};
-  const MovedCharge moved = movedCharge(series, range);
-  const bool is_deep = moved.isDeep(capacityOf(options));
-  const bool is_controlled = isVoltageControlled(options, range);
-  const std::vector<std::string> whole = moved.physicsOfCycle(capacityOf(options), is_controlled);
-  if (!whole.empty()) return {whole, {kMovedByCharge}, {}};
-  if (!is_controlled) return {{}};
-  if (is_deep) return {{kChargingPhysics}, {kMovedByCharge}, {}};
-  return {{kChargingPhysics}, {}};
 }
 
 /// A window that no model can be fitted to, and why.
@@ -235,6 +215,10 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
 
 }  // namespace
 
+double capacityOf(const IdentifyOptions& options) {
+  return options.capacity.value_or(kTypicalCapacity);
+}
+
 bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
   if (!options.source) return false;
   const auto begin = options.source->voltage_controlled.begin();
@@ -244,12 +228,7 @@ bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
 
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options) {
   requireValid(options, series, range);
-  if (options.chooses_effects) {
-    IdentifyOptions chosen = options;
-    chosen.chooses_effects = false;
-    chosen.effects = compositionsToTry(series, range, options).front();
-    return identify(series, range, chosen);
-  }
+  if (options.chooses_effects) return identifyWithChosenPhysics(series, range, options);
   const double max_gap = gapThreshold(series);
   const Window window{series, range, max_gap, excitedRange(series, range, max_gap)};
   const std::optional<FittedModel> refusal = refused(window, options);
@@ -354,14 +333,8 @@ FittedModel fitPlanned(const Series& series, const FitPlan& plan) {
     model.fit.message = plan.window.message;
     return model;
   }
-  IdentifyOptions options = plan.options;
-  options.chooses_effects = false;
-  for (const auto& effects : compositionsToTry(series, *plan.window.range, plan.options)) {
-    options.effects = effects;
-    model = identify(series, *plan.window.range, options);
-    requirePlausible(model.fit);
-    if (isUsable(model.fit)) break;
-  }
+  model = identify(series, *plan.window.range, plan.options);
+  requirePlausible(model.fit);
   if (isUsable(model.fit)) fitErrors(model, series, *plan.window.range);
   return model;
 }

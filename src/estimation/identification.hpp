@@ -55,12 +55,8 @@ struct IdentifyOptions {
   /// throughout, as in the paper.
   std::optional<ChargerControl> source = std::nullopt;
 
-  /// Without `effects`, with the physics that the window's charge calls for (movedCharge()): where a
-  /// source controls the voltage that of charging (fresh_sulphate), but where a tenth of the capacity
-  /// went one way, or there and back once, that of the open-circuit voltage (ocv_soc), of its end
-  /// (end_of_discharge) and of a charge's (acceptance_soc), since nothing is then charged while it
-  /// is still fresh. Where a fit fails, fitPlanned() goes on to ocv_soc if a tenth of the capacity
-  /// was moved, and then to the circuit.
+  /// Without `effects`, with the physics that the window's charge calls for
+  /// (identifyWithChosenPhysics()).
   bool chooses_effects = false;
   /// [Ah], nominal: decides what is deep (chooses_effects; none: kTypicalCapacity), and says where a
   /// discharge ends (CapacityPrior)
@@ -84,6 +80,9 @@ struct IdentifyOptions {
   /// one load keeps its typical values.
   bool only_starts = false;
 };
+
+/// @return [Ah], what decides what is deep.
+double capacityOf(const IdentifyOptions& options);
 
 /// @return what counts as a crank, and where it is cut off.
 inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {

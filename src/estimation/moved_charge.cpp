@@ -19,8 +19,8 @@ double chargeOfStep(const Series& series, std::size_t n, double max_gap) {
 
 }  // namespace
 
-std::vector<std::string> MovedCharge::physicsOfCycle(double capacity, bool is_controlled) const {
-  if (!isDeep(capacity) || !isOneCycle()) return {};
+std::vector<std::string> MovedCharge::physicsOfDepth(double capacity, bool is_controlled) const {
+  if (!isDeep(capacity)) return {};
   std::vector<std::string> effects = {kMovedByCharge};
   if (is_controlled && isChargedDeep(capacity)) effects.push_back(kFilledUp);
   if (isDrawnDeep(capacity)) effects.push_back(kUsedUp);

@@ -17,6 +17,8 @@ inline constexpr double kTypicalCapacity = 50.0;
 inline constexpr const char* kMovedByCharge = "ocv_soc";
 /// The effect that ends a discharge: the acid is used up.
 inline constexpr const char* kUsedUp = "end_of_discharge";
+/// The effect of what is drawn on the resistance: the acid conducts worse.
+inline constexpr const char* kLessConducting = "resistance_soc";
 /// The effect that ends a charge: the sulphate is used up.
 inline constexpr const char* kFilledUp = "acceptance_soc";
 /// The effect between the two: what a charge leaves at the plates.
@@ -44,9 +46,9 @@ struct MovedCharge {
   /// Whether discharges, or charges, moved as much. @param capacity [Ah], nominal.
   bool isDrawnDeep(double capacity) const { return drawn >= kDeepShare * capacity; }
   bool isChargedDeep(double capacity) const { return charged >= kDeepShare * capacity; }
-  /// The effects that it calls for where it is deep and one cycle; empty elsewhere.
+  /// The effects that it calls for where it is deep; empty elsewhere.
   /// @param capacity [Ah], nominal.  @param is_controlled a source held the voltage somewhere.
-  std::vector<std::string> physicsOfCycle(double capacity, bool is_controlled) const;
+  std::vector<std::string> physicsOfDepth(double capacity, bool is_controlled) const;
 };
 
 /// @param range window of the series.

@@ -32,17 +32,15 @@ TEST(MovedCharge, OneChargeAndOneDischargeAreOneCycleAndStopsOfACarAreNot) {
   EXPECT_FALSE(car.moved().isOneCycle());
 }
 
-TEST(MovedCharge, ACycleCallsForTheEndsThatItHas) {
+TEST(MovedCharge, DepthCallsForTheEndsThatItHas) {
   using Effects = std::vector<std::string>;
   const MovedCharge both = Minutes().hold(120, 5.0).hold(120, -5.0).moved();
-  EXPECT_EQ(both.physicsOfCycle(50.0, true),
+  EXPECT_EQ(both.physicsOfDepth(50.0, true),
             (Effects{"ocv_soc", "acceptance_soc", "end_of_discharge"}));
-  EXPECT_EQ(both.physicsOfCycle(50.0, false), (Effects{"ocv_soc", "end_of_discharge"}));
-  EXPECT_EQ(both.physicsOfCycle(200.0, true), Effects());
+  EXPECT_EQ(both.physicsOfDepth(50.0, false), (Effects{"ocv_soc", "end_of_discharge"}));
+  EXPECT_EQ(both.physicsOfDepth(200.0, true), Effects());
   const MovedCharge filled = Minutes().hold(120, 5.0).moved();
-  EXPECT_EQ(filled.physicsOfCycle(50.0, true), (Effects{"ocv_soc", "acceptance_soc"}));
-  const MovedCharge often = Minutes().hold(120, 5.0).hold(120, -5.0).hold(120, 5.0).moved();
-  EXPECT_EQ(often.physicsOfCycle(50.0, true), Effects());
+  EXPECT_EQ(filled.physicsOfDepth(50.0, true), (Effects{"ocv_soc", "acceptance_soc"}));
 }
 
 TEST(MovedCharge, AGapIsARest) {
