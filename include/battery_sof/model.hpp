@@ -105,7 +105,8 @@ struct DiagnosisRequest {
   std::string recording_hash = {};                                   ///< as in IdentifyRequest
   bool anyway = false;                                               ///< as in IdentifyRequest
   std::optional<double> crank_current = std::nullopt;                ///< as in IdentifyRequest
-  std::optional<double> capacity = std::nullopt;                     ///< as in IdentifyRequest
+  /// [Ah], nominal: what is a tenth of it, as in IdentifyRequest; no part of the fit
+  std::optional<double> capacity = std::nullopt;
 };
 
 struct Diagnosis;

@@ -223,8 +223,8 @@ def diagnose(recording: Recording, *, reference: Union[Recording, Model, Sequenc
     from_s, to_s [s]: the range that is diagnosed; its last holdout_share is kept for the comparison alone. hypotheses: ids of the
     effects to consider; empty for all. given: ids of effects that are known to be present; nothing is searched for. series_blocks:
     number of 12 V blocks in series, as in identify(); volts and ohms in the result are those of one block. threads: 0 for all; it
-    changes no result. anyway: also diagnose a recording with a problem, as in identify(). crank_current_a, capacity_ah: as in
-    identify().
+    changes no result. anyway: also diagnose a recording with a problem, as in identify(). crank_current_a: as in identify().
+    capacity_ah: nominal capacity [Ah], above 0, of which a tenth calls for the open-circuit voltage; None: 50.
 
     reference: one or more recordings of the same battery from when it was sound, or models that were identified from such. What
     has changed since is found instead, as `sof diagnose --reference` does, and a ChangeDiagnosis comes back; from_s, to_s and

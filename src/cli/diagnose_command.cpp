@@ -278,7 +278,7 @@ void addDiagnoseCommand(CLI::App& app, CommandLine& line) {
       options, "--capacity-ah", search.capacity,
       "nominal capacity [Ah]: where a tenth of it was moved (of 50 if it is not given), the "
       "open-circuit voltage moves as well, so ocv_soc is preferred among effects that explain the "
-      "recording equally well; where a discharge ends is fitted with what is known of it")
+      "recording equally well")
       ->excludes(reference);
   addOption(options, "--min-rmse", search.relevance.rmse,
             "smallest RMS effect that is reported [V]; half the noise if that is larger");

@@ -27,7 +27,9 @@ struct DiagnoseOptions {
   /// [A], below 0, what counts as an engine start; none: as the recording shows it
   /// (findCrankCurrent()). diagnose() sets it.
   std::optional<double> crank_current = std::nullopt;
-  /// [Ah], nominal: who moves a tenth of it moves the open-circuit voltage. As of IdentifyOptions.
+  /// [Ah], nominal: who moves a tenth of it moves the open-circuit voltage. None: kTypicalCapacity.
+  /// It is no part of the fits, where it gains nothing
+  /// (docs/decisions/0020-effects-that-predict-left-out-blocks.md).
   std::optional<double> capacity = std::nullopt;
   bool lists_detection_limits = true;  ///< false: Diagnosis::detection_limits stays empty
   /// Gets what begins; called from the calling thread.

@@ -6,9 +6,7 @@
 #include "estimation/composition_fit.hpp"
 #include "estimation/identification.hpp"
 #include "state/state_estimator.hpp"
-#include "support/composed.hpp"
 #include "support/start_stop.hpp"
-#include "support/synthetic_recording.hpp"
 
 namespace battery_sof {
 namespace {
@@ -162,47 +160,6 @@ TEST(IdentifyBothWays, ChoosesThePhysicsOfChargingWhereASourceImposesTheVoltage)
   EXPECT_EQ(chosen.fit.effects, std::vector<std::string>{"fresh_sulphate"});
   options.source.reset();
   EXPECT_TRUE(identify(inputs.series, {0, inputs.series.size()}, options).fit.effects.empty());
-}
-
-/// Three days of a battery of 20 Ah in rows of a minute: drawn by 3 A, filled at 14.2 V, left alone.
-Series daysOfDeepCycles() {
-  const BatteryModel model({"ocv_soc", "acceptance_soc"});
-  Eigen::VectorXd p = model.typicalParameters();
-  p[*model.parameterRow("u_dc")] = 12.9;
-  p[*model.parameterRow("ocv_slope")] = 0.06;
-  p[*model.parameterRow("acceptance_fall")] = 5.0;
-  Simulation battery(model, test::pointOf(model, p));
-  test::Random random(3);
-  Series days;
-  const auto append = [&](double current) {
-    days.append({60.0 * static_cast<double>(days.size()), current + 0.02 * random.normal(),
-                 battery.voltage() + 0.004 * random.normal()});
-  };
-  for (int day = 0; day < 3; ++day) {
-    for (int n = 0; n < 240; ++n) battery.hold(-3.0, 60.0), append(-3.0);
-    for (int n = 0; n < 60; ++n) battery.hold(0.0, 60.0), append(0.0);
-    for (int n = 0; n < 480; ++n) append(battery.advanceAtVoltage(14.2, 60.0, 4.0));
-  }
-  return days;
-}
-
-/// A tenth of the capacity went there and back again and again in both: what is left of the blocks
-/// decides, whatever the depth alone calls for.
-TEST(IdentifyBothWays, LeftOutBlocksDecideWhatRepeatedDeepCyclesLack) {
-  const Series days = daysOfDeepCycles();
-  IdentifyOptions options;
-  options.chooses_effects = true;
-  options.capacity = 20.0;
-  options.source = chargerControl(days);
-  ASSERT_TRUE(options.source);
-  EXPECT_EQ(identify(days, {0, days.size()}, options).fit.effects,
-            (std::vector<std::string>{"ocv_soc", "end_of_discharge", "acceptance_soc"}));
-
-  const StartStopDrive inputs = freshTwin(0.1, 0.005);
-  options.source = knownSource(inputs);
-  options.capacity = 1.0;  // moved by a tenth in every stop
-  EXPECT_EQ(identify(inputs.series, {0, inputs.series.size()}, options).fit.effects,
-            std::vector<std::string>{"fresh_sulphate"});
 }
 
 TEST(IdentifyBothWays, WithNoImposedSampleInTheWindowIsTheFitWithoutASource) {
