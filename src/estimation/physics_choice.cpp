@@ -84,8 +84,7 @@ FittedModel identifyWithChosenPhysics(const Series& series, IndexRange range,
   std::optional<BlockScore> of_best;
   for (const Effects& effects : rivals) {
     const FittedModel& model = fits.upTo(effects);
-    const bool is_whole = compositionOf(model.fit).effects() == BatteryModel(effects).effects();
-    if (!isUsable(model.fit) || (best && !is_whole)) continue;
+    if (!isUsable(model.fit)) continue;
     std::optional<BlockScore> score;
     if (rivals.size() > 1)
       score = scoreBlocks(compositionOf(model.fit), optimumOf(model), series, range, options,

@@ -17,8 +17,8 @@ namespace battery_sof {
  *   (scoreBlocks()).
  *
  * A composition is fitted effect by effect: each larger one begins at the smaller one's optimum, too.
- * Where the first is not usable as a whole, the largest one at its beginning that is stands for it;
- * where none is usable, the circuit.
+ * Where it is not usable as a whole, the largest one at its beginning that is stands for it; where
+ * none is usable, the circuit.
  *
  * @param options without effects.
  * @return the model; its status says whether it is usable.
