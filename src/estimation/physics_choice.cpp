@@ -59,8 +59,8 @@ class NestedFits {
                                        BatteryModel(effects, options_.discrepancy));
     FittedModel model = identify(series_, range_, options_);
     requirePlausible(model.fit);
-    const bool is_kept = isUsable(model.fit) || !smaller;
-    return fits_.emplace(effects, is_kept ? std::move(model) : *smaller).first->second;
+    if (smaller && !isUsable(model.fit)) model = *smaller;
+    return fits_.emplace(effects, std::move(model)).first->second;
   }
 
  private:
