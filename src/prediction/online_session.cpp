@@ -63,10 +63,10 @@ OnlineSession::OnlineSession(const SessionOptions& options)
 // ----------------------------------------------------------------------------------------------------
 // samples
 
-void OnlineSession::setCapacity(double capacity) {
-  requirePositive("capacity", capacity);
-  options_.capacity = capacity;
-  now().stream.setCapacity(capacity);
+void OnlineSession::setCapacity(std::optional<double> nominal) {
+  if (nominal) requirePositive("capacity", *nominal);
+  options_.capacity = nominal;
+  now().stream.setCapacity(capacity());
 }
 
 SessionEvents OnlineSession::push(const RawSample& sample) {

@@ -178,8 +178,8 @@ class OnlineSession {
   /// @throws std::invalid_argument for options that are not finite or outside their domain.
   explicit OnlineSession(const SessionOptions& options = {});
 
-  /// From now on. @param capacity [Ah], nominal, > 0; std::invalid_argument else.
-  void setCapacity(double capacity);
+  /// From now on. @param nominal [Ah], > 0, none: kTypicalCapacity; std::invalid_argument else.
+  void setCapacity(std::optional<double> nominal);
   double capacity() const { return options_.capacity.value_or(kTypicalCapacity); }  ///< [Ah]
 
   /// Offers one sample. @return cranks, charges and stops that ended, with what was answered before.

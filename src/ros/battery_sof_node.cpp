@@ -213,8 +213,7 @@ void BatterySofNode::take(const sensor_msgs::BatteryState& message) {
   const BatteryIdentity::Sample sample = battery_.observe(message);
   if (sample == BatteryIdentity::Sample::kOfNone) return;
   if (sample == BatteryIdentity::Sample::kOfOther) beginOtherBattery();
-  const std::optional<double> design = battery_.designCapacity();
-  if (!options_.session.capacity && design) session_.setCapacity(*design);
+  if (!options_.session.capacity) session_.setCapacity(battery_.designCapacity());
   push(rawSampleOf(message));
 }
 

@@ -164,9 +164,8 @@ Schema schemaOf(NodeOptions& options) {
   schema.number("min_window_quality", 0.0, 1.0, session.min_window_quality);
   schema.number("identify_period_s", 10.0, 86400.0, session.identify_period);
   schema.number("retry_period_s", 10.0, 86400.0, session.retry_period);
-  schema.number("capacity_ah", 1.0, 1000.0, [&options](double value) {
-    options.session.capacity = value;
-  });
+  schema.number("capacity_ah", 1.0, 1000.0,
+                [&options](double value) { options.session.capacity = value; });
   schema.text("battery_name", options.battery_name);
   schema.number("series_blocks", kMinSeriesBlocks, kMaxSeriesBlocks, session.series_blocks);
   schema.number("crank_current_a", -2000.0, -1.0, [&session](double value) {
