@@ -131,13 +131,10 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
       options, "--effects", fit.effects,
       "effects to add to the circuit: comma-separated ids, which sof effects lists, or none. "
       "Default: fresh_sulphate where a charger controls the voltage, else none. Where a tenth of "
-      "the "
-      "capacity was moved: ocv_soc, with end_of_discharge if as much was discharged and "
+      "the capacity was moved: ocv_soc, with end_of_discharge if as much was discharged and "
       "acceptance_soc if as much was charged by a charger that controlled the voltage; the same "
-      "with "
-      "resistance_soc, or the default of less charge if it went there and back more than once, "
-      "where "
-      "that predicts left-out parts of the window better");
+      "with resistance_soc, or the default of less charge if it went there and back more than "
+      "once, where that predicts left-out parts of the window better");
   addOption(
       options, "--capacity-ah", fit.capacity,
       "nominal capacity [Ah]: the default of --effects depends on it (50 if it is not given), "

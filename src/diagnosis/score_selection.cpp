@@ -15,7 +15,6 @@
 namespace battery_sof {
 namespace {
 
-// Two in each quarter of the rows, whose pairs are the half-samples of mechanism_evidence.hpp.
 constexpr std::size_t kPromising = 4;    // candidates of a step that are scored
 constexpr std::size_t kTriedAgain = 10;  // candidates of a step that the next one looks at
 constexpr std::size_t kMaxMembers = 5;

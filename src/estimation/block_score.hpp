@@ -9,7 +9,8 @@
 
 namespace battery_sof {
 
-/// Blocks of a score where nothing else is said.
+/// Blocks of a score: two in each quarter of the rows, whose pairs are the half-samples of
+/// mechanism_evidence.hpp.
 inline constexpr std::size_t kScoreBlocks = 8;
 /// Of block gains while a charger holds the voltage [1], see blockGains().
 inline constexpr double kMostApart = 1.0;
