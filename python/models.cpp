@@ -36,15 +36,10 @@ PredictionMode modeOf(const std::optional<std::string>& name) {
   throw std::invalid_argument("mode is \"" + *name + "\", expected mixed, current or None");
 }
 
-double checkedCapacity(double capacity_ah) {
-  if (capacity_ah > 0.0 && std::isfinite(capacity_ah)) return capacity_ah;
-  throw std::invalid_argument(
-      format("capacity_ah is %g, expected above 0 and finite", capacity_ah));
-}
-
 std::optional<double> checkedCapacity(std::optional<double> capacity_ah) {
-  if (!capacity_ah) return std::nullopt;
-  return checkedCapacity(*capacity_ah);
+  if (!capacity_ah || (*capacity_ah > 0.0 && std::isfinite(*capacity_ah))) return capacity_ah;
+  throw std::invalid_argument(
+      format("capacity_ah is %g, expected above 0 and finite", *capacity_ah));
 }
 
 Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
@@ -101,7 +96,8 @@ std::string answerText(const Answer& answer) {
 }
 
 std::string askCrank(const Model& model, double i_load, double t_stop, double i_cranking,
-                     double t_cranking, std::optional<double> u_required, double capacity_ah) {
+                     double t_cranking, std::optional<double> u_required,
+                     std::optional<double> capacity_ah) {
   const py::gil_scoped_release released;
   const CrankingQuery query =
       asked(CrankingQuery{i_load, t_stop, i_cranking, t_cranking, u_required});
@@ -109,14 +105,14 @@ std::string askCrank(const Model& model, double i_load, double t_stop, double i_
 }
 
 std::string askStopTime(const Model& model, double i_load, double i_cranking, double t_cranking,
-                        double u_required, double capacity_ah) {
+                        double u_required, std::optional<double> capacity_ah) {
   const py::gil_scoped_release released;
   const StopTimeQuery query = asked(StopTimeQuery{i_load, i_cranking, t_cranking, u_required});
   return answerText(predictStopTime(model, query, checkedCapacity(capacity_ah)));
 }
 
 std::string askCharge(const Model& model, double u_boost, double t_sof2, double i_limit,
-                      double capacity_ah) {
+                      std::optional<double> capacity_ah) {
   const py::gil_scoped_release released;
   const ChargeAcceptanceQuery query = asked(ChargeAcceptanceQuery{u_boost, t_sof2, i_limit});
   return answerText(predictChargeAcceptance(model, query, checkedCapacity(capacity_ah)));

@@ -78,14 +78,14 @@ class Model {
 Model identify(const Recording& recording, const IdentifyRequest& request = {});
 
 // The queries (queries.hpp). The event begins at the model's state. @param capacity [Ah], nominal,
-// above 0.
+// above 0; none: as it was given to identify(), else 50 Ah.
 CrankingAnswer predictCranking(const Model& model, const CrankingQuery& query,
-                               double capacity = 50.0);
+                               std::optional<double> capacity = std::nullopt);
 StopTimeAnswer predictStopTime(const Model& model, const StopTimeQuery& query,
-                               double capacity = 50.0);
+                               std::optional<double> capacity = std::nullopt);
 ChargeAcceptanceAnswer predictChargeAcceptance(const Model& model,
                                                const ChargeAcceptanceQuery& query,
-                                               double capacity = 50.0);
+                                               std::optional<double> capacity = std::nullopt);
 /// @param time [s] after the state, >= 0, increasing.  @param current [A], linear in between.
 /// @param watch called before every sample; see WorkWatch.
 ProfileAnswer simulateProfile(const Model& model, const std::vector<double>& time,

@@ -167,11 +167,12 @@ def predict(model: Model, recording: Recording, *, from_s: Optional[float] = Non
 
 
 def crank(model: Model, *, i_load: float, t_stop: float, i_cranking: float, t_cranking: float = 1.0,
-          u_required: Optional[float] = None, capacity_ah: float = 50.0, rested: bool = False) -> CrankAnswer:
+          u_required: Optional[float] = None, capacity_ah: Optional[float] = None, rested: bool = False) -> CrankAnswer:
     """SOF1: lowest voltage of a crank of i_cranking [A, below 0] for t_cranking [s] after a stop of t_stop [s] at i_load [A, at
     most 0], and whether it holds u_required [V]. Use the answer only if it is valid; otherwise its message says why it is not.
 
-    The event begins at the model's state, or from a rested battery if rested is true. capacity_ah: nominal capacity [Ah], above 0.
+    The event begins at the model's state, or from a rested battery if rested is true. capacity_ah: nominal capacity [Ah], above 0;
+    None: as it was given to identify(), else 50.
     Raises ValueError for a query that is out of range.
     """
     return made(CrankAnswer, json.loads(_core.crank(_begun(model, rested), i_load, t_stop, i_cranking, t_cranking, u_required,
@@ -179,11 +180,12 @@ def crank(model: Model, *, i_load: float, t_stop: float, i_cranking: float, t_cr
 
 
 def stop_time(model: Model, *, i_load: float, i_cranking: float, u_required: float, t_cranking: float = 1.0,
-              capacity_ah: float = 50.0, rested: bool = False) -> StopTimeAnswer:
+              capacity_ah: Optional[float] = None, rested: bool = False) -> StopTimeAnswer:
     """Longest stop [s] at i_load [A, at most 0] after which a crank of i_cranking [A, below 0] for t_cranking [s] still holds
     u_required [V].
 
-    The stop begins at the model's state, or from a rested battery if rested is true. capacity_ah: nominal capacity [Ah], above 0.
+    The stop begins at the model's state, or from a rested battery if rested is true. capacity_ah: nominal capacity [Ah], above 0;
+    None: as it was given to identify(), else 50.
     Raises ValueError for a query that is out of range.
     """
     return made(StopTimeAnswer, json.loads(_core.stop_time(_begun(model, rested), i_load, i_cranking, t_cranking, u_required,
@@ -191,11 +193,12 @@ def stop_time(model: Model, *, i_load: float, i_cranking: float, u_required: flo
 
 
 def charge(model: Model, *, u_boost: float, t_sof2: float = 10.0, i_limit: float = 5000.0,
-           capacity_ah: float = 50.0, rested: bool = False) -> ChargeAnswer:
+           capacity_ah: Optional[float] = None, rested: bool = False) -> ChargeAnswer:
     """SOF2: mean current [A, positive into the battery] over t_sof2 [s] at the held voltage u_boost [V] from a source that gives
     at most i_limit [A].
 
-    The charge begins at the model's state, or from a rested battery if rested is true. capacity_ah: nominal capacity [Ah], above 0.
+    The charge begins at the model's state, or from a rested battery if rested is true. capacity_ah: nominal capacity [Ah], above 0;
+    None: as it was given to identify(), else 50.
     Raises ValueError for a query that is out of range.
     """
     return made(ChargeAnswer, json.loads(_core.charge(_begun(model, rested), u_boost, t_sof2, i_limit, capacity_ah)))

@@ -98,18 +98,20 @@ Model identify(const Recording& recording, const IdentifyRequest& request) {
   return Model(std::move(model));
 }
 
-CrankingAnswer predictCranking(const Model& model, const CrankingQuery& query, double capacity) {
-  return predictCranking(model.fitted(), query, capacity);
+CrankingAnswer predictCranking(const Model& model, const CrankingQuery& query,
+                               std::optional<double> capacity) {
+  return predictCranking(model.fitted(), query, capacityFor(model.fitted().fit, capacity));
 }
 
-StopTimeAnswer predictStopTime(const Model& model, const StopTimeQuery& query, double capacity) {
-  return predictStopTime(model.fitted(), query, capacity);
+StopTimeAnswer predictStopTime(const Model& model, const StopTimeQuery& query,
+                               std::optional<double> capacity) {
+  return predictStopTime(model.fitted(), query, capacityFor(model.fitted().fit, capacity));
 }
 
 ChargeAcceptanceAnswer predictChargeAcceptance(const Model& model,
                                                const ChargeAcceptanceQuery& query,
-                                               double capacity) {
-  return predictChargeAcceptance(model.fitted(), query, capacity);
+                                               std::optional<double> capacity) {
+  return predictChargeAcceptance(model.fitted(), query, capacityFor(model.fitted().fit, capacity));
 }
 
 ProfileAnswer simulateProfile(const Model& model, const std::vector<double>& time,

@@ -130,8 +130,9 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   addEffectIds(
       options, "--effects", fit.effects,
       "effects to add to the circuit: comma-separated ids, which sof effects lists, or none. "
-      "Default: fresh_sulphate where a charger controls the voltage, else none. Where a tenth of "
-      "the capacity was moved: ocv_soc, with end_of_discharge if as much was discharged and "
+      "Default: fresh_sulphate where a charger controls the voltage for a minute or more while it "
+      "charges, else none. Where a tenth of the capacity was moved: ocv_soc, with end_of_discharge "
+      "if as much was discharged and "
       "acceptance_soc if as much was charged by a charger that controlled the voltage; the same "
       "with resistance_soc, or the default of less charge if it went there and back more than "
       "once, where that predicts left-out parts of the window better");

@@ -52,14 +52,15 @@ CurrentProfile readProfile(const std::string& path) {
 
 struct QueryArguments {
   std::string model;
-  double capacity_ah = 50.0;
+  std::optional<double> capacity_ah;
   bool rested = false;
   std::string json;
 };
 
 void addQueryOptions(CLI::App& command, QueryArguments& arguments) {
   addModelOption(command, arguments.model);
-  addOption(command, "--capacity-ah", arguments.capacity_ah, "nominal capacity [Ah]");
+  addOption(command, "--capacity-ah", arguments.capacity_ah,
+            "nominal capacity [Ah]; default: as it was given to sof identify, else 50");
   command.add_flag("--rested", arguments.rested,
                    "begin from a rested battery, not from the saved state");
   addJsonOption(command, arguments.json);
@@ -101,7 +102,7 @@ template <auto predict, typename Arguments>
 int ask(const CommandLine& line, const Arguments& arguments) {
   const FittedModel model = modelOf(arguments.general);
   const auto query = queryOf(arguments);
-  const auto answer = predict(model, query, arguments.general.capacity_ah);
+  const auto answer = predict(model, query, capacityFor(model.fit, arguments.general.capacity_ah));
   return finish(line, answer, resultText(query, answer), jsonOf(answer), arguments.general);
 }
 
@@ -157,7 +158,7 @@ struct MapArguments {
 
 MapResult mapsOf(const MapArguments& arguments, Progress& progress) {
   const FittedModel model = modelOf(arguments.general);
-  const double capacity = arguments.general.capacity_ah;
+  const double capacity = capacityFor(model.fit, arguments.general.capacity_ah);
   const auto done = [&progress](double share) {
     progress.done(share);
     return std::string();

@@ -77,6 +77,8 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& given) {
   found.mismatch = mismatchSegments(residuals.base, last.quiet, regimes,
                                     last.at_edges ? residuals.base.noise : last.fit.noise);
   validate(recording, residuals, selected, options, found);
+  for (FittedModel* model : {&found.base, &found.extended})
+    model->fit.nominal_capacity = options.capacity;
   found.summary = summaryOf(found);
   found.next_experiment = nextExperiment(found, residuals.screened.skew);
   return found;

@@ -159,9 +159,12 @@ bool isNoImprovement(const Comparison& fit) {
   return *extended.share_percent < std::max(0.0, *base.share_percent);
 }
 
-/// Whether a model says less of the hold-out than its mean voltage does.
-bool explainsNothing(const ErrorMetrics& holdout) {
-  return holdout.rmse > kPlausible && holdout.share_percent.value_or(holdout.q_dyn_percent) < 0.0;
+constexpr double kAgrees = 50.0;  // [%], of the variation: the error is half of it
+
+/// Whether a model and the hold-out are further apart than what agrees, beyond any noise.
+bool isMissed(const ErrorMetrics& holdout) {
+  return holdout.rmse > kPlausible &&
+         holdout.share_percent.value_or(holdout.q_dyn_percent) < kAgrees;
 }
 
 /// What is no improvement on the hold-out is reported with its own errors, and the base model is
@@ -243,7 +246,7 @@ void validate(const Recording& recording, const Residuals& residuals,
   for (Candidate& candidate : found.candidates)
     if (candidate.rejected_because.empty()) candidate.holdout_gain_percent = gain_percent;
   if (isNoImprovement(fit)) withhold(found);
-  if (found.verdict == Verdict::kNoMismatch && explainsNothing(fit.base_holdout))
+  if (found.verdict == Verdict::kNoMismatch && isMissed(fit.base_holdout))
     found.verdict = Verdict::kUnexplained;
 }
 

@@ -235,6 +235,7 @@ FittedModel identify(const Series& series, IndexRange range, const IdentifyOptio
   FittedModel model = refusal ? *refusal : fitted(window, options);
   model.fit.excited.sensor_min_current = options.sensor_min_current;
   model.fit.crank_current = options.crank_current;
+  model.fit.nominal_capacity = options.capacity;
   model.fit.start = options.start == FitStart::kPaper ? "paper" : "robust";
   return model;
 }

@@ -11,8 +11,6 @@ namespace battery_sof {
 /// Share of the capacity whose charge moves the open-circuit voltage by more than a circuit without
 /// it may miss.
 inline constexpr double kDeepShare = 0.1;
-/// Of a car's battery, which decides what is deep where no nominal capacity is given [Ah].
-inline constexpr double kTypicalCapacity = 50.0;
 /// The effect that a charge which moved a tenth of the capacity calls for.
 inline constexpr const char* kMovedByCharge = "ocv_soc";
 /// The effect that ends a discharge: the acid is used up.

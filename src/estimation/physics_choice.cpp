@@ -17,19 +17,35 @@ namespace {
 using Effects = std::vector<std::string>;
 
 constexpr const char* kChargingPhysics = "fresh_sulphate";
+constexpr double kShownCharging =
+    60.0;  // [s] at a controlled voltage: acceptance fades over minutes
 
 bool showsOneLoad(const Series& series, IndexRange range) {
   const ExcitedRange excited = excitedRange(series, range, gapThreshold(series));
   return isOneLoad(excited.min_current, excited.max_current);
 }
 
+/// Whether a window holds enough charging at a controlled voltage to tell how it fades.
+bool showsCharging(const Series& series, IndexRange range, const IdentifyOptions& options) {
+  if (!options.source) return false;
+  const double max_gap = gapThreshold(series);
+  double duration = 0.0;
+  for (std::size_t n = range.first + 1; n < range.last; ++n) {
+    const double step = series.time[n] - series.time[n - 1];
+    if (options.source->voltage_controlled[n] && series.current[n] > 0.0 && step <= max_gap)
+      duration += step;
+  }
+  return duration >= kShownCharging;
+}
+
 /// @return at least one composition.
 std::vector<Effects> rivalsOf(const Series& series, IndexRange range,
                               const IdentifyOptions& options) {
   const MovedCharge moved = movedCharge(series, range);
-  const bool is_controlled = isVoltageControlled(options, range);
-  const Effects shallow = is_controlled ? Effects{kChargingPhysics} : Effects{};
-  const Effects deep = moved.physicsOfDepth(capacityOf(options), is_controlled);
+  const Effects shallow =
+      showsCharging(series, range, options) ? Effects{kChargingPhysics} : Effects{};
+  const Effects deep =
+      moved.physicsOfDepth(capacityOf(options), isVoltageControlled(options, range));
   if (deep.empty()) return {shallow};
   std::vector<Effects> rivals = {deep};
   if (!showsOneLoad(series, range)) {

@@ -20,7 +20,9 @@ std::optional<Interval> estimatedCapacity(const Fit& fit) {
     return estimates[static_cast<std::size_t>(row)].value;
   };
   const double k = valueAt(*slope), theta = valueAt(*delay);
-  if (!estimates[static_cast<std::size_t>(*slope)].determined || !(k > 0.0)) return std::nullopt;
+  if (!estimates[static_cast<std::size_t>(*slope)].determined || !(k > 0.0) ||
+      estimates[static_cast<std::size_t>(*exhausted)].at_bound)
+    return std::nullopt;
   const double load = std::max(0.0, -fit.excited.min_current) / kSecondsPerHour;  // [Ah/s]
   const double between = (kFullVoltage - valueAt(*exhausted)) / k;
   const Eigen::Vector3d slopes(-between / k, -1.0 / k, -load);
@@ -29,7 +31,9 @@ std::optional<Interval> estimatedCapacity(const Fit& fit) {
   const double variance = slopes.dot(V * slopes) + std::pow(kFullSpread / k, 2);
   const double capacity = between - theta * load;
   if (!(capacity > 0.0)) return std::nullopt;
-  return ninetyPercent(capacity, std::sqrt(variance));
+  const Interval known = ninetyPercent(capacity, std::sqrt(variance));
+  if (!(known.lower > 0.0)) return std::nullopt;
+  return known;
 }
 
 }  // namespace battery_sof

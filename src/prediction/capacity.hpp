@@ -15,8 +15,8 @@ namespace battery_sof {
  * with k_s of ocv_slope, U_E and theta of end_of_discharge and I, the window's largest discharge
  * current (docs/physics.md#end_of_discharge). That a full battery rests at 12.8 to 13 V is assumed,
  * not measured.
- * @return 90 % [Ah]; none without end_of_discharge, where the window did not determine k_s, or where
- * the load exhausts the pores of a full battery.
+ * @return 90 % [Ah]; none without end_of_discharge, where the window did not determine k_s or U_E is at
+ * a bound, or where 0 is not excluded: the load may exhaust the pores of a full battery.
  */
 std::optional<Interval> estimatedCapacity(const Fit& fit);
 

@@ -139,6 +139,7 @@ void describeWindow(File& file, Model& fit) {
   std::optional<double> crank_current = fit.crank_current;  // files of before have none
   file.number("crank_current_a", crank_current, {kCurrents.least, -1e-3});
   if constexpr (File::kReads) fit.crank_current = crank_current.value_or(kCrankCurrent);
+  file.number("nominal_capacity_ah", fit.nominal_capacity, {1e-3, kCharges.most});
   std::optional<double> celsius;
   if (excited.temperature) celsius = *excited.temperature - kZeroCelsius;
   file.number("temperature_c", celsius, {-kZeroCelsius, 1000.0});

@@ -61,6 +61,10 @@ std::string toString(FitStatus status) {
   return kNames.at(static_cast<std::size_t>(status));
 }
 
+double capacityFor(const Fit& fit, std::optional<double> given) {
+  return given.value_or(fit.nominal_capacity.value_or(kTypicalCapacity));
+}
+
 bool isUsable(const Fit& fit) {
   const bool is_fitted = fit.window.samples > 0;
   return fit.status == FitStatus::kConverged ||

@@ -185,7 +185,8 @@ struct Fit {
   Eigen::VectorXd first_state;
   FitWindow window;
   ExcitedRange excited;
-  double crank_current = kCrankCurrent;  ///< [A], a crank falls to this or below
+  double crank_current = kCrankCurrent;                   ///< [A], a crank falls to this or below
+  std::optional<double> nominal_capacity = std::nullopt;  ///< [Ah], as it was given
   FitStatus status = FitStatus::kConverged;
   std::string message;  ///< one sentence
   std::string start;    ///< "robust" or "paper"
@@ -246,6 +247,11 @@ struct FittedModel {
 
 /// Rows of a base model's covariance behind the parameters (BaseRow).
 enum BaseCovarianceRow { kRowState = kBaseRows, kCovarianceRows };
+
+inline constexpr double kTypicalCapacity = 50.0;  ///< [Ah], of a start-stop car's battery
+
+/// @return [Ah], nominal: as given, else as it was given to the fit, else kTypicalCapacity.
+double capacityFor(const Fit& fit, std::optional<double> given);
 
 /// @return true when the fit may be used for predictions: it converged, or nothing was fitted yet
 /// (populationPrior()). Standard errors are those of an optimum: a search that the iteration limit

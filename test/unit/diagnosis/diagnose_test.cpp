@@ -377,6 +377,18 @@ TEST(Diagnose, AModelThatSaysNothingOfTheHoldOutDoesNotAgreeWithTheRecording) {
   EXPECT_EQ(diagnosis.summary.find("agree"), std::string::npos);
 }
 
+/// The training part has nothing to find; what is missed begins after it.
+TEST(Diagnose, AModelThatMissesMostOfTheHoldOutDoesNotAgreeWithTheRecording) {
+  Recording recording = recordingOfDrive(600.0);
+  Series& series = recording.series;
+  for (std::size_t n = 3 * series.size() / 4; n < series.size(); ++n)
+    series.voltage[n] += 0.02 * series.current[n];
+  const Diagnosis diagnosis = diagnose(recording);
+  ASSERT_TRUE(diagnosis.effects.empty()) << diagnosis.summary;
+  EXPECT_GT(diagnosis.fit.base_holdout.q_dyn_percent, 0.0);
+  EXPECT_EQ(diagnosis.verdict, Verdict::kUnexplained) << diagnosis.summary;
+}
+
 TEST(Diagnose, AFlippedSignIsSeenThoughTheTrainingPartDoesNotShowIt) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0.0, 1e-3);

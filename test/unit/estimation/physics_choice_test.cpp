@@ -88,6 +88,23 @@ TEST(PhysicsChoice, AShallowWindowTakesNothingOfTheDepth) {
   EXPECT_EQ(chosen(Bench(2.0).drawInSteps(240).series(), 200.0), Effects());
 }
 
+/// How the current fades under a held voltage takes a minute to see.
+TEST(PhysicsChoice, APassingTouchOfAHeldVoltageTakesNoPhysicsOfCharging) {
+  const BatteryModel fresh({"fresh_sulphate"});
+  test::StartStopOptions driven;
+  driven.duration = 300.0;
+  const test::StartStopDrive drive = test::startStopDrive(fresh, test::freshBattery(fresh), driven);
+  ChargerControl source = test::knownSource(drive);
+  EXPECT_EQ(chosen(drive.series, source), Effects{"fresh_sulphate"});
+  double left = 30.0;  // [s]
+  for (std::size_t n = 1; n < drive.series.size(); ++n) {
+    if (!source.voltage_controlled[n]) continue;
+    left -= drive.series.time[n] - drive.series.time[n - 1];
+    if (left < 0.0) source.voltage_controlled[n] = 0;
+  }
+  EXPECT_EQ(chosen(drive.series, source), Effects());
+}
+
 /// A tenth of the capacity went there and back again and again in both.
 TEST(PhysicsChoice, LeftOutBlocksDecideWhatRepeatedDeepCyclesLack) {
   Bench bench(0.0);
