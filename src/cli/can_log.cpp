@@ -104,7 +104,7 @@ CanLogAsCsv::CanLogAsCsv(const std::string& log, const CanSignals& signals)
         "the program " + program +
         " cannot be run, expected it beside sof or on the PATH: it needs Python 3 and comes with "
         "the package battery-sof, and as scripts/can_log with its source";
-  throw RecordingError(log + ": " + said);
+  throw RecordingError(said.find(log) == std::string::npos ? log + ": " + said : said);
 }
 
 CanLogAsCsv::~CanLogAsCsv() {
