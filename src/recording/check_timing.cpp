@@ -74,17 +74,20 @@ std::vector<IndexRange> slowCranks(const Evidence& evidence) {
   std::vector<IndexRange> found;
   const Series& series = evidence.series;
   const EventLimits limits{evidence.crank_current};
-  for (const IndexRange& stretch : evidence.stretches)
-    for (std::size_t first = stretch.first, last = first; first < stretch.last; first = last + 1) {
-      last = first;
+  for (const IndexRange& stretch : evidence.stretches) {
+    std::size_t first = stretch.first;
+    while (first < stretch.last) {
+      std::size_t last = first;
       while (last < stretch.last && series.current[last] <= limits.crankLevel()) ++last;
       const IndexRange run{first, last};
-      if (last - first < kFewestOfRush) continue;
+      first = last + 1;
+      if (last - run.first < kFewestOfRush) continue;
       const double duration = durationOf(evidence, run);
       if (duration > kLongestCranking && 1e-3 * duration <= EventLimits::kCrankMaxDuration &&
           looksLikeCrank(series, run, limits.crank_current))
         found.push_back(run);
     }
+  }
   return found;
 }
 
