@@ -12,4 +12,6 @@ set(PYTHON_DESTINATION
 set(PYTHON_BUILD_FOLDER ${CMAKE_BINARY_DIR}/python/${PROJECT_NAME})
 
 #catkin_lint: ignore_once wrong_install_destination
+install(PROGRAMS scripts/can_log DESTINATION ${PROGRAM_DESTINATION})
+#catkin_lint: ignore_once wrong_install_destination
 install(DIRECTORY config/scenarios DESTINATION ${SHARE_DESTINATION})

@@ -20,7 +20,7 @@ install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${PROGRAM_DESTINATION})
 install(DIRECTORY completion config launch live DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 # These are whole in one file each: the package of the other scripts (tools/) is for this checkout, and catkin_python_setup()
 # would install it to the prefix known when configuring, whatever --prefix says.
-catkin_install_python(PROGRAMS scripts/ask_and_compare scripts/live_page scripts/plot_prediction
+catkin_install_python(PROGRAMS scripts/ask_and_compare scripts/can_log scripts/live_page scripts/plot_prediction
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
 # On the PATH after setup.sh, which has bin/ but not lib/${PROJECT_NAME}; and the completion of sof.

@@ -15,14 +15,14 @@ namespace battery_sof {
 
 /// The names of the columns in the header line of the file, and its sign of the current.
 struct CsvColumns {
-  std::string time = "time_s";        ///< seconds, or UTC date and time "2017-03-25 07:00:06.900"
-  std::string current = "current_a";  ///< [A]
-  std::string voltage = "voltage_v";  ///< [V]
-  /// [degC]; when not given, a column temperature_c is read if the file has one.
+  std::string time = "time_s";        ///< a count, or date and time "2017-03-25 07:00:06.900"
+  std::string current = "current_a";  ///< [A], unless the file says mA or kA
+  std::string voltage = "voltage_v";  ///< [V], unless the file says mV
+  /// [degC], unless the file says K; when not given, a column temperature_c is read if it has one.
   std::optional<std::string> temperature;
   bool discharge_positive = false;  ///< the file counts current out of the battery as positive
-  /// [s], unit of the time column; dates ignore it. If it is not given, the unit is a second, or
-  /// that of a common name such as time_ms if the column was found by this name.
+  /// [s], unit of the time column; dates ignore it. If it is not given, the unit is that of the
+  /// column's name or of the row of units, or else a second.
   std::optional<double> time_unit = std::nullopt;
   bool operator==(const CsvColumns& other) const {
     return std::tie(time, current, voltage, temperature, discharge_positive, time_unit) ==
@@ -40,19 +40,22 @@ using BytesSeen = std::function<void(std::string_view)>;
  * Empty cells and NaN are missing values. Rows with a missing current or voltage are counted but
  * not used; a row may have a temperature alone. Time is kept as written, and dates become seconds
  * since 1970-01-01 UTC. Cells may be quoted and have spaces around them, but a line break inside
- * quotes is not supported. Blank lines, comments (lines that begin with #), a row of units below the
- * header, a byte-order mark, CRLF and one trailing comma are allowed.
+ * quotes is not supported. Blank lines, comments (lines that begin with #, % or //), a byte-order
+ * mark, CRLF and one trailing comma are allowed. A comment directly above a row of as many numbers
+ * is the header. Dates are in UTC, or have an offset from it (+01:00, -0500, +01).
  * A last line with too few cells and no line break was cut off while it was written, so it counts
  * as a missing value. The recording is named after the file, printable(). Numbers have a decimal
  * point, whatever the locale, here and in writeCsv. If the header is separated by semicolons (it
- * has one, and no column of the time's name between commas), so are the cells, and a number may
- * have a decimal comma ("12,5", but not "1.012,5"). Cells may be separated by tabs as well.
+ * has one, and no column of the time's name between commas) or by tabs, so are the cells, and a
+ * number may have a decimal comma ("12,5", but not "1.012,5").
  *
  * If the package's own column name is asked for and the file does not have it, the one column with
- * a common name is read ("t", "Current (A)", "u" ...). The end of such a time column's name is its
- * unit (ms, us, ns). Times that count from 1970 are recognised by their size, in s, ms, us or ns of
- * the years 2001 to 2099, unless a unit is given; they become seconds since 1970, as dates do.
- * `notes` says what was assumed.
+ * a common name is read ("t", "Current (A)", "u" ...). Units are those at the end of a column's name
+ * ("Current [mA]", "time_ms") or of a row of units below the header: s, ms, us, ns, min, h; A, mA,
+ * kA; V, mV; degC, C, K. Times that count from 1970 are recognised by their size, in s, ms, us or ns
+ * of the years 2001 to 2099, unless a unit is given; they become seconds since 1970, as dates do.
+ * `notes` says what was assumed, also that of seconds which nothing names, where rows are 1 s or
+ * more apart: they may be milliseconds.
  *
  * @param seen receives the bytes as they are read, and all of them if nothing is thrown, because a
  * pipe cannot be read again.
@@ -60,7 +63,8 @@ using BytesSeen = std::function<void(std::string_view)>;
  * @throws RecordingError if the file cannot be read, is neither a regular file nor a pipe, has a
  * line that is too long (TextLines), is empty, has only a header, lacks a column or has it twice,
  * has a row with more or fewer cells than the header (the message names file and line), has text in
- * place of a number (the message names file, line, column and text), or contains no usable sample.
+ * place of a number or of a known unit (the message names file, line, column and text), has a row of
+ * units that contradicts a column's name, or contains no usable sample.
  * It is also thrown if more than a tenth of the samples go back in time, since such a file is not
  * sorted.
  */

@@ -53,7 +53,7 @@ class Recording:
 
         The columns contain time [s, or UTC date and time], current [A], voltage [V] and, optionally, temperature [degC].
         discharge_positive: the file counts current out of the battery as positive. time_unit_s: unit of the time column, for
-        example 0.001 if it is in milliseconds; without it that of a common name such as time_ms, else a second.
+        example 0.001 if it is in milliseconds; without it that of its name or of a row of units, else a second.
 
         Raises ValueError with the file, line and column that cannot be read.
         """

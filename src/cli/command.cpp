@@ -11,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "can_log.hpp"
 #include "estimation/identification.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/priors_yaml.hpp"
@@ -61,6 +62,7 @@ class Digest {
 
 Recording readRecording(const RecordingArguments& arguments, std::string* hash,
                         std::vector<std::string>* told) {
+  if (isCanLog(arguments.path)) throw RecordingError(canLogAdvice(arguments.path));
   const bool is_bag = isBag(arguments.path);
   CsvColumns columns = arguments.columns;
   const auto& unit = arguments.time_unit;
@@ -94,15 +96,18 @@ void addModelOption(CLI::App& command, std::string& model) {
 void addRecordingOptions(CLI::App& command, RecordingArguments& arguments, bool with_path) {
   if (with_path) addFile(command, kReadFile, "REC", arguments.path, kRecordingFile)->required();
   auto& columns = arguments.columns;
-  addOption(command, "--time-column", columns.time, "CSV column of time [s, or UTC date]");
-  addOption(command, "--current-column", columns.current, "CSV column of current [A]");
-  addOption(command, "--voltage-column", columns.voltage, "CSV column of voltage [V]");
+  addOption(command, "--time-column", columns.time,
+            "CSV column of time [s, the unit in its name or below the header, or a date]");
+  addOption(command, "--current-column", columns.current,
+            "CSV column of current [A, or mA or kA by its name or the row below the header]");
+  addOption(command, "--voltage-column", columns.voltage,
+            "CSV column of voltage [V, or mV likewise]");
   addOption(command, "--temperature-column", columns.temperature,
-            "CSV column of temperature [degC]");
+            "CSV column of temperature [degC, or K likewise]");
   command.add_flag("--discharge-positive", columns.discharge_positive,
                    "the CSV counts current out of the battery as positive");
   addOption(command, "--time-unit", arguments.time_unit,
-            "unit of the CSV's time column: s, ms or us")
+            "unit of the CSV's time column: s, ms or us, whatever the file says")
       ->check(CLI::IsMember({"s", "ms", "us"}));
   addOption(command, "--topic", arguments.topic, "bag topic");
 }

@@ -1,5 +1,6 @@
 #include <filesystem>
 
+#include "can_log.hpp"
 #include "command.hpp"
 #include "recording/channel_shift.hpp"
 #include "recording/checks.hpp"
@@ -38,6 +39,7 @@ int runCheck(const CommandLine& line, const CheckArguments& arguments) {
 
 struct ConvertArguments {
   RecordingArguments recording;
+  std::string dbc;             // file that says where the signals of a CAN log are
   double shift_current = 0.0;  // [s]
   std::string out;
   std::string json;
@@ -55,12 +57,31 @@ Series shifted(const Series& series, double shift) {
   return moved;
 }
 
+/// The recording, or that of a CAN log, whose signals the options for the columns name.
+Recording loadInput(const ConvertArguments& arguments) {
+  if (arguments.dbc.empty()) return loadRecording(arguments.recording);
+  const CsvColumns& columns = arguments.recording.columns;
+  const CsvColumns own;
+  if (columns.current == own.current || columns.voltage == own.voltage)
+    throw UsageError(
+        "--dbc is given, expected --current-column and --voltage-column too: the names of the "
+        "signals in the DBC file");
+  const CanLogAsCsv csv(arguments.recording.path,
+                        {arguments.dbc, columns.current, columns.voltage, columns.temperature,
+                         columns.discharge_positive});
+  RecordingArguments recording = arguments.recording;
+  recording.path = csv.path();
+  recording.columns = own;
+  recording.time_unit = "s";
+  return loadRecording(recording);
+}
+
 int runConvert(const CommandLine& line, const ConvertArguments& arguments) {
   const std::string extension = std::filesystem::path(arguments.out).extension();
   if (extension != ".bag" && extension != ".csv")
     throw UsageError(arguments.out + ": expected a name ending in .bag or .csv");
   Progress progress(line.err);
-  const Recording recording = loadRecording(arguments.recording);
+  const Recording recording = loadInput(arguments);
   const Series series = shifted(recording.series, arguments.shift_current);
   progress.stage("writing");
   if (extension == ".bag")
@@ -128,11 +149,18 @@ void addCheckCommand(CLI::App& app, CommandLine& line) {
 
 void addConvertCommand(CLI::App& app, CommandLine& line) {
   const auto [options, values] =
-      addSubcommand(app, line, "convert", "convert a recording between CSV and bag", runConvert);
-  addFile(options, kReadFile, "IN", values.recording.path, kRecordingFile)->required();
+      addSubcommand(app, line, "convert",
+                    "convert a recording between CSV and bag, or a log of a CAN bus", runConvert);
+  addFile(options, kReadFile, "IN", values.recording.path,
+          std::string(kRecordingFile) + "; with --dbc a CAN log: .blf, .asc, .mf4")
+      ->required();
   addFile(options, kWrittenFile, "OUT", values.out, "file to write: .bag or .csv")->required();
   addRecordingOptions(options, values.recording, false);
   addCrankCurrentOption(options, values.recording);
+  addFile(options, kReadFile, "--dbc", values.dbc,
+          "DBC file of a CAN log, whose signals --current-column, --voltage-column and "
+          "--temperature-column name (MESSAGE.SIGNAL where a name is in two messages). Needs "
+          "python3-can; .mf4 also needs asammdf, which Debian 12 does not have");
   addOption(options, "--shift-current", values.shift_current,
             "shift the current against the voltage by this time [s]: above 0 if the voltage comes "
             "late, below 0 if the current does. sof check and sof diagnose report by how much");

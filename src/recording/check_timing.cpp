@@ -26,6 +26,13 @@ constexpr double kSlowestOfFine = 0.5;   // [s]; the milliseconds that loggers c
 constexpr double kLargestBlock = 250.0;  // [Ah], of the largest 12 V blocks, those of heavy trucks
 constexpr double kDailyOffset = 5.0;     // [Ah] a day, of a sensor whose zero is off by 0.2 A
 constexpr double kSecondsPerDay = 86400.0;
+constexpr double kSlowestOfRush = 2.0;     // [s]; a starter's rush is over before the next such row
+constexpr std::size_t kFewestOfRush = 5;   // rows
+constexpr double kLongestCranking = 30.0;  // [s], after which a starter motor has to cool down
+constexpr double kRush =
+    1.3;  // times the current that turns the engine, usually 1.7 (findCrankCurrent)
+constexpr double kRushShare = 0.3;  // of a crank, in which the current is greatest
+constexpr double kCrankDrop = 0.5;  // [V], of 150 A through 3.5 mOhm, those of a large block
 
 /// Between the highest and the lowest charge counted [Ah]; gaps count as none.
 double chargeSwing(const Evidence& evidence) {
@@ -39,6 +46,49 @@ double chargeSwing(const Evidence& evidence) {
       highest = std::max(highest, charge);
     }
   return highest - lowest;
+}
+
+/// Whether a discharge looks like an engine start of many rows: it begins with the greatest current,
+/// that of a starter at standstill, which falls to well below it, and the voltage answers.
+bool looksLikeCrank(const Series& series, IndexRange run, double crank_current) {
+  const auto rows = static_cast<std::ptrdiff_t>(run.last - run.first);
+  const auto size = static_cast<std::ptrdiff_t>(series.size());
+  const auto first = static_cast<std::ptrdiff_t>(run.first), last = first + rows;
+  const auto current = series.current.begin(), voltage = series.voltage.begin();
+  const auto peak = std::min_element(current + first, current + last);
+  const double typical = quantile({current + first, current + last}, 0.5);
+  const double lowest = *std::min_element(voltage + first, voltage + last);
+  const auto highestOf = [&](std::ptrdiff_t from, std::ptrdiff_t to) {
+    return from < to ? *std::max_element(voltage + from, voltage + to) : lowest;
+  };
+  const double before = highestOf(std::max<std::ptrdiff_t>(first - rows, 0), first);
+  const double after = highestOf(last, std::min(last + rows, size));
+  return *peak <= crank_current && *peak <= kRush * typical &&
+         kRushShare * static_cast<double>(rows) >= static_cast<double>(peak - current - first) &&
+         std::min(before, after) - lowest >= kCrankDrop;
+}
+
+/// Discharges of a starter's size and course that last, as the time is read, longer than a starter
+/// may turn, and in milliseconds would not.
+std::vector<IndexRange> slowCranks(const Evidence& evidence) {
+  std::vector<IndexRange> found;
+  const Series& series = evidence.series;
+  const EventLimits limits{evidence.crank_current};
+  for (const IndexRange& stretch : evidence.stretches) {
+    std::size_t first = stretch.first;
+    while (first < stretch.last) {
+      std::size_t last = first;
+      while (last < stretch.last && series.current[last] <= limits.crankLevel()) ++last;
+      const IndexRange run{first, last};
+      first = last + 1;
+      if (last - run.first < kFewestOfRush) continue;
+      const double duration = durationOf(evidence, run);
+      if (duration > kLongestCranking && 1e-3 * duration <= EventLimits::kCrankMaxDuration &&
+          looksLikeCrank(series, run, limits.crank_current))
+        found.push_back(run);
+    }
+  }
+  return found;
 }
 
 struct Gaps {
@@ -118,11 +168,33 @@ Losses lossesOf(const Evidence& evidence) {
 
 }  // namespace
 
+namespace {
+
+std::vector<Finding> findSlowCranks(const Evidence& evidence) {
+  if (evidence.interval < kSlowestOfRush) return {};
+  const std::vector<IndexRange> cranks = slowCranks(evidence);
+  if (cranks.empty()) return {};
+  const double longest = durationOf(
+      evidence, *std::max_element(cranks.begin(), cranks.end(), [](IndexRange a, IndexRange b) {
+        return a.last - a.first < b.last - b.first;
+      }));
+  return {Finding{"time_unit", Severity::kWarning,
+                  counted(cranks.size(), "discharge") + " of " + number(-evidence.crank_current) +
+                      " A or more with the course of an engine start, of up to " + number(longest) +
+                      " s, where a starter turns for at most " + number(kLongestCranking) + " s",
+                  "if these are engine starts, the time column counts milliseconds, not seconds: "
+                  "read the file with --time-unit ms",
+                  longest, "s", totalSamples(cranks), startsOf(evidence, cranks)}};
+}
+
+}  // namespace
+
 std::vector<Finding> findTimeUnit(const Evidence& evidence) {
   const double swing = chargeSwing(evidence);
   const double days = durationOf(evidence, {0, evidence.series.size()}) / kSecondsPerDay;
   const double most = kLargestBlock + kDailyOffset * days;
-  if (evidence.interval < kSlowestOfFine || !(swing > most)) return {};
+  if (evidence.interval < kSlowestOfFine) return {};
+  if (!(swing > most)) return findSlowCranks(evidence);
   return {Finding{"time_unit", Severity::kProblem,
                   number(swing) + " Ah flow in one direction within " + number(days) +
                       " days, more than the " + number(most) +

@@ -59,7 +59,9 @@ std::string toString(Severity severity);
  *   below it. A current that a source holds at its limit, and a voltage that a regulator holds, are
  *   not clipped.
  * - quantisation: the greatest step of which nearly all changes are multiples.
- * - time_unit: more charge moves one way than any 12 V block holds.
+ * - time_unit: more charge moves one way than any 12 V block holds (a problem), or, in rows of 2 s or
+ *   more, a discharge has the course of an engine start and lasts longer than a starter may turn, as
+ *   it does where milliseconds are read as seconds (a warning).
  * - sign: that of the correlation of voltage with current changes at edges.
  * - offset: one small current at every apparent rest. A consumer looks the same: always a note.
  * - skew: the sub-sample shift between voltage and current changes at edges, alike in both halves

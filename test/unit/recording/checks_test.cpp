@@ -838,6 +838,40 @@ TEST(TimeUnitCheck, FindsMillisecondsReadAsSecondsAtAnyRate) {
   }
 }
 
+/// A minute at 100 Hz with one engine start, whose rush takes a tenth of a second.
+Series minuteWithACrank() {
+  Series series;
+  for (int k = 0; k < 6000; ++k) {
+    const int since = k - 1000;
+    const bool turns = since >= 0 && since < 80;
+    const double current = !turns ? -8.0 : -150.0 - 200.0 * std::exp(-0.05 * since);
+    series.append({0.01 * k, current, 12.6 + 0.005 * current});
+  }
+  return series;
+}
+
+TEST(TimeUnitCheck, WarnsOfAnEngineStartThatTakesMinutes) {
+  Series series = minuteWithACrank();
+  EXPECT_TRUE(findingsOf(series, "time_unit").empty());
+  for (double& time : series.time) time *= 1e3;
+  const std::vector<Finding> found = findingsOf(series, "time_unit");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].severity, Severity::kWarning);
+  EXPECT_TRUE(says(found[0].meaning, "--time-unit ms")) << found[0].meaning;
+  EXPECT_EQ(found[0].at, std::vector<double>{10000.0});
+}
+
+TEST(TimeUnitCheck, LeavesLongLoadsOfAStartersCurrentInSlowRows) {
+  for (const double interval : {10.0, 20.0, 30.0, 60.0}) {
+    Series series;
+    for (int k = 0; k < 600; ++k) {
+      const double current = k % 300 >= 100 && k % 300 < 106 ? -170.0 : k % 300 == 200 ? -250.0 : 5;
+      series.append({interval * k, current, 12.8 + 0.005 * current});
+    }
+    EXPECT_TRUE(findingsOf(series, "time_unit").empty()) << interval;
+  }
+}
+
 TEST(TimeUnitCheck, LeavesWeeksWithAnOffsetOfTheCurrent) {
   Series series;
   for (int k = 0; k < 40 * 1440; ++k)  // 40 days, a sample a minute

@@ -218,6 +218,10 @@ TEST_F(Csv, CommentsTabsAndARowOfUnitsArePassedOver) {
   EXPECT_EQ(recording.series.time, (std::vector<double>{0.0, 1.0}));
   EXPECT_EQ(recording.series.current, (std::vector<double>{1.0, 2.0}));
   EXPECT_TRUE(says(errorOf("time_s,current_a,voltage_v\n0,1,12\ns,A,V\n"), "is not a number"));
+  EXPECT_EQ(
+      read("% made by\n// a logger\ntime_s,current_a,voltage_v\n0,1,12\n  % a pause\n1,2,12\n")
+          .series.size(),
+      2U);
 }
 
 TEST_F(Csv, FileWithAnotherSeparatorIsToldApart) {
