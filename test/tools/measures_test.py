@@ -73,12 +73,14 @@ class NextWindow(unittest.TestCase):
         current = np.random.default_rng(1).uniform(-20.0, 20.0, len(time))
         current[1000:1003] = -200.0
         voltage = 12.5 + 0.01 * current
+        shown, driven = np.where(np.arange(1200) % 2 == 0, voltage, 99.0), ["voltage" if n % 2 else "current" for n in range(1200)]
         with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "predicted.csv")
-            with open(path, "w") as file:
-                file.write("time_s,current_a,voltage_v,driven_by\n")
-                file.writelines(f"{t},{i},{u if n % 2 == 0 else 99},{'current' if n % 2 == 0 else 'voltage'}\n" for n, (t, i, u) in enumerate(zip(time[600:], current[600:], voltage[600:])))
-            found = score_next_window.ridge_scores([one[:600] for one in (time, current, voltage)], path, [{"time_s": 1000.0, "current_a": -200.0, "measured_min_v": 10.5}])
+            paths = [os.path.join(folder, name) for name in ("fitted.csv", "predicted.csv")]
+            for path, part in zip(paths, (slice(0, 600), slice(600, None))):
+                with open(path, "w") as file:
+                    file.write("time_s,current_a,voltage_v,driven_by\n")
+                    file.writelines("{},{},{},{}\n".format(*row) for row in zip(time[part], current[part], shown[part], driven[part]))
+            found = score_next_window.ridge_scores(*paths, [{"time_s": 1000.0, "current_a": -200.0, "measured_min_v": 10.5}])
         self.assertGreater(found["voltage_share_percent"], 90.0)
         self.assertAlmostEqual(found["cranks"][0]["predicted_min_v"], 10.5, delta=0.1)
 

@@ -9,8 +9,8 @@ the model on through the successor. With --split the first part of the recording
 
 share: explained variation, 1 - RMS error / standard deviation, of the current where a source controls the voltage, of the voltage elsewhere, and of both together.
 10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. baseline: a line fit, the median of past charges, and
-a line through past cranks of the fitted window. ridge: the voltage by a ridge regression on currents and their memories (benchmark/ridge.py), fitted to all
-samples of the window. "inside": share of events in their 90 % interval.
+a line through past cranks of the fitted window. ridge: the voltage by a ridge regression on currents and their memories (benchmark/ridge.py), fitted to the
+samples of the window at which no source controls the voltage, or to all where those are fewer than LEAST. "inside": share of events in their 90 % interval.
 """
 
 import argparse
@@ -62,20 +62,22 @@ def run(command, end):
     return json.loads(done.stdout) if done.returncode == 0 else None
 
 
-def score(command, recording, columns, t, ends, options=(), end=None, samples=None):
+def score(command, recording, columns, t, ends, options=(), end=None, with_ridge=False):
     """What sof predict says of the second of two neighbouring stretches after fitting the first; none where sof refuses. A sample belongs to one of them.
 
-    options: of sof identify. end: as of run(). samples: time, current, voltage, of which the ridge regression is made.
+    options: of sof identify. end: as of run(). with_ridge: whether the ridge regression is scored.
     """
     before = t[t < ends[1]]
-    after = t[t >= ends[1]]
     with tempfile.TemporaryDirectory() as folder:
-        model, predicted = os.path.join(folder, "model.yaml"), os.path.join(folder, "predicted.csv")
+        model, fitted, predicted = (os.path.join(folder, name) for name in ("model.yaml", "fitted.csv", "predicted.csv"))
         fit = run([command, "identify", recording, *columns, "--from", repr(float(ends[0])), "--to", repr(float(before[-1])), "--out", model, *options], end)
-        ahead = fit and run([command, "predict", model, recording, *columns, "--from", repr(float(after[0])), "--to", repr(float(t[t < ends[2]][-1])), "--csv", predicted], end)
+
+        def predict(some, path):
+            return run([command, "predict", model, recording, *columns, "--from", repr(float(some[0])), "--to", repr(float(some[-1])), "--csv", path], end)
+        ahead = fit and predict(t[(t >= ends[1]) & (t < ends[2])], predicted)
         if not ahead:
             return None
-        ridge = {"ridge": ridge_scores([one[(t >= ends[0]) & (t < ends[1])] for one in samples], predicted, ahead["cranks"])} if samples else {}
+        ridge = {"ridge": ridge_scores(fitted, predicted, ahead["cranks"])} if with_ridge and predict(before[before >= ends[0]], fitted) else {}
     return {**ridge, "window_quality": fit["window_quality"], "fit_ms": fit["fit_ms"], "effects": fit["effects"], "parameters": fit["parameters"], "start_s": ends[0],
             "model": ahead["mixed"] or from_current(ahead), "baseline": ahead["baseline"], "q_dyn": ahead["q_dyn_percent"]}
 
@@ -86,10 +88,13 @@ def from_current(ahead):
             "charges_60s": [], "cranks": ahead["cranks"], "crank_mae_v": ahead["crank_mae_v"]}
 
 
-def ridge_scores(window, predicted, cranks):
-    """Of the ridge regression, as sof has them of the others: it says nothing of the current. window: time, current, voltage; predicted: what sof predict wrote; cranks: those it found."""
-    rows = np.genfromtxt(predicted, delimiter=",", names=True, dtype=None, encoding="utf-8")
-    voltage, free = ridge_voltage(*window, rows["time_s"], rows["current_a"]), rows["driven_by"] != "voltage"
+def ridge_scores(fitted, predicted, cranks):
+    """Of the ridge regression, as sof has them of the others: it says nothing of the current. fitted, predicted: what sof predict wrote of both stretches; cranks: those
+    of the second."""
+    before, rows = (np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8") for path in (fitted, predicted))
+    kept, free = (one["driven_by"] != "voltage" for one in (before, rows))
+    kept = np.flatnonzero(kept if kept.sum() >= LEAST else np.ones(len(before), bool))
+    voltage = ridge_voltage(*(np.concatenate((before[key], rows[key])) for key in ("time_s", "current_a")), before["voltage_v"], kept)
 
     def lowest(crank):
         return float(np.min(voltage[(rows["time_s"] >= crank["time_s"] - 0.01) & (rows["time_s"] < crank["time_s"] + CRANK_S) & (rows["current_a"] <= 0.5 * crank["current_a"])]))
@@ -100,6 +105,7 @@ def ridge_scores(window, predicted, cranks):
 
 
 CRANK_S = 5.0  # longest crank
+LEAST = 60  # samples that a ridge regression is fitted to
 SHARES = ("share_percent", "current_share_percent", "voltage_share_percent")
 ERRORS = (("charges_10s_a", "{:.2f} A"), ("charges_60s_a", "{:.2f} A"), ("cranks_mv", "{:.0f} mV"))
 
@@ -165,8 +171,7 @@ def main():
     options = [word for name in ("effects", "start") if getattr(args, name) for word in ("--" + name, getattr(args, name))] + recordings.capacity_options(args.capacity_ah)
     found = []
     for recording in args.recordings:
-        samples = recordings.read(recording, *recordings.columns_of(args))
-        t = samples[0]
+        t = recordings.read(recording, *recordings.columns_of(args))[0]
         name, mine = os.path.splitext(os.path.basename(recording))[0], []
         if args.split:
             stretches = [(t[0], t[0] + args.split * (t[-1] - t[0]), t[-1] + 1.0)]
@@ -174,7 +179,7 @@ def main():
             stretches, possible = stretches_of(t, args.window)
             print("{}: {} of {} windows are whole and followed by a whole one".format(name, len(stretches), possible), flush=True)
         for ends in followed(stretches, name):
-            scores = score(args.sof, recording, columns, t, ends, options, samples=samples)
+            scores = score(args.sof, recording, columns, t, ends, options, with_ridge=True)
             if scores:
                 mine.append(dict(scores, recording=name))
             else:

@@ -48,20 +48,15 @@ def chosen_penalty(x, y):
         ((x[block] @ weights(x[rest], y[rest], penalty) - y[block]) ** 2).sum() for rest, block in zip(others, blocks)))
 
 
-def ridge_ahead(time_s, current, voltage, max_rows=30000):
-    """[V] of the samples beyond those of the voltage, by a ridge regression on ridge_columns() of all; its penalty by block cross-validation."""
-    rows = np.arange(0, len(voltage), max(1, len(voltage) // max_rows))
+def ridge_voltage(time_s, current, voltage, rows):
+    """[V] of the samples beyond those of the voltage, by a ridge regression on ridge_columns() of all, fitted to rows; its penalty by block cross-validation."""
     x, level = standardised(ridge_columns(time_s, current), rows), voltage[rows].mean()
     y = voltage[rows] - level
     return level + x[len(voltage):] @ weights(x[rows], y, chosen_penalty(x[rows], y))
 
 
-def ridge_voltage(time_s, current, voltage, next_time_s, next_current):
-    """The same of a stretch that follows a fitted one."""
-    return ridge_ahead(np.concatenate((time_s, next_time_s)), np.concatenate((current, next_current)), voltage)
-
-
-def ridge_rmse(time_s, current, voltage):
+def ridge_rmse(time_s, current, voltage, max_rows=30000):
     """Its hold-out RMSE [V] on what follows the first TRAINING of the samples."""
     first_held = int(TRAINING * len(time_s))
-    return float(np.sqrt(np.mean((ridge_ahead(time_s, current, voltage[:first_held]) - voltage[first_held:]) ** 2)))
+    ahead = ridge_voltage(time_s, current, voltage[:first_held], np.arange(0, first_held, max(1, first_held // max_rows)))
+    return float(np.sqrt(np.mean((ahead - voltage[first_held:]) ** 2)))

@@ -47,7 +47,7 @@ def beside(windows):
     """windows: {who: {window: scores}}. What has a model of none is left out."""
     common = set.intersection(*(set(windows[who]) for who in ("model", "circuit", "placebo") if windows[who]))
     of = {who: of_windows([one for window, one in some.items() if window in common]) for who, some in windows.items() if some and who != "paper_start"}
-    figures = dict(of_windows(list(windows["model"].values())), common={"windows": len(common), "baseline": of["model"]["baseline"], "ridge": of["model"]["ridge"],
+    figures = dict(of_windows(list(windows["model"].values())), common={"windows": len(common), "baseline": of["model"]["baseline"], "ridge": of["model"].get("ridge", {}),
                                                                         **{who: one["model"] for who, one in of.items()}})
     paper = windows["paper_start"]
     both = {who: of_windows([some[window] for window in paper if window in some])["model"] for who, some in windows.items()} if paper else {}
