@@ -81,8 +81,9 @@ class NextWindow(unittest.TestCase):
                     file.write("time_s,current_a,voltage_v,driven_by\n")
                     file.writelines("{},{},{},{}\n".format(*row) for row in zip(time[part], current[part], shown[part], driven[part]))
             found = score_next_window.ridge_scores(*paths, [{"time_s": 1000.0, "current_a": -200.0, "measured_min_v": 10.5}])
-        self.assertGreater(found["voltage_share_percent"], 90.0)
-        self.assertAlmostEqual(found["cranks"][0]["predicted_min_v"], 10.5, delta=0.1)
+        self.assertGreater(found["ridge"]["voltage_share_percent"], 90.0)
+        self.assertLess(found["ridge_all"]["voltage_share_percent"], 0.0)
+        self.assertAlmostEqual(found["ridge"]["cranks"][0]["predicted_min_v"], 10.5, delta=0.1)
 
 
 class KnownPhysics(unittest.TestCase):

@@ -10,7 +10,7 @@ the model on through the successor. With --split the first part of the recording
 share: explained variation, 1 - RMS error / standard deviation, of the current where a source controls the voltage, of the voltage elsewhere, and of both together.
 10 s, 60 s: median error of the mean current after a discharge ends. cranks: mean error of the lowest voltage. baseline: a line fit, the median of past charges, and
 a line through past cranks of the fitted window. ridge: the voltage by a ridge regression on currents and their memories (benchmark/ridge.py), fitted to the
-samples of the window at which no source controls the voltage, or to all where those are fewer than LEAST. "inside": share of events in their 90 % interval.
+samples of the window at which no source controls the voltage, or to all where those are fewer than LEAST; ridge_all: to all. "inside": share of events in their 90 % interval.
 """
 
 import argparse
@@ -77,7 +77,7 @@ def score(command, recording, columns, t, ends, options=(), end=None, with_ridge
         ahead = fit and predict(t[(t >= ends[1]) & (t < ends[2])], predicted)
         if not ahead:
             return None
-        ridge = {"ridge": ridge_scores(fitted, predicted, ahead["cranks"])} if with_ridge and predict(before[before >= ends[0]], fitted) else {}
+        ridge = ridge_scores(fitted, predicted, ahead["cranks"]) if with_ridge and predict(before[before >= ends[0]], fitted) else {}
     return {**ridge, "window_quality": fit["window_quality"], "fit_ms": fit["fit_ms"], "effects": fit["effects"], "parameters": fit["parameters"], "start_s": ends[0],
             "model": ahead["mixed"] or from_current(ahead), "baseline": ahead["baseline"], "q_dyn": ahead["q_dyn_percent"]}
 
@@ -89,23 +89,29 @@ def from_current(ahead):
 
 
 def ridge_scores(fitted, predicted, cranks):
-    """Of the ridge regression, as sof has them of the others: it says nothing of the current. fitted, predicted: what sof predict wrote of both stretches; cranks: those
-    of the second."""
+    """Of the ridge regressions, as sof has them of the others: they say nothing of the current. fitted, predicted: what sof predict wrote of both stretches; cranks:
+    those of the second."""
     before, rows = (np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8") for path in (fitted, predicted))
     kept, free = (one["driven_by"] != "voltage" for one in (before, rows))
-    kept = np.flatnonzero(kept if kept.sum() >= LEAST else np.ones(len(before), bool))
-    voltage = ridge_voltage(*(np.concatenate((before[key], rows[key])) for key in ("time_s", "current_a")), before["voltage_v"], kept)
-
-    def lowest(crank):
-        return float(np.min(voltage[(rows["time_s"] >= crank["time_s"] - 0.01) & (rows["time_s"] < crank["time_s"] + CRANK_S) & (rows["current_a"] <= 0.5 * crank["current_a"])]))
+    series = [np.concatenate((before[key], rows[key])) for key in ("time_s", "current_a")]
     spread = np.std(rows["voltage_v"][free]) if free.any() else 0.0
-    return {"share_percent": None, "current_share_percent": None, "charges": [], "charges_60s": [],
-            "voltage_share_percent": 100.0 * float(1.0 - np.sqrt(np.mean((rows["voltage_v"] - voltage)[free] ** 2)) / spread) if spread else None,
-            "cranks": [dict(one, predicted_min_v=lowest(one)) for one in cranks]}
+
+    def scores(some):
+        voltage = ridge_voltage(*series, before["voltage_v"], np.flatnonzero(some))
+
+        def lowest(crank):
+            during = (rows["time_s"] >= crank["time_s"] - 0.01) & (rows["time_s"] < crank["time_s"] + CRANK_S) & (rows["current_a"] <= 0.5 * crank["current_a"])
+            return float(np.min(voltage[during]))
+        return {"share_percent": None, "current_share_percent": None, "charges": [], "charges_60s": [],
+                "voltage_share_percent": 100.0 * float(1.0 - np.sqrt(np.mean((rows["voltage_v"] - voltage)[free] ** 2)) / spread) if spread else None,
+                "cranks": [dict(one, predicted_min_v=lowest(one)) for one in cranks]}
+    every = np.ones(len(before), bool)
+    return {"ridge": scores(kept if kept.sum() >= LEAST else every), "ridge_all": scores(every)}
 
 
 CRANK_S = 5.0  # longest crank
 LEAST = 60  # samples that a ridge regression is fitted to
+RIDGES = ("ridge", "ridge_all")
 SHARES = ("share_percent", "current_share_percent", "voltage_share_percent")
 ERRORS = (("charges_10s_a", "{:.2f} A"), ("charges_60s_a", "{:.2f} A"), ("cranks_mv", "{:.0f} mV"))
 
@@ -125,7 +131,7 @@ def events(found, who):
 def figures(found):
     """Medians over windows, and events of all of them."""
     of = {"windows": len(found)}
-    for who in ("baseline", *(("ridge",) if all("ridge" in one for one in found) else ()), "model"):
+    for who in ("baseline", *(one for one in RIDGES if all(one in f for f in found)), "model"):
         short, long, cranks = events(found, who)
         of[who] = {key: float(np.median(values)) for key in SHARES
                    if len(values := shares(found, who, key))}
@@ -147,10 +153,10 @@ def summary(label, found):
     if not found:
         print(f"{label}: no window")
         return
-    of, row = figures(found), "  {:<6} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}"
+    of, row = figures(found), "  {:<9} {:>18} {:>18} {:>18} {:>9} {:>9} {:>10}"
     print(f"{label}: {len(found)} windows; share in %: median (quartiles)")
     print(row.format("", "both", "current", "voltage", "10 s", "60 s", "cranks"))
-    for who in [one for one in ("model", "baseline", "ridge") if one in of]:
+    for who in [one for one in ("model", "baseline", *RIDGES) if one in of]:
         print(row.format(who, *(quartiles(shares(found, who, key)) for key in SHARES),
                          *(form.format(of[who][key]) if key in of[who] else "-"
                            for key, form in ERRORS)))

@@ -13,6 +13,7 @@ from ..benchmark.measured import ratio, summary, whole_recordings
 from ..files import read_json
 from ..page_pictures import PICTURES
 from ..rates import geometric_mean
+from ..score_next_window import RIDGES
 from ..score_next_window import figures as of_windows
 
 # commands; kept(out, text): figures; minutes on one free core; whether DATA is needed; files that the commands write below OUT/docs in place of docs/
@@ -47,7 +48,7 @@ def beside(windows):
     """windows: {who: {window: scores}}. What has a model of none is left out."""
     common = set.intersection(*(set(windows[who]) for who in ("model", "circuit", "placebo") if windows[who]))
     of = {who: of_windows([one for window, one in some.items() if window in common]) for who, some in windows.items() if some and who != "paper_start"}
-    figures = dict(of_windows(list(windows["model"].values())), common={"windows": len(common), "baseline": of["model"]["baseline"], "ridge": of["model"].get("ridge", {}),
+    figures = dict(of_windows(list(windows["model"].values())), common={"windows": len(common), "baseline": of["model"]["baseline"], **{one: of["model"][one] for one in RIDGES if one in of["model"]},
                                                                         **{who: one["model"] for who, one in of.items()}})
     paper = windows["paper_start"]
     both = {who: of_windows([some[window] for window in paper if window in some])["model"] for who, some in windows.items()} if paper else {}

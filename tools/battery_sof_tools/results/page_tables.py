@@ -17,7 +17,7 @@ DIAGNOSED = {"drive_1": "startstop_car/drive_1", "drive_2": "startstop_car/drive
 # ---------------------------------------------------------------------------------------------- the next window
 
 # What is fitted and predicted beside each other, as the tables head it; rows of a recording.
-PREDICTORS = {"model": "battery_sof", "circuit": "the paper's circuit", "placebo": "circuit and a wrong effect", "baseline": "line", "ridge": "ridge"}
+PREDICTORS = {"model": "battery_sof", "circuit": "the paper's circuit", "placebo": "circuit and a wrong effect", "baseline": "line", "ridge": "ridge", "ridge_all": "ridge on all samples"}
 SHORT_ROWS = (("current", "current_share_percent", "{:.0f} %"), ("voltage", "voltage_share_percent", "{:.0f} %"), ("cranks", "cranks_mv", "{:.0f} mV"))
 ROWS = (("current and voltage", "share_percent", "{:.0f} %"), *SHORT_ROWS[:2], ("charges of 60 s", "charges_60s_a", "{:.1f} A"), SHORT_ROWS[2])
 
