@@ -117,6 +117,11 @@ class Errors(unittest.TestCase):
         self.assertTrue(figure(rows, "at most half the base's").startswith("1 of 3"))
         self.assertTrue(figure(rows, "extended worse than base by over 2 %").startswith("1 of 3"))
 
+    def test_what_is_withheld_counts_with_its_own_error(self):
+        withheld = case(answer("named", 0.02, 0.04, withheld_rmse_v=0.04))
+        self.assertEqual((withheld.withheld, withheld.over_base()), (True, 2.0))
+        self.assertTrue(figure(scorers.error_rows([withheld, case(answer("named"))]), "extended model withheld").startswith("1 of 2"))
+
     def test_the_ridge_is_beaten_where_its_error_is_larger(self):
         cases = [case(answer("named", 0.02, 0.01), ridge_v=0.015), case(answer("named", 0.02, 0.01), ridge_v=0.005),
                  case(answer("named", 0.02, 0.01), ridge_v=None)]

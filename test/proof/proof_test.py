@@ -202,6 +202,20 @@ class Counting(unittest.TestCase):
         self.assertAlmostEqual(judged.recovered(one), 0.75)
         self.assertIsNone(judged.recovered(case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("cpe2",)))))
 
+    def test_a_right_mechanism_is_clean_or_has_a_false_one_beside_it(self):
+        cases = [case("C1", "effect", "acid_transport", ["acid_transport"], answer("several", ("acid_transport",), *more, withheld_v=withheld))
+                 for more, withheld in (((), None), ((("cpe2",),), 0.02), ((("cpe2",), ("ocv_soc",)), None))]
+        cases.append(case("C1", "effect", "cpe2", ["cpe2"], answer("no_mismatch")))  # kept without withheld_v
+        by_key = {one.key: (one.k, one.n) for one in score.figures(cases)}
+        self.assertEqual([by_key[key] for key in ("clean_C1", "beside_C1", "withheld")], [(1, 4), (2, 4), (1, 3)])
+
+    def test_an_aim_is_missed_beyond_its_bound_and_by_no_case_not_at_all(self):
+        one = score.figures([])[0]
+        for target, k, n, value, expected in (("<= 1/60", 1, 60, None, False), ("<= 1/60", 1, 59, None, True), (">= 85 %", 6, 7, None, False), (">= 85 %", 5, 6, None, True),
+                                              ("90 to 98 %", 99, 100, None, True), ("90 to 98 %", 9, 10, None, False), ("< 0.4", None, 4, 0.4, True), ("<= 10 %", None, 8, 0.04, False),
+                                              (">= 85 %", 0, 0, None, None), ("", 1, 2, None, None)):
+            self.assertEqual(score.misses(one._replace(target=target, k=k, n=n, value=value)), expected, (target, k, n, value))
+
     def test_a_quick_set_with_wrong_clear_names_is_broken(self):
         def report(right):
             cases = [case("C1", "effect", "cpe2", ["cpe2"], answer("named", ("cpe2" if k < right else "ocv_soc",))) for k in range(4)]

@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
 """What the tables of measured recordings and of hard usage say of their rows."""
 
+import os
+import tempfile
 import unittest
 
-from battery_sof_tools import change_study, recordings, simulated_pairs
+import numpy as np
+
+from battery_sof_tools import change_study, recordings, score_next_window, simulated_pairs
 from battery_sof_tools.benchmark import known_physics, measured
 from battery_sof_tools.stress import kill, soak
 
@@ -54,13 +58,32 @@ class DiagnoseMeasured(unittest.TestCase):
         self.assertEqual(asked, [("--given", "current_offset"), ("--given", "high_rate_depletion")])
 
     def test_the_summary_counts_who_is_ahead(self):
-        found = {"a": {"base": 0.1, "extended": 0.05, "ridge": 0.04, "line": 0.3, "shares": (None, None, None)},
-                 "b": {"base": 0.1, "extended": 0.2, "ridge": 0.3, "line": 0.1, "shares": (None, None, None)}}
+        found = {"a": {"base": 0.1, "extended": 0.05, "ridge": 0.04, "line": 0.3, "shares": (None, None, None), "withheld": False},
+                 "b": {"base": 0.1, "extended": 0.2, "ridge": 0.3, "line": 0.1, "shares": (None, None, None), "withheld": True}}
         self.assertEqual(measured.summary(found), "Extended over base: 1.00 (geometric mean of 2). A ridge regression is ahead on 1 (a), "
-                                                           "a line fit on 1 (b).")
+                                                           "a line fit on 1 (b). Withheld as no improvement, and scored all the same: 1 (b).")
 
     def test_while_a_charger_regulates_the_ratio_is_of_what_is_not_explained(self):
         self.assertEqual(measured.ratio({"base": 0.1, "extended": 0.2, "shares": (20.0, 60.0, 0.0)}), 0.5)
+
+
+class NextWindow(unittest.TestCase):
+    def test_the_ridge_is_scored_where_no_source_controls_the_voltage_and_at_the_lowest_voltage_of_cranks(self):
+        time = np.arange(1200.0)
+        current = np.random.default_rng(1).uniform(-20.0, 20.0, len(time))
+        current[1000:1003] = -200.0
+        voltage = 12.5 + 0.01 * current
+        shown, driven = np.where(np.arange(1200) % 2 == 0, voltage, 99.0), ["voltage" if n % 2 else "current" for n in range(1200)]
+        with tempfile.TemporaryDirectory() as folder:
+            paths = [os.path.join(folder, name) for name in ("fitted.csv", "predicted.csv")]
+            for path, part in zip(paths, (slice(0, 600), slice(600, None))):
+                with open(path, "w") as file:
+                    file.write("time_s,current_a,voltage_v,driven_by\n")
+                    file.writelines("{},{},{},{}\n".format(*row) for row in zip(time[part], current[part], shown[part], driven[part]))
+            found = score_next_window.ridge_scores(*paths, [{"time_s": 1000.0, "current_a": -200.0, "measured_min_v": 10.5}])
+        self.assertGreater(found["ridge"]["voltage_share_percent"], 90.0)
+        self.assertLess(found["ridge_all"]["voltage_share_percent"], 0.0)
+        self.assertAlmostEqual(found["ridge"]["cranks"][0]["predicted_min_v"], 10.5, delta=0.1)
 
 
 class KnownPhysics(unittest.TestCase):

@@ -6,7 +6,7 @@ import re
 import unittest
 
 from battery_sof_tools.files import read_json
-from battery_sof_tools.results import gate, measurements, pages
+from battery_sof_tools.results import gate, measurements, page_tables, pages
 
 RESULTS = read_json(pages.RESULTS)
 # Pages whose measured figures all are copies, and how many there are at least.
@@ -118,6 +118,33 @@ class Measured(unittest.TestCase):
         text = ("| recording | rule | stops | engine off | to the end | below 10.3 V | share | missed |\n|---|---|---|---|---|---|---|---|\n"
                 "| drive_1 | manager | 1 of 2 | 3 s | 1 | 0 | 0.0 % | 1 |\n| all | manager | 104 of 307 | 361 s | 98 | 0 | 0.0 % | 202 |\n")
         self.assertEqual(measurements.stops("", text), {"10_3_v": {"manager": {"begun": 104, "stops": 307, "off_s": 361.0, "to_the_end": 98, "below": 0, "missed": 202}}})
+
+    def test_what_is_compared_has_the_same_windows(self):
+        def scored(start, share):
+            one = {"share_percent": share, "current_share_percent": None, "voltage_share_percent": share, "charges": [], "charges_60s": [], "cranks": []}
+            return (("drive_1", start), {"model": one, "baseline": one, "ridge": one})
+        windows = {"model": dict([scored(0, 60.0), scored(900, 20.0)]), "circuit": dict([scored(0, 40.0)]), "placebo": dict([scored(0, 50.0), scored(900, 10.0)]),
+                   "paper_start": dict([scored(900, 5.0)])}
+        found = measurements.beside(windows)
+        self.assertEqual((found["windows"], found["model"]["share_percent"]), (2, 40.0))
+        self.assertEqual([found["common"][one]["share_percent"] for one in ("model", "circuit", "placebo")], [60.0, 40.0, 50.0])
+        self.assertEqual((found["common"]["windows"], found["paper_start"]["windows"], found["paper_start"]["model"]["share_percent"]), (1, 1, 20.0))
+        self.assertEqual(measurements.beside(dict(windows, paper_start={}))["paper_start"], {"windows": 0})
+
+
+class Tables(unittest.TestCase):
+    def test_every_registered_figure_of_a_run_is_there_with_its_aim_and_the_missed_are_marked(self):
+        run = {"first_C1": {"k": 7, "n": 10}, "crank_mae_v": {"value": 0.59, "n": 15}, "clean_C1": {"k": 6, "n": 10}, "withheld": {"k": 0, "n": 0}}
+        self.assertEqual(page_tables.levels_of("run")({"run": run})[2:], [
+            "| C1 | first name true | 7 of 10 | >= 90 %: missed |", "| C1 | mechanism right, no false one beside it | 6 of 10 | - |",
+            "| C1, X1 | held-out cranks' minima, extended / base, median | 0.59 (of 15) | <= 0.3: missed |"])
+
+    def test_a_mechanism_right_with_a_false_one_beside_it_stands_apart(self):
+        results = {name: entry["figures"] for name, entry in RESULTS.items()}
+        results["out_of_model"] = dict(results["out_of_model"], others=58, clean=30, beside=17)
+        lines = "\n".join(page_tables.out_of_model(results))
+        self.assertIn("no false one beside it (95 % interval) | 30 of 58: 52 %", lines)
+        self.assertIn("a false one beside it | 17 of 58 |", lines)
 
 
 if __name__ == "__main__":

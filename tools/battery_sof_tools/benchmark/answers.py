@@ -30,6 +30,7 @@ def essentials(diagnosis):
                          parameters=[{key: p.get(key) for key in OF_PARAMETER} for p in one.get("parameters", ())]) for one in several("effects")],
         "candidates": [{key: one.get(key) for key in OF_CANDIDATE} for one in several("candidates")],
         "holdout": {side: {metric: held[side].get(metric) for metric in METRICS} for side in held} if fit else None,
+        "withheld_v": diagnosis.get("withheld_rmse_v"),
         "hidden": [one["id"] for one in several("detection_limits") if not one["visible"]],
         "instrument": diagnosis.get("instrument"), "next_experiment": diagnosis.get("next_experiment"),
         "mechanism": diagnosis.get("mechanism"), "probability": diagnosis.get("probability"),
@@ -111,6 +112,12 @@ class Case:
     @property
     def outcome(self):
         return outcome(self.verdict, self.said, self.truths)
+
+    @property
+    def withheld(self):
+        """Whether the extended model was no improvement on the hold-out, so that the base model was handed on (its own error counts all the same); None where
+        the answer was kept without it."""
+        return self.answer["withheld_v"] is not None if "withheld_v" in self.answer else None
 
     @property
     def claims(self):

@@ -81,7 +81,8 @@ def summary(found):
     def counted(names):
         return f"{len(names)}" + (f" ({', '.join(names)})" if names else "")
     return (f"Extended over base: {geometric_mean([ratio(one) for one in found.values()]):.2f} (geometric mean of {len(found)}). "
-            f"A ridge regression is ahead on {counted(behind)}, a line fit on {counted(line)}.")
+            f"A ridge regression is ahead on {counted(behind)}, a line fit on {counted(line)}. "
+            f"Withheld as no improvement, and scored all the same: {counted([name for name, one in found.items() if one['withheld']])}.")
 
 
 def parser(about):
@@ -120,7 +121,7 @@ def main():
             rows.append((name, str(failure), *("",) * (len(HEAD) - 2)))
             continue
         seconds = processor_time() - begun
-        found[name] = dict(figures(answer), equations=equations(answer), placebo=placebo(diagnosed, answer), told=told_of(answer), seconds=seconds)
+        found[name] = dict(figures(answer), equations=equations(answer), placebo=placebo(diagnosed, answer), told=told_of(answer), seconds=seconds, withheld=answer.get("withheld_rmse_v") is not None)
         rows.append(row(name, answer, found[name], seconds))
     print("\n".join(table(HEAD, rows)))
     write_json(arguments.json, found)

@@ -149,7 +149,7 @@ def as_json(cases, failed):
     """Every case with what was found of it, for looking closer."""
     keys = ("kind", "mechanism", "form", "drive", "seed", "duration_s", "sample_rate_hz", "visible_rms_v")
     rows = [{"name": one.label["name"], **{key: one.label.get(key) for key in keys}, "verdict": one.verdict, "mechanisms": sorted(one.said),
-             "ratio": one.over_base(), "ridge_v": one.ridge_v, "base_v": one.held("base"), "extended_v": one.held("extended"),
+             "ratio": one.over_base(), "ridge_v": one.ridge_v, "base_v": one.held("base"), "extended_v": one.held("extended"), "withheld_v": one.answer.get("withheld_v"),
              "seconds": one.seconds, "effects": [effect["id"] for effect in one.answer["effects"]],
              "outcome": one.outcome if one.label["kind"] == OTHER else "alarm" if one.alarmed else one.verdict} for one in cases]
     return json.dumps({"cases": rows, "failed": failed}, indent=1)

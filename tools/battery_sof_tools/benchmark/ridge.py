@@ -48,12 +48,15 @@ def chosen_penalty(x, y):
         ((x[block] @ weights(x[rest], y[rest], penalty) - y[block]) ** 2).sum() for rest, block in zip(others, blocks)))
 
 
-def ridge_rmse(time_s, current, voltage, max_rows=30000):
-    """Hold-out RMSE [V] of a ridge regression of the voltage on ridge_columns(), its penalty by block cross-validation."""
-    n = len(time_s)
-    first_held = int(TRAINING * n)
-    rows = np.arange(0, first_held, max(1, first_held // max_rows))
+def ridge_voltage(time_s, current, voltage, rows):
+    """[V] of the samples beyond those of the voltage, by a ridge regression on ridge_columns() of all, fitted to rows; its penalty by block cross-validation."""
     x, level = standardised(ridge_columns(time_s, current), rows), voltage[rows].mean()
-    y = voltage - level
-    answer = x[first_held:] @ weights(x[rows], y[rows], chosen_penalty(x[rows], y[rows]))
-    return float(np.sqrt(np.mean((answer - y[first_held:]) ** 2)))
+    y = voltage[rows] - level
+    return level + x[len(voltage):] @ weights(x[rows], y, chosen_penalty(x[rows], y))
+
+
+def ridge_rmse(time_s, current, voltage, max_rows=30000):
+    """Its hold-out RMSE [V] on what follows the first TRAINING of the samples."""
+    first_held = int(TRAINING * len(time_s))
+    ahead = ridge_voltage(time_s, current, voltage[:first_held], np.arange(0, first_held, max(1, first_held // max_rows)))
+    return float(np.sqrt(np.mean((ahead - voltage[first_held:]) ** 2)))

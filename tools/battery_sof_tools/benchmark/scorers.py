@@ -43,6 +43,7 @@ def error_rows(cases):
     return [("hold-out error, extended over base", spread(over_base(cases))),
             ("at most half the base's", share(lambda one: one <= HALF, over_base(cases))),
             worse(cases),
+            ("extended model withheld", share(lambda one: one.withheld, cases)),
             ("hold-out error, ridge over base", spread(over_base(beside, "ridge"))),
             ("extended better than ridge", share(lambda one: one.held("extended") < one.held("ridge"), beside))]
 

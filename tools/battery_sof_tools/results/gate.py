@@ -35,6 +35,7 @@ FIGURES = (
     Figure("out_of_model.null.alarms", LESS),
     Figure("out_of_model.imperfect_null.alarms", LESS),
     Figure("out_of_model.right", MORE),
+    Figure("out_of_model.clean", MORE),
     Figure("out_of_model.half", MORE),
     Figure("out_of_model.worse", LESS),
     Figure("nulls_1hz.null.alarms", LESS),

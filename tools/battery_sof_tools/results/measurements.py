@@ -13,6 +13,7 @@ from ..benchmark.measured import ratio, summary, whole_recordings
 from ..files import read_json
 from ..page_pictures import PICTURES
 from ..rates import geometric_mean
+from ..score_next_window import RIDGES
 from ..score_next_window import figures as of_windows
 
 # commands; kept(out, text): figures; minutes on one free core; whether DATA is needed; files that the commands write below OUT/docs in place of docs/
@@ -29,18 +30,40 @@ SMALL_CAR = "DATA/small_car/trip.csv"
 
 # ---------------------------------------------------------------------------------------------- scores of predictions
 
+# What a window is fitted with: what this package does by itself; no effects; a wrong one; no effects and the paper's initial state.
+FITTED = {"model": "", "circuit": "--effects none", "placebo": "--effects current_offset", "paper_start": "--effects none --start paper"}
+
+
 def scored(out, _):
-    """Every recording of the JSON files of score_next_window, and the drives of one series together."""
-    found = [one for name in sorted(os.listdir(out)) if name.endswith(".json") for one in read_json(os.path.join(out, name))]
-    figures = {name: of_windows([one for one in found if STEMS[one["recording"]] == name]) for name in dict.fromkeys(STEMS[one["recording"]] for one in found)}
-    drives = [one for one in found if one["recording"] in ("drive_1", "drive_2", "other_car_1")]
-    return dict(figures, drives=of_windows(drives)) if drives else figures
+    """Of every recording of the JSON files of score_next_window, and of the drives of one series together: what the package says; all that is fitted beside it on
+    the windows that have a model of each of the first three; and the windows with the paper's initial state."""
+    found = {who: [one for name in sorted(os.listdir(out)) if name.startswith(who) for one in read_json(os.path.join(out, name))] for who in FITTED}
+    groups = {name: [name] for name in dict.fromkeys(STEMS[one["recording"]] for one in found["model"])}
+    groups.update({"drives": ["drive_1", "drive_2", "other_car_1"]} if "drive_1" in groups else {})
+    return {group: beside({who: {(one["recording"], one["start_s"]): one for one in some if STEMS[one["recording"]] in names} for who, some in found.items()})
+            for group, names in groups.items()}
 
 
-def split_command(path, number):
+def beside(windows):
+    """windows: {who: {window: scores}}. What has a model of none is left out."""
+    common = set.intersection(*(set(windows[who]) for who in ("model", "circuit", "placebo") if windows[who]))
+    of = {who: of_windows([one for window, one in some.items() if window in common]) for who, some in windows.items() if some and who != "paper_start"}
+    figures = dict(of_windows(list(windows["model"].values())), common={"windows": len(common), "baseline": of["model"]["baseline"], **{one: of["model"][one] for one in RIDGES if one in of["model"]},
+                                                                        **{who: one["model"] for who, one in of.items()}})
+    paper = windows["paper_start"]
+    both = {who: of_windows([some[window] for window in paper if window in some])["model"] for who, some in windows.items()} if paper else {}
+    return dict(figures, paper_start={"windows": len(paper), **both})
+
+
+def score_commands(number, what):
+    """Of every way to fit, on one recording or more."""
+    return tuple(" ".join(filter(None, (SCORE + what, SOF, options, f"--json OUT/{who}_{number}.json"))) for who, options in FITTED.items())
+
+
+def split_commands(path, number):
     one = next(one for one in whole_recordings().values() if one.path == path)
     options = recordings.column_options(one.columns, one.discharge_positive) if one.columns != recordings.COLUMNS else []
-    return " ".join([SCORE + f"DATA/{path} --split 0.75", *options, *recordings.capacity_options(one.capacity_ah), SOF, f"--json OUT/{number}.json"])
+    return score_commands(number, " ".join([f"DATA/{path} --split 0.75", *options, *recordings.capacity_options(one.capacity_ah)]))
 
 
 # ---------------------------------------------------------------------------------------------- diagnoses
@@ -87,7 +110,8 @@ def out_of_model(out, _):
     count = collections.Counter(one["outcome"] for one in others)
     ratios = [one["ratio"] for one in others if one["ratio"] is not None]
     ridges = [one["ridge_v"] / one["base_v"] for one in others if one["ridge_v"] and one["base_v"]]
-    return dict(figures, others=len(others), right=count["right"] + count["beside"], beside=count["beside"], wrong=count["wrong"], no_mechanism=count["none"], missed=count["missed"],
+    withheld = sum(one["withheld_v"] is not None for one in others)
+    return dict(figures, withheld=withheld, others=len(others), right=count["right"] + count["beside"], clean=count["right"], beside=count["beside"], wrong=count["wrong"], no_mechanism=count["none"], missed=count["missed"],
                 ratio=geometric_mean(ratios), half=sum(one <= 0.5 for one in ratios), worse=sum(one > 1.02 for one in ratios), ridge_ratio=geometric_mean(ridges),
                 ahead_of_ridge=sum(one["extended_v"] < one["ridge_v"] for one in others if one["ratio"] is not None and one["ridge_v"]))
 
@@ -166,10 +190,9 @@ def nulls_of(seed):
 
 
 MEASUREMENTS = {
-    "next_window": Measurement((f"{SCORE}{DRIVES} {SOF} --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --json OUT/2.json"), scored, 4, True),
-    "next_window_paper": Measurement((f"{SCORE}{DRIVES} {SOF} --effects none --json OUT/1.json", f"{SCORE}{SMALL_CAR} {SOF} --effects none --json OUT/2.json"), scored, 2, True),
-    "last_quarter": Measurement(tuple(split_command(path, n) for n, path in enumerate(("ev_12v/load.csv", "ageing_bench/cycles.csv", "solar_vrla/ten_days.csv", "agm_bench/full_cycle.csv"))),
-                                scored, 1, True),
+    "next_window": Measurement((*score_commands(1, DRIVES), *score_commands(2, SMALL_CAR)), scored, 10, True),
+    "last_quarter": Measurement(sum((split_commands(path, n) for n, path in enumerate(("ev_12v/load.csv", "ageing_bench/cycles.csv", "solar_vrla/ten_days.csv", "agm_bench/full_cycle.csv"))), ()),
+                                scored, 3, True),
     "trips": Measurement(("scripts/trips BUILD --data DATA --json OUT/trips.json",), as_written("trips"), 2, True),
     "stop_voltage": Measurement(("scripts/stops BUILD --data DATA --json OUT/stops.json",), as_written("stops"), 1, True),
     "diagnosis": Measurement(("scripts/diagnose_measured BUILD --data DATA --json OUT/measured.json",), diagnosed, 3, True),
