@@ -414,7 +414,11 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
 
 ChangeDiagnosis diagnoseChange(std::shared_ptr<const ResponseTable> reference) {
   ChangeDiagnosis diagnosis;
-  const RecentResponses since = reference->since.value();
+  if (!reference || !reference->since) {
+    refuse(diagnosis, "no drive has been compared with the reference yet");
+    return diagnosis;
+  }
+  const RecentResponses since = *reference->since;
   const ResponseComparison comparison(since, std::move(reference));
   const std::vector<WeighedChange> candidates = weighed(diagnosis, comparison);
   if (candidates.empty()) return diagnosis;

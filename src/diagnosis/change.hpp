@@ -122,7 +122,7 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
                                const ChangeOptions& options = {});
 
 /// The same of drives whose samples are gone, by their responses alone. @param reference with
-/// ResponseTable::since.
+/// ResponseTable::since; without it, or none: kInsufficientData.
 ChangeDiagnosis diagnoseChange(std::shared_ptr<const ResponseTable> reference);
 
 }  // namespace battery_sof

@@ -19,6 +19,9 @@ constexpr double kTapSpread[kTaps] = {0.03, 0.04, 0.07, 0.11, 0.06, 0.04, 0.03, 
 // of each where rows are less than kFastRow apart: loggers whose channels are not sampled together
 constexpr double kFastTapSpread = 0.12, kFastRow = 0.25;  // [1], [s]
 
+// of a row, by which the instants differ at which a logger samples its channels: uniform over one
+constexpr double kSamplingShift = 0.2887;  // [1]
+
 constexpr double kNinety = 2.71;  // of D, the 90 % interval of one strength
 constexpr double kPower = 1.28;   // standard errors above a limit in nine of ten cases
 
@@ -32,10 +35,13 @@ Eigen::MatrixXd betweenTrips(const Eigen::VectorXd& then, double interval, doubl
     spread(k, k) = std::pow(kResistanceApart * then[k], 2) + std::pow(kResistanceLeast, 2);
   }
   spread(kBlockedCurrent, kBlockedCurrent) = std::pow(kBlockedSpread, 2);
-  for (int tap = 0; tap < kTaps; ++tap)
-    spread(kFirstTap + tap, kFirstTap + tap) =
-        std::pow(interval < kFastRow ? kFastTapSpread : kTapSpread[tap], 2);
-  return trips * (spread + together * together.transpose());
+  Eigen::VectorXd later = Eigen::VectorXd::Zero(kResponseFeatures);
+  for (int tap = 0; tap < kTaps; ++tap) {
+    const int row = kFirstTap + tap;
+    spread(row, row) = std::pow(interval < kFastRow ? kFastTapSpread : kTapSpread[tap], 2);
+    later[row] = kSamplingShift * ((tap > 0 ? then[row - 1] : 0.0) - then[row]);
+  }
+  return trips * (spread + together * together.transpose() + later * later.transpose());
 }
 
 /// Features of references are averaged: they must be taken in the same way.
@@ -150,7 +156,8 @@ ResponseComparison::ResponseComparison(const RecentResponses& now,
       interval_(tables_.front()->interval),
       scale_(tables_.front()->scale),
       now_(now.mean),
-      trips_(0.5 * (now.squares + 1.0)) {
+      trips_(0.5 * (now.squares + 1.0)),
+      scatter_(now.scatter) {
   begin();
 }
 
@@ -164,7 +171,15 @@ void ResponseComparison::begin() {
 }
 
 double ResponseComparison::spreadOf(int feature) const {
-  return std::sqrt(betweenTrips(reference_.value, interval(), trips_)(feature, feature));
+  return std::sqrt(spread(reference_.value)(feature, feature));
+}
+
+Eigen::MatrixXd ResponseComparison::spread(const Eigen::VectorXd& then) const {
+  Eigen::MatrixXd between = betweenTrips(then, interval(), trips_);
+  // a difference of two has twice the variance of one, as betweenTrips()
+  const Eigen::VectorXd seen = 2.0 * trips_ * scatter_;
+  between.diagonal() = between.diagonal().cwiseMax(seen).eval();
+  return between;
 }
 
 double ResponseComparison::nothing() const { return distance(reference_, now_) - level_; }
@@ -176,7 +191,9 @@ double ResponseComparison::withChangeOf(const CandidateChange& candidate, double
 
 double ResponseComparison::visible(ChangeKind kind, double strength) const {
   const ResponseFeatures changed = featuresWith(kind, strength);
-  return distance(reference_, changed) - distance(changed, changed);
+  ResponseFeatures seen = now_;
+  seen.value = changed.value;
+  return distance(reference_, seen) - distance(changed, seen);
 }
 
 ResponseFeatures ResponseComparison::featuresWith(ChangeKind kind, double strength) const {
@@ -192,7 +209,7 @@ ResponseFeatures ResponseComparison::featuresWith(ChangeKind kind, double streng
 double ResponseComparison::distance(const ResponseFeatures& expected,
                                     const ResponseFeatures& seen) const {
   const auto size = static_cast<Eigen::Index>(compared_.size());
-  const Eigen::MatrixXd spread = betweenTrips(expected.value, interval(), trips_);
+  const Eigen::MatrixXd between = spread(expected.value);
   Eigen::VectorXd difference(size);
   Eigen::MatrixXd variance(size, size);
   for (Eigen::Index k = 0; k < size; ++k) {
@@ -201,7 +218,7 @@ double ResponseComparison::distance(const ResponseFeatures& expected,
     difference[k] = seen.value[row] - expected.value[row];
     for (Eigen::Index m = 0; m < size; ++m)
       variance(k, m) = seen.covariance(row, compared_[m]) + expected.covariance(row, compared_[m]) +
-                       spread(row, compared_[m]);
+                       between(row, compared_[m]);
   }
   const Eigen::LDLT<Eigen::MatrixXd> factors(variance);
   const double log_determinant = factors.vectorD().array().max(1e-30).log().sum();

@@ -23,7 +23,8 @@ struct ResponseReference {
  *     D(c, s) = (f_now - f_then(c, s))' V^-1 (f_now - f_then(c, s)) + ln det V - ln det V(nothing)
  *     V = V_now + V_then(c, s) + V_between
  *
- * V_between is the spread between sound trips, smaller for the mean of several trips.
+ * V_between is the spread between sound trips, smaller for the mean of several trips; of drives since
+ * a reference no less than what they differ by among themselves.
  */
 class ResponseComparison {
  public:
@@ -51,6 +52,7 @@ class ResponseComparison {
  private:
   void begin();  ///< with now_, trips_ and what the reference is made of
   double distance(const ResponseFeatures& expected, const ResponseFeatures& seen) const;
+  Eigen::MatrixXd spread(const Eigen::VectorXd& then) const;
 
   std::vector<ResponseRows> then_;
   std::vector<std::shared_ptr<const ResponseTable>> tables_;
@@ -58,6 +60,7 @@ class ResponseComparison {
   ResponseScale scale_;
   ResponseFeatures now_, reference_;
   double trips_ = 1.0, level_ = 0.0;
+  Eigen::VectorXd scatter_ = Eigen::VectorXd::Zero(kResponseFeatures);  // of drives
   std::vector<int> compared_;
 };
 

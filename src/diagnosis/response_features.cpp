@@ -21,6 +21,8 @@ constexpr double kDischarge = -4.0;            // [A], below: the battery discha
 constexpr double kBlockedWindow = 11.0;        // [A]
 constexpr double kBlockedWidth = 0.3;          // [A], of the kernel
 constexpr double kMoves = 0.04, kJumps = 1.0;  // [V], in 3 s
+constexpr double kLeastWidth = 3e-4;           // [Ohm], of the scatter of resistances
+constexpr double kLeastStep = 4e-3;            // [V], of a change of voltage: noise of a channel
 constexpr std::size_t kFewestEdges = 12, kFewestBlocked = 50, kFewestPulses = 60;
 
 /// A statistic of a recording, and of it without each block.
@@ -44,42 +46,74 @@ struct Ratio {
   int block = 0;
 };
 
-/// Location of weighted values by a Cauchy likelihood; without a block.
-struct Location {
-  double value = 0.0, variance = 0.0;
-};
-std::optional<Location> locationOf(const std::vector<Ratio>& ratios, int without) {
-  double total = 0.0;
-  std::size_t count = 0;
-  for (const Ratio& one : ratios)
-    if (one.block != without) total += one.weight, ++count;
-  if (count < kFewestEdges / 2) return std::nullopt;
-  double below = 0.0, value = 0.0;
-  for (const Ratio& one : ratios) {  // ascending
-    if (one.block == without) continue;
-    value = one.value;
-    if ((below += one.weight) >= 0.5 * total) break;
+/// Location of dv/di over changes of current di (Ratio::weight) by a Cauchy likelihood, whose scale
+/// is that of the ratios' scatter and of a step of the voltage's channel over |di|.
+class EdgeLocation {
+ public:
+  /// @param step [V].
+  EdgeLocation(std::vector<Ratio> ratios, double step) : ratios_(std::move(ratios)), step_(step) {
+    const auto square = [](const Ratio& one) { return one.weight * one.weight; };
+    value_ = weightedMedian(ratios_, square);
+    std::vector<Ratio> apart = ratios_;
+    for (Ratio& one : apart) one.value = std::abs(one.value - value_);
+    width_ = 1.5 * weightedMedian(std::move(apart), square) + kLeastWidth;
+    value_ = *without(-1);
   }
-  std::vector<double> apart;
-  for (const Ratio& one : ratios)
-    if (one.block != without) apart.push_back(std::abs(one.value - value));
-  const double width = 1.5 * medianOf(apart) + 3e-4;
-  double sum = 0.0, squares = 0.0;
-  for (int step = 0; step < 8; ++step) {
-    double weighted = 0.0;
-    sum = squares = 0.0;
-    for (const Ratio& one : ratios) {
-      if (one.block == without) continue;
-      const double z = (one.value - value) / width;
-      const double weight = one.weight / (1.0 + z * z);
-      sum += weight;
-      squares += weight * weight;
-      weighted += weight * one.value;
+
+  double value() const { return value_; }
+
+  /// The same without a block, from where the whole stands; none where too few are left.
+  std::optional<double> without(int block) const {
+    const auto counts = [&](const Ratio& one) { return one.block != block; };
+    const auto left = std::count_if(ratios_.begin(), ratios_.end(), counts);
+    if (static_cast<std::size_t>(left) < kFewestEdges / 2) return std::nullopt;
+    double value = value_;
+    for (int round = 0; round < 12; ++round) {
+      double sum = 0.0, weighted = 0.0;
+      for (const Ratio& one : ratios_) {
+        if (!counts(one)) continue;
+        const double square = scaleSquareOf(one);
+        const double weight = 1.0 / (square + std::pow(one.value - value, 2));
+        sum += weight;
+        weighted += weight * one.value;
+      }
+      value = weighted / sum;
     }
-    value = weighted / sum;
+    return value;
   }
-  return Location{value, width * width * squares / (sum * sum)};
-}
+
+  /// Of an M-estimate: sum psi^2 / (sum psi')^2 (Huber 1964).
+  double variance() const {
+    double squares = 0.0, slope = 0.0, sum = 0.0;
+    for (const Ratio& one : ratios_) {
+      const double square = scaleSquareOf(one), apart = std::pow(one.value - value_, 2);
+      const double weight = 1.0 / (square + apart);
+      squares += weight * weight * apart;
+      slope += weight * weight * (square - apart);
+      sum += weight;
+    }
+    return squares / std::pow(std::max(slope, 0.2 * sum), 2);
+  }
+
+ private:
+  template <typename Weight>
+  static double weightedMedian(std::vector<Ratio> values, Weight&& weight) {
+    std::sort(values.begin(), values.end(),
+              [](const Ratio& a, const Ratio& b) { return a.value < b.value; });
+    double total = 0.0, below = 0.0;
+    for (const Ratio& one : values) total += weight(one);
+    for (const Ratio& one : values)
+      if ((below += weight(one)) >= 0.5 * total) return one.value;
+    return values.back().value;
+  }
+
+  double scaleSquareOf(const Ratio& one) const {
+    return width_ * width_ + std::pow(step_ / one.weight, 2);
+  }
+
+  std::vector<Ratio> ratios_;
+  double step_, width_ = 0.0, value_ = 0.0;
+};
 
 Jackknife edgeResistance(const ResponseRows& rows, double scale, std::size_t stride) {
   std::vector<Ratio> ratios;
@@ -94,14 +128,11 @@ Jackknife edgeResistance(const ResponseRows& rows, double scale, std::size_t str
   }
   Jackknife of;
   if (ratios.size() < kFewestEdges) return of;
-  std::sort(ratios.begin(), ratios.end(),
-            [](const Ratio& a, const Ratio& b) { return a.value < b.value; });
-  const auto whole = locationOf(ratios, -1);
-  if (!whole) return of;
-  of.whole = whole->value;
-  of.min_variance = whole->variance;
+  const EdgeLocation location(std::move(ratios), rows.voltage_step);
+  of.whole = location.value();
+  of.min_variance = location.variance();
   for (int block = 0; block < kJackknifeBlocks; ++block)
-    if (const auto part = locationOf(ratios, block)) of.without[block] = part->value;
+    of.without[block] = location.without(block);
   return of;
 }
 
@@ -237,7 +268,9 @@ std::size_t ResponseFeatures::count() const {
 ResponseRows responseRows(const Series& series) {
   ResponseRows rows{series.time, series.current, series.voltage, {}, medianInterval(series), false};
   rows.has_source = detectControlMode(series).seen;
-  rows.excluded = instrumentLimits(series).masked;
+  const InstrumentLimits limits = instrumentLimits(series);
+  rows.excluded = limits.masked;
+  rows.voltage_step = std::max(kLeastStep, std::sqrt(12.0) * limits.voltage_lsb_std);
   rows.excluded.resize(rows.size(), 0);
   return rows;
 }

@@ -20,6 +20,7 @@ struct ResponseRows {
   std::vector<double> voltage;  ///< [V]
   std::vector<char> excluded;   ///< one a row; its SampleFault, 0 where it is measured
   double interval = 1.0;        ///< [s], median
+  double voltage_step = 0.0;    ///< [V], by which a change of voltage may be off
   bool has_source = false;      ///< something charges the battery (ControlModes::seen)
   std::size_t size() const { return time.size(); }
 };
@@ -68,7 +69,8 @@ ResponseScale responseScale(const ResponseRows& reference);
  * @brief What a recording shows of battery and instruments whatever the drive.
  *
  * - Resistances: the location of dv/di over changes of current of 8 A and more with discharge (below
- *   -4 A) before and behind, by a Cauchy likelihood with weights |di|.
+ *   -4 A) before and behind, by a Cauchy likelihood of scale sqrt(w^2 + (s / di)^2), w: scatter of the
+ *   ratios, s: a step of the voltage's channel, 4 mV at least.
  * - Blocked current: the mode, with a Gaussian kernel of 0.3 A, of the current within 11 A while the
  *   voltage moves by more than 40 mV in 3 s. A charger moves the voltage of a battery that neither
  *   charges nor discharges without a current of its reaction (docs/physics.md#charge_acceptance):

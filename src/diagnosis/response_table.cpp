@@ -66,6 +66,10 @@ void RecentResponses::add(const ResponseFeatures& drive) {
   const double newest = std::max(1.0 / static_cast<double>(++drives), 1.0 / kMostDrives);
   squares = drives == 1 ? 1.0 : std::pow(1.0 - newest, 2) * squares + std::pow(newest, 2);
   Eigen::VectorXd old_weight = Eigen::VectorXd::Zero(kResponseFeatures);
+  for (Eigen::Index k = 0; k < kResponseFeatures; ++k)
+    if (mean.known[k] && drive.known[k])
+      scatter[k] =
+          (1.0 - newest) * (scatter[k] + newest * std::pow(drive.value[k] - mean.value[k], 2));
   for (std::size_t k = 0; k < kResponseFeatures; ++k) {
     const auto row = static_cast<Eigen::Index>(k);
     if (mean.known[k]) old_weight[row] = drive.known[k] ? 1.0 - newest : 1.0;

@@ -15,7 +15,7 @@ struct FitRequest;  // estimation/identification.hpp
 
 /// Version of what features are taken by: of the thresholds in response_features.cpp and the changes
 /// in response_changes.cpp. A table of another version is not comparable.
-inline constexpr int kResponseVersion = 1;
+inline constexpr int kResponseVersion = 2;
 
 /// Features of a recording with one change of several strengths put in, a column a strength.
 struct TabulatedChange {
@@ -32,6 +32,8 @@ struct RecentResponses {
   ResponseFeatures mean;
   std::size_t drives = 0;
   double squares = 1.0;  ///< [1], sum of squared weights: of a mean of n equal ones 1/n
+  /// variance of the drives about their mean, with the same weights: their own errors are a part
+  Eigen::VectorXd scatter = Eigen::VectorXd::Zero(kResponseFeatures);
 
   /// w = 1/n of drive n, at least 1 / kMostDrives. A feature that the drive does not know stays.
   void add(const ResponseFeatures& drive);

@@ -143,6 +143,7 @@ void describeResponses(File& file, Table& table) {
     file.map("since", [&](auto& since) {
       since.count("drives", table.since->drives);
       since.number("squares", table.since->squares, {1e-3, 1.0});
+      since.numbers("scatter", table.since->scatter, kResponseFeatures);
       describeFeatures(since, table.since->mean);
     });
   file.map("changes", [&](auto& changes) {

@@ -138,7 +138,7 @@ void BatterySofNode::loadStateFile() {
   }
   if (!result.model) return;
   session_.restore(*result.model);
-  changes_.restore(result.model->responses);
+  changes_.restore(result.model->responses, node_.resolveName(kDefaultTopic));
   battery_.expect(result.model->provenance.serial_number);
   stands_on_state_file_ = true;
 }
@@ -222,7 +222,7 @@ void BatterySofNode::beginOtherBattery() {
       "the serial number changed to " + battery_.serialNumber() + ": another battery is followed";
   ROS_WARN("%s", record_.other_battery.c_str());
   session_.beginAnew();
-  changes_.forget();
+  changes_.forget(subscriber_.getTopic());
   if (stands_on_state_file_)
     ROS_WARN("the saved model belongs to the previous battery: %s", state_file_.setAside().c_str());
   stands_on_state_file_ = false;

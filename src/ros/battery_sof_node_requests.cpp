@@ -212,7 +212,7 @@ bool BatterySofNode::onSetReference(std_srvs::Trigger::Request&,
       const std::lock_guard<std::mutex> lock(mutex_);
       series = session_.series();
     }
-    const ChangeWatch::Outcome outcome = changes_.setReference(series);
+    const ChangeWatch::Outcome outcome = changes_.setReference(series, subscriber_.getTopic());
     response.success = outcome.success;
     response.message = outcome.message;
   });

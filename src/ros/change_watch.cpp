@@ -43,15 +43,22 @@ ChangeWatch::ChangeWatch(ros::NodeHandle& private_node, double period)
       next_due_(period),
       worker_(kComparisonNice) {}
 
-void ChangeWatch::restore(std::shared_ptr<const ResponseTable> reference) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  reference_ = std::move(reference);
+void ChangeWatch::restore(std::shared_ptr<const ResponseTable> reference,
+                          const std::string& topic) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    reference_ = reference;
+  }
+  if (reference && reference->since) publish(reference, topic);
 }
 
-void ChangeWatch::forget() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  reference_.reset();
-  ++epoch_;
+void ChangeWatch::forget(const std::string& topic) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    reference_.reset();
+    ++epoch_;
+  }
+  publish(nullptr, topic);
 }
 
 std::shared_ptr<const ResponseTable> ChangeWatch::responses() const {
@@ -107,9 +114,10 @@ void ChangeWatch::publish(const std::shared_ptr<const ResponseTable>& reference,
   std_msgs::String message;
   message.data = jsonText(resultJson(found, {topic}, {topic}));
   publisher_.publish(message);
-  const std::string said = format("changes over %zu drives (%s): ", reference->since->drives,
-                                  toString(found.verdict).c_str()) +
-                           found.summary;
+  const std::size_t drives = reference && reference->since ? reference->since->drives : 0;
+  const std::string said =
+      format("changes over %zu drives (%s): ", drives, toString(found.verdict).c_str()) +
+      found.summary;
   if (found.verdict == ChangeVerdict::kChanged) {
     ROS_WARN("%s", said.c_str());
   } else {
@@ -117,16 +125,19 @@ void ChangeWatch::publish(const std::shared_ptr<const ResponseTable>& reference,
   }
 }
 
-ChangeWatch::Outcome ChangeWatch::setReference(const Series& series) {
+ChangeWatch::Outcome ChangeWatch::setReference(const Series& series, const std::string& topic) {
   if (series.empty()) return {false, "no samples are buffered yet"};
   auto table = responseTable(series);
   if (!table) return {false, whyNoReference(series)};
   const std::string said = format("%zu samples, from %.0f to %.0f s, are the reference for changes",
                                   table->samples, table->from, table->to);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  reference_ = std::move(table);
-  taken_to_ = series.time.back();
-  ++epoch_;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    reference_ = table;
+    taken_to_ = series.time.back();
+    ++epoch_;
+  }
+  publish(table, topic);
   return {true, said};
 }
 

@@ -30,12 +30,13 @@ class ChangeWatch {
   ChangeWatch(ros::NodeHandle& private_node, double period);
   ~ChangeWatch() { worker_.stop(); }
 
-  /// Goes on from a state file. @param reference none: there is none yet.
-  void restore(std::shared_ptr<const ResponseTable> reference);
+  /// Goes on from a state file, whose finding is published again. @param reference none: there is
+  /// none yet.
+  void restore(std::shared_ptr<const ResponseTable> reference, const std::string& topic);
   /// Compares what came since the last time when it is due: by one thread at a time. @param driving [s].
   void beginIfDue(const Series& series, const std::string& topic, double driving);
-  /// Another battery: the next stretch becomes the reference.
-  void forget();
+  /// Another battery: the next stretch becomes the reference, and until then nothing can be said.
+  void forget(const std::string& topic);
   /// @return the reference, with what came since, for the state file; none before the first.
   std::shared_ptr<const ResponseTable> responses() const;
 
@@ -43,11 +44,13 @@ class ChangeWatch {
     bool success = false;
     std::string message;
   };
-  /// Makes a recording the reference, whatever was before. @return why not, where it cannot serve.
-  Outcome setReference(const Series& series);
+  /// Makes a recording the reference, whatever was before; nothing can be said until a drive was
+  /// compared with it. @return why not, where it cannot serve.
+  Outcome setReference(const Series& series, const std::string& topic);
 
  private:
   void take(const Series& series, const std::string& topic, int epoch);
+  /// @param reference none, or without drives since: that nothing can be said.
   void publish(const std::shared_ptr<const ResponseTable>& reference, const std::string& topic);
 
   const double period_;

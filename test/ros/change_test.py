@@ -68,6 +68,7 @@ class ChangeWhileDriving(NodeTest):
         again = set_reference()
         self.assertTrue(again.success, again.message)
         self.assertIn("are the reference for changes", again.message)
+        change.wait(lambda c: json.loads(c.data)["verdict"] == "insufficient_data", 20, "what was said of the old reference taken back")
         wait_until(lambda: "responses:" in self.saved(state_file), 20, "the reference on the disk")
         node.stop()
         self.assertIn("responses:", self.saved(state_file))

@@ -1,9 +1,9 @@
 """Changes put into measured recordings, and what `sof diagnose --reference` says of them.
 
-    change_study BUILD --data FOLDER [--pairs few|all] [--responses-only] [--reference-models] [--json FILE] [--spread]
+    change_study BUILD --data FOLDER [--pairs few|all|quarters] [--responses-only] [--reference-models] [--json FILE] [--spread]
     change_study BUILD --simulated COUNT [--seed 1] [--json FILE]
 
-Pairs of sound recordings of one battery: the halves of each recording of a vehicle, either one as the reference, and two trips of one car. A change is put exactly
+Pairs of sound recordings of one battery: the halves of each recording of a vehicle, either one as the reference, and two trips of one car; with `--pairs quarters` every two quarters of a recording. A change is put exactly
 into the measured signals of the later one: a contact's resistance (v + R i), a gain and an offset of the current, a delay and a lag of one channel. Controls are the
 same pairs with nothing put in; pairs of different vehicles must be called another battery. A change counts as named where it is the first one or among those that
 look alike. `--reference-models` gives the reference as the model file that `sof identify` makes of it, in place of the recording. `--spread` prints what the pairs differ by in each quantity that is compared, beside what is assumed: the table of src/diagnosis/change.cpp.
@@ -96,6 +96,12 @@ def sound_pairs(data):
             pairs += [Pair(f"{one} half {a + 1}, {other} half {b + 1}", vehicle, part(then, a / 2, (a + 1) / 2), part(now, b / 2, (b + 1) / 2), False)
                       for a in (0, 1) for b in (0, 1) if one < other]
     return pairs, whole
+
+
+def quarter_pairs(whole):
+    """Every two quarters of a recording."""
+    return [Pair(f"{name}: quarter {a + 1}, quarter {b + 1}", vehicle, part(one, a / 4, (a + 1) / 4), part(one, b / 4, (b + 1) / 4), True)
+            for (vehicle, name), one in whole.items() for a, b in itertools.permutations(range(4), 2)]
 
 
 def ask(binary, then, now, options=(), model=False):
@@ -274,8 +280,8 @@ def measure_simulated(binary, args):
 
 def measure_real(binary, args):
     pairs, whole = sound_pairs(args.data)
-    is_few = args.pairs == "few"
-    pairs = [pair for pair in pairs if pair.few or not is_few]
+    is_few = args.pairs != "all"
+    pairs = quarter_pairs(whole) if args.pairs == "quarters" else [pair for pair in pairs if pair.few or not is_few]
     changes = [None] + [change for change in CHANGES if not args.controls and (change.few or not is_few)]
     firsts = {vehicle: next(one for (of, _), one in whole.items() if of == vehicle) for vehicle in VEHICLES}
     other = [Pair(f"{now} against {then}", now, part(firsts[then], 0.0, 0.5), part(firsts[now], 0.0, 0.5), True)
@@ -298,7 +304,7 @@ def main():
     of.add_argument("--data", help="folder of the measured recordings")
     of.add_argument("--simulated", type=int, metavar="COUNT", help="pairs of simulated cars in place of measured ones")
     parser.add_argument("--seed", type=int, default=1, help="of the simulated cars")
-    parser.add_argument("--pairs", choices=("few", "all"), default="few", help="few: one pair a recording and half of the strengths, ten minutes; all: an hour")
+    parser.add_argument("--pairs", choices=("few", "all", "quarters"), default="few", help="few: one pair a recording and half of the strengths, ten minutes; all: an hour; quarters: every two quarters of a recording, half of the strengths")
     parser.add_argument("--responses-only", action="store_true", help="as of sof: no models, so other vehicles are left out")
     parser.add_argument("--reference-models", action="store_true", help="the references are model files")
     parser.add_argument("--controls", action="store_true", help="nothing put in and other vehicles alone")

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "diagnosis/response_comparison.hpp"
 #include "diagnosis/response_table.hpp"
 #include "prediction/scores.hpp"
 #include "support/start_stop.hpp"
+#include "support/synthetic_recording.hpp"
 
 namespace battery_sof {
 namespace {
@@ -123,6 +125,84 @@ TEST(Changes, OfDrivesSinceAReferenceAreThoseOfTheirMean) {
   EXPECT_EQ(found.changes[0].id, "contact_resistance");
   EXPECT_LT(found.changes[0].lower, 0.004);
   EXPECT_GT(found.changes[0].upper, 0.004);
+}
+
+TEST(Changes, AreNotSaidBeforeADriveWasCompared) {
+  const ChangeDiagnosis found = diagnoseChange(responseTable(trip(1)));
+  EXPECT_EQ(found.verdict, ChangeVerdict::kInsufficientData);
+  EXPECT_NE(found.summary.find("no drive has been compared"), std::string::npos) << found.summary;
+  EXPECT_EQ(diagnoseChange(nullptr).verdict, ChangeVerdict::kInsufficientData);
+}
+
+/// Drives that differ among themselves by as much as the reference differs from their mean.
+TEST(Changes, OfDrivesThatScatterAsWidelyAreNone) {
+  auto table = std::make_shared<ResponseTable>(*responseTable(trip(1)));
+  table->since.emplace();
+  for (std::uint64_t seed = 2; seed < 8; ++seed)
+    table->since->add(responseFeatures(
+        responseRows(withContact(trip(seed), seed % 2 == 0 ? 0.008 : 0.0)), table->scale));
+  EXPECT_EQ(diagnoseChange(table).verdict, ChangeVerdict::kNoChange);
+  auto steady = std::make_shared<ResponseTable>(*table);
+  steady->since->scatter.setZero();
+  EXPECT_EQ(diagnoseChange(steady).verdict, ChangeVerdict::kChanged);
+}
+
+TEST(RecentResponses, KnowByHowMuchDrivesDiffer) {
+  ResponseFeatures one;
+  one.known.fill(true);
+  RecentResponses recent;
+  for (int drive = 0; drive < 4; ++drive) {
+    one.value.setConstant(drive % 2 == 0 ? 1.0 : 3.0);
+    recent.add(one);
+  }
+  EXPECT_NEAR(recent.scatter[0], 1.0, 1e-12);
+}
+
+/// By a coarse voltage channel small changes of current say little of the resistance: the large ones
+/// count.
+TEST(ResponseFeatures, OfSmallEdgesUnderACoarseVoltageCountLittle) {
+  const auto error = [](double step) {
+    test::Random random(5);
+    Series series;
+    double current = -10.0;
+    for (int n = 0; n < 2400; ++n) {
+      if (n % 3 == 0) current = -10.0 - 2.0 * random.uniform(0.0, 1.0);
+      if (n % 60 == 0) current = -30.0 - 10.0 * random.uniform(0.0, 1.0);
+      const double voltage =
+          12.5 + 0.3 * std::sin(n / 200.0) + 0.007 * current + 0.002 * random.normal();
+      series.append({static_cast<double>(n), current + 0.01 * random.normal(),
+                     step * std::round(voltage / step)});
+    }
+    ResponseScale scale;
+    scale.current = 0.12;  // changes of 1 A and more
+    const ResponseFeatures found = responseFeatures(responseRows(series), scale);
+    EXPECT_TRUE(found.known[kEdgeResistance]);
+    EXPECT_NEAR(found.value[kEdgeResistance], 0.007,
+                3.0 * std::sqrt(found.covariance(kEdgeResistance, kEdgeResistance)));
+    return std::sqrt(found.covariance(kEdgeResistance, kEdgeResistance));
+  };
+  EXPECT_LT(error(0.025), 1e-4);
+  EXPECT_LT(error(0.001), 3e-5);
+}
+
+/// The instants of a logger's channels are a part of a row further apart in one trip than in another:
+/// that moves all of the pulse response together.
+TEST(ResponseComparison, APartOfARowBetweenTheChannelsIsNoChange) {
+  const auto table = responseTable(trip(1));
+  const auto distance = [&](double sign_of_odd) {
+    RecentResponses since;
+    ResponseFeatures drive = table->unchanged;
+    for (int tap = 0; tap < kTaps; ++tap) {
+      const int row = kFirstTap + tap;
+      const double before = tap > 0 ? table->unchanged.value[row - 1] : 0.0;
+      drive.value[row] +=
+          0.3 * (tap % 2 == 0 ? 1.0 : sign_of_odd) * (before - table->unchanged.value[row]);
+    }
+    since.add(drive);
+    return ResponseComparison(since, table).nothing();
+  };
+  EXPECT_LT(distance(1.0), 1.5);
+  EXPECT_GT(distance(-1.0), 2.0 * distance(1.0));
 }
 
 TEST(RecentResponses, WeighTheNewestByAFifthAndForgetTheOldest) {

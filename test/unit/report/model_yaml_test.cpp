@@ -454,11 +454,13 @@ TEST(ModelYaml, KeepsTheResponsesOfDrivesSinceAReference) {
   auto table = std::make_shared<ResponseTable>(*model.responses);
   table->since.emplace();
   for (int drive = 0; drive < 2; ++drive) table->since->add(table->unchanged);
+  table->since->scatter.setLinSpaced(0.0, 0.3);
   model.responses = table;
   const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
   ASSERT_TRUE(back.responses && back.responses->since);
   EXPECT_EQ(back.responses->since->drives, 2u);
   EXPECT_DOUBLE_EQ(back.responses->since->squares, 0.5);
+  EXPECT_TRUE(back.responses->since->scatter.isApprox(table->since->scatter, 1e-12));
   EXPECT_TRUE(back.responses->since->mean.value.isApprox(table->unchanged.value, 1e-12));
   EXPECT_TRUE(
       back.responses->since->mean.covariance.isApprox(0.5 * table->unchanged.covariance, 1e-9));
@@ -470,8 +472,8 @@ TEST(ModelYaml, NamesWhatIsWrongWithResponses) {
     const auto at = text.find("responses:");
     return errorOf(text.substr(0, at) + with(text.substr(at), from, to));
   };
-  EXPECT_EQ(wrong("version: 1", "version: 2"),
-            "model.yaml: responses.version is 2, expected 1: identify again");
+  EXPECT_EQ(wrong("version: 2", "version: 1"),
+            "model.yaml: responses.version is 1, expected 2: identify again");
   EXPECT_EQ(wrong("features: [edge_resistance", "features: [edge_resistence"),
             "model.yaml: responses.features must be ids of features in their order");
   EXPECT_NE(wrong("strength: [-0.004, -0.002", "strength: [-0.002, -0.004")
