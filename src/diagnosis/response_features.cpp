@@ -306,7 +306,7 @@ ResponseFeatures responseFeatures(const ResponseRows& given, const ResponseScale
       scale.moved == 0 ? ResponseRows() : withCurrentMoved(given, scale.moved);
   const ResponseRows& rows = scale.moved == 0 ? given : moved;
   ResponseFeatures features;
-  if (rows.size() < 2 * kJackknifeBlocks) return features;
+  if (rows.size() < std::size_t{2} * kJackknifeBlocks) return features;
   std::array<Jackknife, kResponseFeatures> all;
   const auto stride =
       static_cast<std::size_t>(std::max(1.0, std::round(0.1 / std::max(rows.interval, 1e-3))));

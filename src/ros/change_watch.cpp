@@ -43,7 +43,7 @@ ChangeWatch::ChangeWatch(ros::NodeHandle& private_node, double period)
       next_due_(period),
       worker_(kComparisonNice) {}
 
-void ChangeWatch::restore(std::shared_ptr<const ResponseTable> reference,
+void ChangeWatch::restore(const std::shared_ptr<const ResponseTable>& reference,
                           const std::string& topic) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);

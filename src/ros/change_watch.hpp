@@ -32,7 +32,7 @@ class ChangeWatch {
 
   /// Goes on from a state file, whose finding is published again. @param reference none: there is
   /// none yet.
-  void restore(std::shared_ptr<const ResponseTable> reference, const std::string& topic);
+  void restore(const std::shared_ptr<const ResponseTable>& reference, const std::string& topic);
   /// Compares what came since the last time when it is due: by one thread at a time. @param driving [s].
   void beginIfDue(const Series& series, const std::string& topic, double driving);
   /// Another battery: the next stretch becomes the reference, and until then nothing can be said.
