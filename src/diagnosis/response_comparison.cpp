@@ -22,6 +22,8 @@ constexpr double kFastTapSpread = 0.12, kFastRow = 0.25;  // [1], [s]
 // of a row, by which the instants differ at which a logger samples its channels: uniform over one
 constexpr double kSamplingShift = 0.2887;  // [1]
 
+constexpr double kMostSpread = 3.0;  // [1], of the usual: drives that differ by more have changed
+
 constexpr double kNinety = 2.71;  // of D, the 90 % interval of one strength
 constexpr double kPower = 1.28;   // standard errors above a limit in nine of ten cases
 
@@ -177,8 +179,8 @@ double ResponseComparison::spreadOf(int feature) const {
 Eigen::MatrixXd ResponseComparison::spread(const Eigen::VectorXd& then) const {
   Eigen::MatrixXd between = betweenTrips(then, interval(), trips_);
   // a difference of two has twice the variance of one, as betweenTrips()
-  const Eigen::VectorXd seen = 2.0 * trips_ * scatter_;
-  between.diagonal() = between.diagonal().cwiseMax(seen).eval();
+  const Eigen::VectorXd seen = 2.0 * trips_ * scatter_, usual = between.diagonal();
+  between.diagonal() = seen.cwiseMin(kMostSpread * kMostSpread * usual).cwiseMax(usual);
   return between;
 }
 

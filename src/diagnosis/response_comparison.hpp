@@ -24,7 +24,7 @@ struct ResponseReference {
  *     V = V_now + V_then(c, s) + V_between
  *
  * V_between is the spread between sound trips, smaller for the mean of several trips; of drives since
- * a reference no less than what they differ by among themselves.
+ * a reference what they differ by among themselves, up to three times as much.
  */
 class ResponseComparison {
  public:

@@ -140,11 +140,20 @@ TEST(Changes, OfDrivesThatScatterAsWidelyAreNone) {
   table->since.emplace();
   for (std::uint64_t seed = 2; seed < 8; ++seed)
     table->since->add(responseFeatures(
-        responseRows(withContact(trip(seed), seed % 2 == 0 ? 0.008 : 0.0)), table->scale));
+        responseRows(withContact(trip(seed), seed % 2 == 0 ? 0.004 : 0.0)), table->scale));
   EXPECT_EQ(diagnoseChange(table).verdict, ChangeVerdict::kNoChange);
   auto steady = std::make_shared<ResponseTable>(*table);
   steady->since->scatter.setZero();
   EXPECT_EQ(diagnoseChange(steady).verdict, ChangeVerdict::kChanged);
+}
+
+/// A change raises what the drives differ by, and is seen all the same.
+TEST(Changes, OfALateDriveIsNoScatter) {
+  auto table = std::make_shared<ResponseTable>(*afterDrives(2, 3, 0.0));
+  table->since->add(responseFeatures(responseRows(withContact(trip(4), 0.02)), table->scale));
+  const ChangeDiagnosis found = diagnoseChange(table);
+  ASSERT_EQ(found.verdict, ChangeVerdict::kChanged) << found.summary;
+  EXPECT_EQ(found.changes[0].id, "contact_resistance");
 }
 
 TEST(RecentResponses, KnowByHowMuchDrivesDiffer) {
