@@ -1,7 +1,7 @@
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "answers.hpp"
 #include "battery_sof/model.hpp"
 #include "bindings.hpp"
 #include "diagnosis/change.hpp"
@@ -10,7 +10,6 @@
 #include "prediction/questions.hpp"
 #include "prediction/scores.hpp"
 #include "report/change_results.hpp"
-#include "report/descriptions.hpp"
 #include "report/results.hpp"
 #include "util/files.hpp"
 #include "util/text.hpp"
@@ -34,12 +33,6 @@ PredictionMode modeOf(const std::optional<std::string>& name) {
   if (*name == "mixed") return PredictionMode::kMixed;
   if (*name == "current") return PredictionMode::kCurrent;
   throw std::invalid_argument("mode is \"" + *name + "\", expected mixed, current or None");
-}
-
-std::optional<double> checkedCapacity(std::optional<double> capacity_ah) {
-  if (!capacity_ah || (*capacity_ah > 0.0 && std::isfinite(*capacity_ah))) return capacity_ah;
-  throw std::invalid_argument(
-      format("capacity_ah is %g, expected above 0 and finite", *capacity_ah));
 }
 
 Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
@@ -86,13 +79,6 @@ std::pair<py::dict, std::string> predictHeld(const Model& model, const HeldRecor
     part = slice(held.fitted, range);
   }
   return {arraysOf(part, prediction.course), jsonText(resultJson(prediction.report))};
-}
-
-/// An answer as JSON. @throws std::invalid_argument for a query that is none.
-template <typename Answer>
-std::string answerText(const Answer& answer) {
-  if (answer.code == AnswerCode::kInvalidQuery) throw std::invalid_argument(answer.message);
-  return jsonText(jsonOf(answer));
 }
 
 std::string askCrank(const Model& model, double i_load, double t_stop, double i_cranking,

@@ -47,4 +47,5 @@ PYBIND11_MODULE(_core, module) {
   module.def("version", &battery_sof::version);
   battery_sof::python::defineRecording(module);
   battery_sof::python::defineModels(module);
+  battery_sof::python::defineSession(module);
 }

@@ -34,21 +34,8 @@ HeldRecording held(Recording recording, std::string hash) {
 
 HeldRecording fromArrays(const Numbers& time, const Numbers& current, const Numbers& voltage,
                          const std::optional<Numbers>& temperature, const std::string& name) {
-  const auto t = vectorOf(time, "time_s"), i = vectorOf(current, "current_a"),
-             u = vectorOf(voltage, "voltage_v");
-  const auto celsius =
-      temperature ? vectorOf(*temperature, "temperature_c") : std::vector<double>();
-  requireLength(i, t.size(), "current_a");
-  requireLength(u, t.size(), "voltage_v");
-  if (temperature) requireLength(celsius, t.size(), "temperature_c");
+  const std::vector<RawSample> samples = samplesOf(time, current, voltage, temperature);
   const py::gil_scoped_release released;
-  std::vector<RawSample> samples;
-  samples.reserve(t.size());
-  for (std::size_t n = 0; n < t.size(); ++n) {
-    samples.push_back({t[n], i[n], u[n], std::nullopt});
-    if (temperature && celsius[n] == celsius[n])
-      samples.back().temperature = celsius[n] + kZeroCelsius;
-  }
   return held(recordingOf(name, samples), "");
 }
 
@@ -69,6 +56,26 @@ py::dict rejectedOf(const HeldRecording& held) {
 }
 
 }  // namespace
+
+std::vector<RawSample> samplesOf(const Numbers& time, const Numbers& current,
+                                 const Numbers& voltage,
+                                 const std::optional<Numbers>& temperature) {
+  const auto t = vectorOf(time, "time_s"), i = vectorOf(current, "current_a"),
+             u = vectorOf(voltage, "voltage_v");
+  const auto celsius =
+      temperature ? vectorOf(*temperature, "temperature_c") : std::vector<double>();
+  requireLength(i, t.size(), "current_a");
+  requireLength(u, t.size(), "voltage_v");
+  if (temperature) requireLength(celsius, t.size(), "temperature_c");
+  std::vector<RawSample> samples;
+  samples.reserve(t.size());
+  for (std::size_t n = 0; n < t.size(); ++n) {
+    samples.push_back({t[n], i[n], u[n], std::nullopt});
+    if (temperature && celsius[n] == celsius[n])
+      samples.back().temperature = celsius[n] + kZeroCelsius;
+  }
+  return samples;
+}
 
 void defineRecording(py::module_& module) {
   py::class_<HeldRecording>(module, "Recording")

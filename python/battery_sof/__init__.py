@@ -22,12 +22,14 @@ if TYPE_CHECKING:
     from .api import (Model, Recording, charge, crank, diagnose, identify, predict, stop_time, version)
     from .results import (Candidate, Change, ChangeDiagnosis, ChargeAnswer, CrankAnswer, CrankScore, Diagnosis, Effect, Metrics,
                           Mismatch, Parameter, Prediction, StopTimeAnswer)
+    from .session import Session
 
 _PLACES = {
     **dict.fromkeys(("Model", "Recording", "charge", "crank", "diagnose", "identify", "predict", "stop_time", "version"),
                     "api"),
     **dict.fromkeys(("Candidate", "Change", "ChangeDiagnosis", "ChargeAnswer", "CrankAnswer", "CrankScore", "Diagnosis", "Effect",
                      "Metrics", "Mismatch", "Parameter", "Prediction", "StopTimeAnswer"), "results"),
+    "Session": "session",
 }
 __all__ = sorted(_PLACES)
 

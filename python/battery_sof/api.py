@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from . import _core
 from .results import (Candidate, Change, ChangeDiagnosis, ChargeAnswer, CrankAnswer, CrankScore, Diagnosis, Effect, Metrics,
-                      Mismatch, Parameter, Prediction, StopTimeAnswer, encoded, made)
+                      Mismatch, Parameter, Prediction, StopTimeAnswer, encoded, made, numbers)
 
 Path = Union[str, "PathLike[str]"]
 Numbers = npt.ArrayLike
@@ -41,8 +41,8 @@ class Recording:
 
         Raises ValueError if the shapes differ, if more than a tenth of the samples go back in time, or if no sample is usable.
         """
-        temperature = None if temperature_c is None else _numbers(temperature_c)
-        self._hold(_core.Recording.from_arrays(_numbers(time_s), _numbers(current_a), _numbers(voltage_v), temperature,
+        temperature = None if temperature_c is None else numbers(temperature_c)
+        self._hold(_core.Recording.from_arrays(numbers(time_s), numbers(current_a), numbers(voltage_v), temperature,
                                                fsencode(name)))
 
     @classmethod
@@ -267,11 +267,6 @@ def version() -> str:
 def _begun(model: Model, rested: bool) -> _core.Model:
     """Returns the model with the state at which a query begins."""
     return model._core.rested() if rested else model._core
-
-
-def _numbers(values: Numbers) -> np.ndarray:
-    """The values, NaN where they are masked."""
-    return np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)
 
 
 def _hash(path: Path) -> str:

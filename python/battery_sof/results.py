@@ -5,6 +5,7 @@ from os import PathLike, fsencode
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Type, TypeVar, Union
 
 import numpy as np
+import numpy.typing as npt
 
 if TYPE_CHECKING:
     from . import _core
@@ -25,6 +26,11 @@ def encoded(path: Union[str, "PathLike[str]"]) -> bytes:
     if b"\0" in name:
         raise ValueError(f"the path {path!r} has a null byte in it, expected none")
     return name
+
+
+def numbers(values: npt.ArrayLike) -> np.ndarray:
+    """The values, NaN where they are masked."""
+    return np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,12 @@
 #include "battery_sof/model.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 
+#include "api/identified.hpp"
 #include "diagnosis/diagnose.hpp"
-#include "diagnosis/response_table.hpp"
 #include "estimation/identification.hpp"
 #include "prediction/questions.hpp"
 #include "recording/resample.hpp"
@@ -28,13 +27,6 @@ void requireUsable(const Fit& fit) {
 Series fittedSeries(const Recording& recording, double series_blocks) {
   requireThat(areSeriesBlocks(series_blocks), "series_blocks", series_blocks, kAllowedSeriesBlocks);
   return perBlock(atDesignRate(recording.series), series_blocks);
-}
-
-template <typename Request>
-void nameOrigin(FittedModel& model, const Recording& recording, const Request& request) {
-  model.provenance.recording = recording.name;
-  model.provenance.recording_hash = request.recording_hash;
-  model.fit.series_blocks = request.series_blocks;
 }
 
 }  // namespace
@@ -85,16 +77,8 @@ Model identify(const Recording& recording, const IdentifyRequest& request) {
   fit.options.threads = request.threads;
   fit.options.capacity = request.capacity;
   fit.crank_current = dischargeOf(request.crank_current);
-  const FitPlan plan = planFit(series, fit);
-  const auto begin = std::chrono::steady_clock::now();
-  FittedModel model = fitPlanned(series, plan);
-  model.provenance.fit_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  if (isUsable(model.fit)) {
-    carryToEnd(model, series, fit);
-    model.responses = responseTable(series, fit);
-  }
-  nameOrigin(model, recording, request);
+  FittedModel model = identified(series, fit);
+  nameOrigin(model, recording, request.recording_hash, request.series_blocks);
   return Model(std::move(model));
 }
 
@@ -151,11 +135,7 @@ DiagnosisReport diagnose(const Recording& recording, const DiagnosisRequest& req
   options.capacity = request.capacity;
   options.progress = request.progress;
   Diagnosis diagnosis = diagnose(stretch, options);
-  nameOrigin(diagnosis.base, recording, request);
-  nameOrigin(diagnosis.extended, recording, request);
-  if (request.series_blocks != 1.0)
-    diagnosis.instrument.insert(diagnosis.instrument.begin(),
-                                seriesBlocksSentence(request.series_blocks));
+  nameOrigin(diagnosis, recording, request.recording_hash, request.series_blocks);
   return {std::move(stretch), std::move(diagnosis)};
 }
 

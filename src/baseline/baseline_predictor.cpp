@@ -15,10 +15,9 @@ namespace battery_sof {
 namespace {
 
 constexpr std::size_t kFewestSamples = 5;
-constexpr std::size_t kFewestForTails = 20;    // one of them lies beyond each bound
-constexpr double kForgetting = 0.8;            // weight of a crank relative to the next one
-constexpr double kLineWeight = 1.0;            // of the line relative to one crank
-constexpr double kShort = 10.0, kLong = 60.0;  // [s]
+constexpr std::size_t kFewestForTails = 20;  // one of them lies beyond each bound
+constexpr double kForgetting = 0.8;          // weight of a crank relative to the next one
+constexpr double kLineWeight = 1.0;          // of the line relative to one crank
 
 /// Several values or samples, where they lie.
 using Values = Eigen::Map<const Eigen::ArrayXd>;
@@ -223,9 +222,11 @@ BaselinePredictor fitBaseline(const Series& series, IndexRange window,
   Bounds of_line;
   if (baseline.current_from_voltage) of_line = baseline.current_from_voltage->error;
   baseline.phase = medianPhase(series, window, voltage_controlled, beginnings, of_line);
-  baseline.charge_10s =
-      chargesOver(series, window, voltage_controlled, beginnings, kShort, of_line);
-  baseline.charge_60s = chargesOver(series, window, voltage_controlled, beginnings, kLong, of_line);
+  const auto charges = [&](double span) {
+    return chargesOver(series, window, voltage_controlled, beginnings, span, of_line);
+  };
+  baseline.charge_10s = charges(kComparedSpans[0]);
+  baseline.charge_60s = charges(kComparedSpans[1]);
   baseline.cranks =
       baselineCranks(detectCranks(series, window, limits), baseline.voltage_from_current);
   return baseline;
@@ -278,7 +279,7 @@ std::optional<Interval> baselineChargeCurrent(const BaselinePredictor& baseline,
   const double beyond =
       baseline.current_from_voltage ? baseline.current_from_voltage->at(voltage) : last;
   const double mean = meanOverPhase(*baseline.phase, duration, beyond);
-  const bool is_short = duration * duration <= kShort * kLong;
+  const bool is_short = duration * duration <= kComparedSpans[0] * kComparedSpans[1];
   const auto& history = is_short && baseline.charge_10s ? baseline.charge_10s : baseline.charge_60s;
   return withErrors(mean, history ? history->error : baseline.phase->error);
 }

@@ -106,7 +106,7 @@ struct MixedPrediction {
 
 /**
  * @brief The current as if every voltage were controlled, the voltage as if every current were; the
- * mask reports which one counts.
+ * mask says which one counts.
  *
  * From the beginning of a charge (chargeBeginnings) until the voltage is no longer controlled the
  * current is that of the median phase as far as that goes, else the line's.

@@ -11,8 +11,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "api/identified.hpp"
 #include "can_log.hpp"
-#include "estimation/identification.hpp"
 #include "recording/series_blocks.hpp"
 #include "report/priors_yaml.hpp"
 #include "report/results.hpp"

@@ -144,11 +144,6 @@ Recording loadRecording(const RecordingArguments& arguments, std::string* hash =
 /// @return nothing without a file. @throws ModelFileError, UsageError.
 std::vector<KnownPopulation> loadPriors(const PriorsArguments& arguments);
 
-/// Why there is nothing left to work with after atDesignRate().
-inline constexpr char kTooShortForDesignRate[] =
-    "the recording is too short: brought down to 100 Hz nothing is left of it, at least 0.1 s are "
-    "needed";
-
 /**
  * @brief A time of the command line on the recording's clock [s].
  *

@@ -2,11 +2,11 @@
 #include <new>
 #include <utility>
 
+#include "api/identified.hpp"
 #include "command.hpp"
 #include "diagnosis/change.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "diagnosis/response_table.hpp"
-#include "recording/series_blocks.hpp"
 #include "report/change_page.hpp"
 #include "report/change_results.hpp"
 #include "report/diagnosis_page.hpp"
@@ -74,17 +74,6 @@ void requireFolders(const DiagnoseArguments& arguments) {
     if (!std::filesystem::is_directory(folder))
       throw UsageError("cannot write " + file + ": there is no folder " + folder.string());
   }
-}
-
-void nameOrigin(Diagnosis& diagnosis, const Recording& recording, const std::string& hash,
-                double series_blocks) {
-  for (FittedModel* model : {&diagnosis.base, &diagnosis.extended}) {
-    model->provenance.recording = recording.name;
-    model->provenance.recording_hash = hash;
-    model->fit.series_blocks = series_blocks;
-  }
-  if (series_blocks != 1.0)
-    diagnosis.instrument.insert(diagnosis.instrument.begin(), seriesBlocksSentence(series_blocks));
 }
 
 void writeFiles(const DiagnoseArguments& arguments, const Recording& recording,

@@ -1,8 +1,5 @@
-#include <chrono>
-
+#include "api/identified.hpp"
 #include "command.hpp"
-#include "diagnosis/response_table.hpp"
-#include "estimation/identification.hpp"
 #include "prediction/pipeline.hpp"
 #include "recording/checks.hpp"
 #include "recording/control_mode.hpp"
@@ -52,19 +49,6 @@ IdentifyOptions optionsOf(const IdentifyArguments& arguments) {
   return options;
 }
 
-FittedModel fit(const Series& series, const FitRequest& request) {
-  FittedModel model;
-  model.fit.status = FitStatus::kWindowTooShort;
-  model.fit.message = kTooShortForDesignRate;
-  if (series.empty()) return model;
-  const FitPlan plan = planFit(series, request);
-  const auto begin = std::chrono::steady_clock::now();
-  model = fitPlanned(series, plan);
-  model.provenance.fit_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  return model;
-}
-
 int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   FitRequest request;
   request.options = optionsOf(arguments);
@@ -81,19 +65,13 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   request.from = parseTime(arguments.window.from, series, "--from");
   request.to = parseTime(arguments.window.to, series, "--to");
   request.options.priors = loadPriors(arguments.priors);
-  FittedModel model = fit(series, request);
-  model.provenance.recording = recording.name;
-  model.provenance.recording_hash = hash;
-  if (isUsable(model.fit)) {
-    carryToEnd(model, series, request);
-    model.responses = responseTable(series, request);
-  }
+  FittedModel model = identified(series, request);
+  nameOrigin(model, recording, hash, arguments.recording.series_blocks);
   const auto& priors = request.options.priors;
   if (!priors.empty() && knownOf(priors, model.fit.effects).empty())
     line.err
         << "warning: " << arguments.priors.file
         << " has no parameters for the effects of this model: the catalogue's priors are used\n";
-  model.fit.series_blocks = arguments.recording.series_blocks;
   progress.end();
   const bool is_usable = isUsable(model.fit);
   if (is_usable) writeModelFile(arguments.out, model);

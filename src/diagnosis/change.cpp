@@ -415,11 +415,13 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
 ChangeDiagnosis diagnoseChange(std::shared_ptr<const ResponseTable> reference) {
   ChangeDiagnosis diagnosis;
   if (!reference || !reference->since) {
-    refuse(diagnosis, "no drive has been compared with the reference yet");
+    refuse(diagnosis, reference && reference->learned
+                          ? format("%zu of the %zu drives are known that the reference is made of",
+                                   reference->learned->drives, kLearnedDrives)
+                          : "no drive has been compared with the reference yet");
     return diagnosis;
   }
-  const RecentResponses since = *reference->since;
-  const ResponseComparison comparison(since, std::move(reference));
+  const ResponseComparison comparison(std::move(reference));
   const std::vector<WeighedChange> candidates = weighed(diagnosis, comparison);
   if (candidates.empty()) return diagnosis;
   diagnosis.detection_limits = limitsOf(comparison);

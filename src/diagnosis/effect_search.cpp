@@ -39,7 +39,7 @@ struct LinearRest {
 };
 
 /// A state with a mechanism's regressors as strong as they may be: what these can take up of an
-/// effect is reported their mechanism.
+/// effect counts as their mechanism's.
 ExplanationState withFreeRegressors(const ExplanationFits& fits, const ExplanationState& state,
                                     Mechanism mechanism) {
   ExplanationState next = fits.withRegressors(state, mechanism);

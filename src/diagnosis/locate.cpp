@@ -314,7 +314,7 @@ class MovingSums {
       if (sums_[n + 1][0] - sums_[first][0] < kMinSamples) continue;
       for (std::size_t k = 0; k < kFactors; ++k) {
         const double square = sums_[n + 1][k] - sums_[first][k];
-        // Rounding of the sums must not represent a window at rest.
+        // A window at rest must not be made of the sums' rounding errors.
         window.scale[k] = square > 1e-9 * sums_[n + 1][k] ? 1.0 / std::sqrt(square) : 0.0;
       }
       windows_.push_back(window);

@@ -152,14 +152,15 @@ ResponseComparison::ResponseComparison(const std::vector<Series>& now,
   begin();
 }
 
-ResponseComparison::ResponseComparison(const RecentResponses& now,
-                                       std::shared_ptr<const ResponseTable> then)
-    : tables_{std::move(then)},
-      interval_(tables_.front()->interval),
-      scale_(tables_.front()->scale),
-      now_(now.mean),
-      trips_(0.5 * (now.squares + 1.0)),
-      scatter_(now.scatter) {
+ResponseComparison::ResponseComparison(std::shared_ptr<const ResponseTable> reference)
+    : tables_{reference},
+      interval_(reference->interval),
+      scale_(reference->scale),
+      now_(reference->since.value().mean) {
+  const RecentResponses &now = *reference->since, &sound = reference->learned.value_or(now);
+  scatter_ = sound.scatter;
+  // Drives one after the other share a temperature and a charge, so their mean is no nearer.
+  if (!reference->learned) trips_ = 0.5 * (now.squares + 1.0);
   begin();
 }
 

@@ -23,16 +23,17 @@ struct ResponseReference {
  *     D(c, s) = (f_now - f_then(c, s))' V^-1 (f_now - f_then(c, s)) + ln det V - ln det V(nothing)
  *     V = V_now + V_then(c, s) + V_between
  *
- * V_between is the spread between sound trips, smaller for the mean of several trips; of drives since
- * a reference what they differ by among themselves, up to three times as much.
+ * V_between is the spread between sound trips, smaller for the mean of several trips. Where a battery's
+ * own drives have shown how they differ among themselves it is that, if it is larger, up to three
+ * times as much: of those that made up the reference, else of those since.
  */
 class ResponseComparison {
  public:
   /// @param now at least one recording. @param then at least one recording or table.
   /// @throws std::invalid_argument for tables of different scales.
   ResponseComparison(const std::vector<Series>& now, const ResponseReference& then);
-  /// Drives since a reference.
-  ResponseComparison(const RecentResponses& now, std::shared_ptr<const ResponseTable> then);
+  /// The drives since a reference, which has such (ResponseTable::since), against it.
+  explicit ResponseComparison(std::shared_ptr<const ResponseTable> reference);
 
   const std::vector<int>& compared() const { return compared_; }  ///< features known in both
   const ResponseFeatures& now() const { return now_; }

@@ -109,7 +109,29 @@ std::shared_ptr<const ResponseTable> responseTable(const Series& series,
                        request.anyway);
 }
 
-ResponseFeatures featuresWith(const ResponseTable& table, ChangeKind kind, double strength) {
+std::shared_ptr<const ResponseTable> withDrive(std::shared_ptr<const ResponseTable> reference,
+                                               const Series& drive) {
+  if (!reference) {
+    const auto first = responseTable(drive);
+    if (!first) return nullptr;
+    auto table = std::make_shared<ResponseTable>(*first);
+    table->learned.emplace();
+    table->learned->add(table->unchanged);
+    return table;
+  }
+  if (drive.size() < kFewestRows || !findProblems(drive).empty()) return nullptr;
+  const ResponseFeatures features = responseFeatures(responseRows(drive), reference->scale);
+  if (features.count() < kFewestFeatures) return nullptr;
+  auto added = std::make_shared<ResponseTable>(*reference);
+  const bool learns = added->learned && added->learned->drives < kLearnedDrives;
+  if (!learns && !added->since) added->since.emplace();
+  (learns ? added->learned : added->since)->add(features);
+  return added;
+}
+
+namespace {
+
+ResponseFeatures featuresOfFirst(const ResponseTable& table, ChangeKind kind, double strength) {
   if (strength == 0.0) return table.unchanged;
   const auto of = std::find_if(table.changes.begin(), table.changes.end(),
                                [&](const TabulatedChange& one) { return one.kind == kind; });
@@ -135,6 +157,23 @@ ResponseFeatures featuresWith(const ResponseTable& table, ChangeKind kind, doubl
   features.value = between(of->value, unchanged.value);
   const Eigen::VectorXd error = between(of->std_error, standardErrors(unchanged)).cwiseMax(0.0);
   features.covariance = error.asDiagonal() * correlationOf(unchanged) * error.asDiagonal();
+  return features;
+}
+
+}  // namespace
+
+ResponseFeatures featuresWith(const ResponseTable& table, ChangeKind kind, double strength) {
+  ResponseFeatures features = featuresOfFirst(table, kind, strength);
+  if (!table.learned) return features;
+  const ResponseFeatures& mean = table.learned->mean;
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(kResponseFeatures);
+  for (Eigen::Index k = 0; k < kResponseFeatures; ++k) {
+    if (!table.unchanged.known[k]) continue;
+    features.value[k] += mean.value[k] - table.unchanged.value[k];
+    if (table.unchanged.covariance(k, k) > 0.0)
+      scale[k] = std::sqrt(mean.covariance(k, k) / table.unchanged.covariance(k, k));
+  }
+  features.covariance = scale.asDiagonal() * features.covariance * scale.asDiagonal();
   return features;
 }
 

@@ -53,8 +53,8 @@ struct ResponseTable {
   ResponseScale scale;
   ResponseFeatures unchanged;
   std::vector<TabulatedChange> changes;  ///< in the order of candidateChanges()
-  /// what the same battery's later drives showed, of the node's reference
-  std::optional<RecentResponses> since;
+  /// of the node: what the drives showed that the reference is the mean of, and those since
+  std::optional<RecentResponses> learned, since;
 };
 
 /**
@@ -66,6 +66,15 @@ std::shared_ptr<const ResponseTable> responseTable(const Series& series, bool an
 
 /// @return the table of what a model was identified from, between the request's from and to.
 std::shared_ptr<const ResponseTable> responseTable(const Series& series, const FitRequest& request);
+
+/// Drives that a reference is the mean of which withDrive() begins.
+inline constexpr std::size_t kLearnedDrives = 5;
+
+/// @return a reference with a further drive. The first kLearnedDrives make up the reference, those
+/// that follow are the drives since. None where the drive cannot serve: as of responseTable().
+/// @param reference none: the drive begins one.
+std::shared_ptr<const ResponseTable> withDrive(std::shared_ptr<const ResponseTable> reference,
+                                               const Series& drive);
 
 /// @return the features with a change put in; nothing known beyond a strength that left some
 /// unknown.

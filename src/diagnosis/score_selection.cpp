@@ -65,7 +65,7 @@ class Selection {
         train_(train),
         fit_(fit),
         options_(options),
-        is_deep_(movedCharge(series, train).isDeep(options.capacity.value_or(kTypicalCapacity))),
+        is_deep_(movedCharge(series, train).isDeep(nominalCapacity(options.capacity))),
         most_apart_(fit.source ? kMostApart : HUGE_VAL),
         least_(2.0 * options.relevance.charge_share),
         independent_(0.5 * kIndependentShare * static_cast<double>(train.size())) {
@@ -264,8 +264,8 @@ class Selection {
   void weighCycle(const Effects& ids, Effects& members) {
     const MovedCharge moved = movedCharge(series_, train_);
     if (!moved.isOneCycle()) return;
-    Effects cycle = moved.physicsOfDepth(options_.capacity.value_or(kTypicalCapacity),
-                                         isVoltageControlled(fit_, train_));
+    Effects cycle =
+        moved.physicsOfDepth(nominalCapacity(options_.capacity), isVoltageControlled(fit_, train_));
     if (holdsAll(cycle, {kFilledUp, kUsedUp})) cycle.push_back(kLeftByCharge);
     cycle = inOrder(cycle);
     if (cycle.empty() || !holdsAll(withDeepOnes(ids), cycle)) return;

@@ -75,7 +75,7 @@ std::vector<double> moved(const std::vector<double>& values, std::ptrdiff_t by) 
   return shifted;
 }
 
-/// A channel that is whole samples late cannot be reported from physics by a fit: the current is
+/// A channel that is whole samples late cannot be told from physics by a fit: the current is
 /// moved to where the voltage answers to it. @param lag [s], > 0 when the voltage comes later.
 void alignWholeSamples(Screening& screening, double lag) {
   const auto by = std::lround(lag / medianInterval(screening.series));

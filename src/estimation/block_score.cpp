@@ -49,24 +49,6 @@ Variances variancesOf(const InputSequence& inputs) {
   return {variance(true), variance(false)};
 }
 
-/// The equations' course through the rows.
-ResidualSamples followed(const BatteryModel& model, const CompositionPoint& point,
-                         const InputSequence& inputs) {
-  Simulation simulation(model, point.at(inputs.first_time));
-  InputMemory memory;
-  ResidualSamples course;
-  for (const InputSample& sample : inputs.samples) {
-    const double error = simulation.follow(sample);
-    const double voltage = sample.voltage_controlled ? sample.voltage : simulation.voltage();
-    const double current = sample.step.current - (sample.voltage_controlled ? error : 0.0);
-    course.columns.push_back(
-        memory.advance({sample.step.duration, sample.voltage_controlled, voltage, current}));
-    course.error.push_back(error);
-    course.voltage_controlled.push_back(sample.voltage_controlled);
-  }
-  return course;
-}
-
 /// Fits to all blocks but one, from one pass with derivatives over all of them.
 class BlockFits {
  public:
@@ -103,13 +85,17 @@ class BlockFits {
     Eigen::VectorXd step = minimize(quadratic, x_, options).x - x_;
     for (int halving = 0; halving < kHalvings; ++halving, step *= 0.5) {
       const Eigen::VectorXd x = x_ + step;
-      ResidualSamples course = followed(model, problem_.pointAt(x), inputs);
+      ResidualSamples course = courseAt(x, model, inputs);
       if (costWithout(block, x, course.error) <= at.cost) return course;
     }
-    return followed(model, problem_.pointAt(x_), inputs);
+    return courseAt(x_, model, inputs);
   }
 
  private:
+  ResidualSamples courseAt(const Eigen::VectorXd& x, const BatteryModel& model,
+                           const InputSequence& inputs) const {
+    return courseOf(model, problem_.pointAt(x).at(inputs.first_time), inputs);
+  }
   double costWithout(std::size_t block, const Eigen::VectorXd& x,
                      const std::vector<double>& errors) const {
     NormalEquations priors{0.0, Eigen::VectorXd::Zero(x.size()),
@@ -258,7 +244,8 @@ Promise promiseOf(const FittedModel& model, const FittedCost& nested,
 Eigen::VectorXd equationErrors(const FittedModel& model, const Series& series, IndexRange range,
                                const IdentifyOptions& options) {
   const InputSequence inputs = fitWindow(series, range, options).inputs;
-  const ResidualSamples course = followed(compositionOf(model.fit), optimumOf(model), inputs);
+  const Course course =
+      courseOf(compositionOf(model.fit), optimumOf(model).at(inputs.first_time), inputs);
   Eigen::VectorXd errors(static_cast<Eigen::Index>(course.error.size()));
   for (std::size_t n = 0; n < course.error.size(); ++n)
     errors[static_cast<Eigen::Index>(n)] =

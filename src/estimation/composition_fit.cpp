@@ -328,6 +328,22 @@ CompositionPoint typicalStart(const BatteryModel& model, const InputSequence& in
   return start;
 }
 
+Course courseOf(const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs) {
+  Simulation simulation(model, start);
+  Course course;
+  for (const InputSample& sample : inputs.samples) {
+    const double error = simulation.follow(sample);
+    const bool is_controlled = sample.voltage_controlled;
+    course.voltage.push_back(is_controlled ? sample.voltage : simulation.voltage());
+    course.current.push_back(sample.step.current - (is_controlled ? error : 0.0));
+    course.columns.push_back(course.memory.advance(
+        {sample.step.duration, is_controlled, course.voltage.back(), course.current.back()}));
+    course.error.push_back(error);
+    course.voltage_controlled.push_back(is_controlled);
+  }
+  return course;
+}
+
 void parallelFor(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
   const std::size_t wanted = threads > 0 ? static_cast<std::size_t>(threads)
                                          : std::max(1U, std::thread::hardware_concurrency());

@@ -11,6 +11,7 @@
 #include "model/simulation.hpp"
 #include "recording/events.hpp"
 #include "regression/levenberg_marquardt.hpp"
+#include "regression/residual_regression.hpp"
 #include "state/fitted_model.hpp"
 #include "state/noise_model.hpp"
 
@@ -193,6 +194,15 @@ void takeShared(const BatteryModel& from, const CompositionPoint& there, const B
 /// @return base parameters at Table I's magnitudes, u_dc from the mean voltage, everything
 /// else typical and at rest.
 CompositionPoint typicalStart(const BatteryModel& model, const InputSequence& inputs);
+
+/// The equations' course through a window: what a regression is fitted to, and what is modelled.
+struct Course : ResidualSamples {
+  std::vector<double> voltage, current;  ///< modelled; measured where it is the input [V], [A]
+  InputMemory memory;                    ///< at the end
+};
+
+/// @return one entry a sample. @param start at the inputs' first time.
+Course courseOf(const BatteryModel& model, const ModelPoint& start, const InputSequence& inputs);
 
 /**
  * @brief Runs work(0) to work(count - 1) on up to `threads` threads.

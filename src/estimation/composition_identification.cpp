@@ -273,28 +273,6 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
 
 constexpr double kMinForShare = 5.0;  // samples of a quantity, as scoreMixed()
 
-/// The window as the equations alone follow it.
-struct Followed {
-  ResidualSamples samples;
-  std::vector<double> voltage, current;  // modelled [V], [A]
-  InputMemory memory;                    // at the end
-};
-
-Followed followWindow(const FittedModel& model, const InputSequence& inputs) {
-  StateEstimator estimator(atFirstState(model, inputs.samples.front().step.current), false);
-  Followed out;
-  for (const InputSample& sample : inputs.samples) {
-    const FollowedSample at = estimator.predict(sample);
-    out.samples.columns.push_back(at.columns);
-    out.samples.error.push_back(at.physics_error);
-    out.samples.voltage_controlled.push_back(at.voltage_controlled);
-    out.voltage.push_back(at.voltage);
-    out.current.push_back(at.current);
-  }
-  out.memory = estimator.state().memory;
-  return out;
-}
-
 void addCranks(EventHistory& event_history, const Series& series, IndexRange range,
                const std::vector<double>& modelled, const EventLimits& limits) {
   const Series part = slice(series, range);
@@ -309,18 +287,13 @@ void addCranks(EventHistory& event_history, const Series& series, IndexRange ran
 void addCharges(EventHistory& event_history, const Series& series, IndexRange range,
                 const ControlModes& source, const std::vector<double>& modelled) {
   for (const std::size_t first : chargeBeginnings(series, range, source.voltage_controlled))
-    for (const double duration : {10.0, 60.0}) {
+    for (const double duration : kComparedSpans) {
       const auto charge =
           beginningOfCharge(series, range, first, duration, source.voltage_controlled);
       if (!charge) continue;
-      PastEvent past{PastEvent::Kind::kCharge, series.time[first], duration};
-      past.first_voltage = series.voltage[first];
-      const double count = static_cast<double>(charge->size());
-      for (std::size_t n = charge->first; n < charge->last; ++n) {
-        past.voltage += series.voltage[n] / count;
-        past.measured += series.current[n] / count;
-        past.modelled += modelled[n - range.first] / count;
-      }
+      PastEvent past = measuredCharge(series, *charge, duration);
+      for (std::size_t n = charge->first; n < charge->last; ++n)
+        past.modelled += modelled[n - range.first] / static_cast<double>(charge->size());
       event_history.add(past);
     }
 }
@@ -402,18 +375,18 @@ void followWindow(FittedModel& model, const Series& series, IndexRange range,
   const EventLimits limits{model.fit.crank_current};
   model.fit.source = source.rule;
   model.fit.baseline = fitBaseline(series, range, source.voltage_controlled, limits);
-  const Followed followed = followWindow(model, inputs);
+  const Course course = courseOf(compositionOf(model.fit), pointOf(atFirstState(model)), inputs);
   std::vector<double> left_out;
-  model.fit.residual_regression = fitResidualRegression(followed.samples, left_out);
-  model.state.memory = followed.memory;
+  model.fit.residual_regression = fitResidualRegression(course, left_out);
+  model.state.memory = course.memory;
   holdInside(model.fit.residual_regression, series, range, source);
-  model.fit.scores.left_out_share_percent = leftOutShare(followed.samples, left_out, series, range);
-  std::vector<double> current = followed.current, voltage = followed.voltage;
+  model.fit.scores.left_out_share_percent = leftOutShare(course, left_out, series, range);
+  std::vector<double> current = course.current, voltage = course.voltage;
   for (std::size_t n = 0; n < current.size(); ++n)
-    (followed.samples.voltage_controlled[n] ? current : voltage)[n] += left_out[n];
-  addCranks(model.intervals.event_history, series, range, followed.voltage, limits);
+    (course.voltage_controlled[n] ? current : voltage)[n] += left_out[n];
+  addCranks(model.intervals.event_history, series, range, course.voltage, limits);
   addCharges(model.intervals.event_history, series, range, source, current);
-  addStops(model.intervals.event_history, inputs, followed.samples.voltage_controlled, voltage,
+  addStops(model.intervals.event_history, inputs, course.voltage_controlled, voltage,
            source.rule.min_current, limits);
 }
 

@@ -45,7 +45,7 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
     requireThat(value >= info.lower && value <= info.upper, "initial " + info.name, value,
                 "inside Table I's bounds");
   }
-  const double capacity = capacityOf(options);
+  const double capacity = nominalCapacity(options.capacity);
   requireThat(capacity > 0.0, "capacity [Ah]", capacity, "above 0");
   requireThat(options.more_starts >= 0, "more_starts", options.more_starts, "at least 0");
   requireThat(options.threads >= 0, "threads", options.threads, "at least 0");
@@ -215,10 +215,6 @@ FittedModel fitted(const Window& window, const IdentifyOptions& options) {
 
 }  // namespace
 
-double capacityOf(const IdentifyOptions& options) {
-  return options.capacity.value_or(kTypicalCapacity);
-}
-
 bool isVoltageControlled(const IdentifyOptions& options, IndexRange range) {
   if (!options.source) return false;
   const auto begin = options.source->voltage_controlled.begin();
@@ -290,9 +286,9 @@ bool refuses(FitPlan& plan, const std::vector<Finding>& problems) {
 /// The deep discharge that is under way, a deep cycle as a whole, else the best window.
 WindowChoice windowOf(const Series& series, IndexRange searched, const IdentifyOptions& options) {
   if (options.start == FitStart::kPaper) return chooseWindow(series, searched);
-  const auto discharge = dischargeUnderWay(series, searched, capacityOf(options));
+  const auto discharge = dischargeUnderWay(series, searched, nominalCapacity(options.capacity));
   const MovedCharge moved = movedCharge(series, searched);
-  if (!discharge && moved.isDeep(capacityOf(options)) && moved.isOneCycle())
+  if (!discharge && moved.isDeep(nominalCapacity(options.capacity)) && moved.isOneCycle())
     return {
         searched, windowExcitation(series, searched),
         format("%.3g Ah went one way, or there and back once, and the window is the whole of it",

@@ -81,9 +81,6 @@ struct IdentifyOptions {
   bool only_starts = false;
 };
 
-/// @return [Ah], what decides what is deep.
-double capacityOf(const IdentifyOptions& options);
-
 /// @return what counts as a crank, and where it is cut off.
 inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {
   return {options.crank_current, options.sensor_min_current};

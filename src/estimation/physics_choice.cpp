@@ -45,7 +45,7 @@ std::vector<Effects> rivalsOf(const Series& series, IndexRange range,
   const Effects shallow =
       showsCharging(series, range, options) ? Effects{kChargingPhysics} : Effects{};
   const Effects deep =
-      moved.physicsOfDepth(capacityOf(options), isVoltageControlled(options, range));
+      moved.physicsOfDepth(nominalCapacity(options.capacity), isVoltageControlled(options, range));
   if (deep.empty()) return {shallow};
   std::vector<Effects> rivals = {deep};
   if (!showsOneLoad(series, range)) {

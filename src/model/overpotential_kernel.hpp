@@ -41,7 +41,7 @@ struct OverpotentialCarried {
   double d_initial;   ///< d ln E / d ln E(first sample)
 };
 
-/// What the kernels are compiled for, narrowest first; off x86-64 the first represents all.
+/// What the kernels are compiled for, narrowest first; off x86-64 the first serves for all.
 enum class InstructionSet {
   kPlain,   ///< the build's own
   kAvx2,    ///< with FMA

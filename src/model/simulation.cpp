@@ -157,7 +157,8 @@ std::unique_ptr<Simulation::Engine> engineFor(const BatteryModel& model, const M
 
 Simulation::Simulation(const BatteryModel& model, const ModelPoint& start,
                        const Eigen::Ref<const Eigen::MatrixXd>& seeds)
-    : engine_(engineFor(model, start, seeds)) {}
+    : engine_(engineFor(model, start, seeds)),
+      seeds_(std::make_shared<const Eigen::MatrixXd>(seeds)) {}
 
 double Simulation::advanceAtVoltage(double voltage, double duration, double max_current) {
   if (!std::isfinite(voltage) || !std::isfinite(max_current) || !(duration > 0.0))

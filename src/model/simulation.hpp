@@ -154,6 +154,8 @@ class Simulation {
   /// on [V]; 0 without one.
   double beyondIdentified() const { return engine_->beyondIdentified(); }
   Eigen::Index tangents() const { return engine_->tangents(); }
+  /// As they were given.
+  const Eigen::MatrixXd& seeds() const { return *seeds_; }
 
   /// What a simulation is in one of its arithmetics.
   class Engine {
@@ -179,6 +181,7 @@ class Simulation {
 
  private:
   Cloned<Engine> engine_;
+  std::shared_ptr<const Eigen::MatrixXd> seeds_;
 };
 
 }  // namespace battery_sof

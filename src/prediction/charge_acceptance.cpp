@@ -84,7 +84,7 @@ ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<Volt
                                         [&](double since) { return expected(since) - error; });
   const double variance = mean.derivatives.squaredNorm() + std::pow(mean.value - moved.value, 2);
   Interval current =
-      ninetyPercent(mean.value, std::sqrt(variance), model.intervals.charge_calibration.factor);
+      ninetyPercent(mean.value, std::sqrt(variance), model.intervals.calibrations.charges.factor);
   current.upper = std::min(current.upper, i_limit);
   return {current, mean.highest, mean.beyond_identified};
 }
@@ -115,10 +115,11 @@ QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
 Interval followedCurrent(const FittedModel& model, const Series& series,
                          const std::vector<double>& driving) {
   StateEstimator estimator(model);
+  const double max_gap = gapThreshold(series);
   double sum = 0.0, spread = 0.0;
   for (std::size_t n = 0; n < series.size(); ++n) {
     InputSample sample;
-    sample.step = estimator.stepTo(series.time[n], series.current[n], gapThreshold(series));
+    sample.step = estimator.stepTo(series.time[n], series.current[n], max_gap);
     sample.voltage = driving[n];
     sample.voltage_controlled = true;
     const FollowedSample at = estimator.predict(sample);
@@ -128,7 +129,7 @@ Interval followedCurrent(const FittedModel& model, const Series& series,
   const double duration = estimator.state().time - model.state.time;
   const double own = model.fit.scores.current_rmse.value_or(0.0);
   return ninetyPercent(sum / duration, std::hypot(spread / duration, own),
-                       model.intervals.charge_calibration.factor);
+                       model.intervals.calibrations.charges.factor);
 }
 
 }  // namespace

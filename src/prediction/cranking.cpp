@@ -80,7 +80,7 @@ Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const Cr
   std::optional<LowestVoltage> lowest;
   const auto look = [&](const Simulation& now, double since) {
     const Interval u = voltageAnswer(now, errors.forecastThrough(ahead + since), own,
-                                     model.intervals.crank_calibration);
+                                     model.intervals.calibrations.cranks);
     if (!lowest || u.value <= lowest->by_model.value) lowest = {u, now.voltage(), ahead + since};
     if (beyond_identified)
       *beyond_identified = std::max(*beyond_identified, now.beyondIdentified());

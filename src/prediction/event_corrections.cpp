@@ -198,7 +198,7 @@ Interval correctCrankPrediction(const FittedModel& model, double current, const 
     if (!is_bound || crank.measured > crank.modelled) whole.push_back(crank);
   }
   const auto& line = model.fit.baseline.voltage_from_current;
-  const IntervalCalibration& calibration = model.intervals.crank_calibration;
+  const IntervalCalibration& calibration = model.intervals.calibrations.cranks;
   const auto answer = [&](const CrankCorrection& past, std::size_t enough) {
     return around(past.at(current, modelled.value), past.errors(), calibration, modelled, enough);
   };
@@ -227,7 +227,7 @@ Interval correctChargePrediction(const FittedModel& model, const ChargeBeginning
                      answer({charges[k].voltage, charges[k].first_voltage, charges[k].duration},
                             charges[k].modelled, k));
   return around(answer(charge, modelled.value, charges.size()), errors,
-                model.intervals.charge_calibration, modelled);
+                model.intervals.calibrations.charges, modelled);
 }
 
 ChargeEvidence chargeEvidence(const EventHistory& event_history, double voltage, double duration) {

@@ -9,7 +9,6 @@
 namespace battery_sof {
 namespace {
 
-constexpr double kMinControlled = 0.9;  // share of samples, as beginningOfCharge()
 constexpr double kAges[] = {PastEvent::kStopAge, 3.0 * PastEvent::kStopAge};  // [s]
 
 /// Samples after a charge's last one until its voltage is known.
@@ -17,7 +16,8 @@ std::size_t waitsFor(const Fit& fit) { return fit.source ? fit.voltage_lag + 1 :
 
 }  // namespace
 
-WatchedSample EventWatch::moveTo(const Sample& sample, const StateTracker& before, double max_gap) {
+WatchedSample EventWatch::advance(const Sample& sample, const StateTracker& before,
+                                  double max_gap) {
   const bool is_gap = sample.time - before.state().time > max_gap;
   std::optional<double> min_current;
   if (before.hasSource()) {
@@ -60,17 +60,19 @@ std::optional<EventComparison> CrankWatch::compare() {
   for (double& time : query.crank.time) time -= model_->state.time;
   query.crank.time.insert(query.crank.time.begin(), 0.0);
   query.crank.current.insert(query.crank.current.begin(), model_->state.current);
-  const CrankingAnswer answer = predictCranking(*model_, query);
+  const double capacity = capacityFor(model_->fit, {});
+  const CrankingAnswer answer = predictCranking(*model_, query, capacity);
   if (!answer.u_min) return std::nullopt;
   EventComparison comparison{measuredCrank(crank_, {0, crank_.size()}), *answer.u_min};
   FittedModel unexperienced = *model_;
   unexperienced.state.residual_state.present.current.reset();
   unexperienced.state.residual_state.colored = 0.0;
   missed_ = missedBy(comparison, answer.u_min);
-  if (!missed_) missed_ = missedBy(comparison, predictCranking(unexperienced, query).u_min);
+  if (!missed_)
+    missed_ = missedBy(comparison, predictCranking(unexperienced, query, capacity).u_min);
   unexperienced.state.residual_state.colored = model_->state.residual_state.colored;
   unexperienced.intervals.event_history = {};
-  const CrankingAnswer by_model = predictCranking(unexperienced, query);
+  const CrankingAnswer by_model = predictCranking(unexperienced, query, capacity);
   if (!by_model.u_min) return std::nullopt;
   comparison.modelled = by_model.u_min->value;
   return comparison;

@@ -57,7 +57,7 @@ class CrankWatch {
 class ChargeWatch {
  public:
   /// @param compare_after [s], beginnings of that length are compared.
-  explicit ChargeWatch(double compare_after = 10.0) : compare_after_(compare_after) {}
+  explicit ChargeWatch(double compare_after = kComparedSpans[0]) : compare_after_(compare_after) {}
   /// @return the comparison when this sample completes one.
   std::optional<EventComparison> add(const WatchedSample& at);
 
@@ -111,13 +111,10 @@ class StopWatch {
 /// Finds events as they pass, one detector for all, and compares the model with them.
 class EventWatch {
  public:
-  /// [s], charges that a model with a source is compared over in addition to 10 s
-  static constexpr double kLongCharge = 60.0;
-
   explicit EventWatch(const EventLimits& limits) : limits_(limits), detector_(limits) {}
 
   /// Moves on to a sample. @param before the tracker as it stood before it.
-  WatchedSample moveTo(const Sample& sample, const StateTracker& before, double max_gap);
+  WatchedSample advance(const Sample& sample, const StateTracker& before, double max_gap);
   /// Forgets what is under way.
   void reset() { *this = EventWatch(limits_); }
   /// Begins behind a sample: what is under way there is not compared.
@@ -127,7 +124,8 @@ class EventWatch {
   }
 
   CrankWatch cranks;
-  ChargeWatch charges, long_charges{kLongCharge};
+  ChargeWatch charges;
+  ChargeWatch long_charges{kComparedSpans[1]};  ///< of a model with a source, in addition
   StopWatch stops;
 
  private:

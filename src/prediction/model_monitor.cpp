@@ -46,7 +46,7 @@ void ModelMonitor::lookBack(const Series& series) {
   watch_.beginBehind(tracker_->state().current);
 }
 
-void ModelMonitor::moveTo(const Sample& first, double moved, double max_gap) {
+void ModelMonitor::restartClock(const Sample& first, double moved, double max_gap) {
   if (!model_) return;
   FittedModel there = *model_;
   there.fit.window.from += moved;
@@ -62,20 +62,16 @@ void ModelMonitor::moveTo(const Sample& first, double moved, double max_gap) {
 }
 
 IntervalCalibrations ModelMonitor::calibrations() const {
-  if (!tracker_) return {};
-  const IntervalLearning& intervals = tracker_->intervals();
-  return {intervals.crank_calibration, intervals.charge_calibration};
+  return tracker_ ? tracker_->intervals().calibrations : IntervalCalibrations{};
 }
 
 void ModelMonitor::setCalibrations(const IntervalCalibrations& calibrations) {
-  IntervalLearning& intervals = tracker_->intervals();
-  intervals.crank_calibration = calibrations.crank_calibration;
-  intervals.charge_calibration = calibrations.charge_calibration;
+  tracker_->intervals().calibrations = calibrations;
 }
 
 SessionEvents ModelMonitor::follow(const Sample& sample, double max_gap) {
   if (!tracker_ || sample.time <= tracker_->state().time) return {};
-  SessionEvents events = watch(sample, max_gap);
+  SessionEvents events = compareEvents(sample, max_gap);
   const bool settled = tracker_->follow(sample.time, sample.current, sample.voltage);
   const auto& last = tracker_->last();
   if (settled && !last->voltage_controlled)
@@ -89,10 +85,10 @@ SessionEvents ModelMonitor::follow(const Sample& sample, double max_gap) {
   return events;
 }
 
-SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
+SessionEvents ModelMonitor::compareEvents(const Sample& sample, double max_gap) {
   SessionEvents events;
   IntervalLearning& intervals = tracker_->intervals();
-  const WatchedSample at = watch_.moveTo(sample, *tracker_, max_gap);
+  const WatchedSample at = watch_.advance(sample, *tracker_, max_gap);
   const auto take = [&](EventComparison event, IntervalCalibration& calibration,
                         std::vector<EventComparison>& of_kind) {
     event.baseline = expectedBy(model_->fit.baseline, event);
@@ -102,10 +98,10 @@ SessionEvents ModelMonitor::watch(const Sample& sample, double max_gap) {
   };
   if (const auto crank = watch_.cranks.add(at)) {
     intervals.missed_answer = watch_.cranks.missed();
-    take(*crank, intervals.crank_calibration, events.cranks);
+    take(*crank, intervals.calibrations.cranks, events.cranks);
   }
   if (const auto charge = watch_.charges.add(at))
-    take(*charge, intervals.charge_calibration, events.charges);
+    take(*charge, intervals.calibrations.charges, events.charges);
   if (!model_->fit.source) return events;
   if (const auto stop = watch_.stops.add(at)) {
     events.stops.push_back(*stop);

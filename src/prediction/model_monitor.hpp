@@ -61,7 +61,7 @@ class ModelMonitor {
 
   /// Puts the model onto the first sample of a clock that jumped back: its window, its past events
   /// and its state. What is in progress and compared is dropped. @param moved [s], by how much.
-  void moveTo(const Sample& first, double moved, double max_gap);
+  void restartClock(const Sample& first, double moved, double max_gap);
 
   /// How wide intervals are, as past events ask for; as of a new model where there is none.
   IntervalCalibrations calibrations() const;
@@ -82,7 +82,7 @@ class ModelMonitor {
     double time, measured, expected;
   };
 
-  SessionEvents watch(const Sample& sample, double max_gap);
+  SessionEvents compareEvents(const Sample& sample, double max_gap);
   void updateFrom(const PastEvent& event);
   AnswerSteps steps_;
   EventWatch watch_;

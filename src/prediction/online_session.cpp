@@ -72,10 +72,10 @@ void OnlineSession::setCapacity(std::optional<double> nominal) {
 SessionEvents OnlineSession::push(const RawSample& sample) {
   RawSample of_one = sample;
   of_one.voltage /= options_.series_blocks;
-  return ofSeries(take(of_one), options_.series_blocks);
+  return ofSeries(accept(of_one), options_.series_blocks);
 }
 
-SessionEvents OnlineSession::take(const RawSample& sample) {
+SessionEvents OnlineSession::accept(const RawSample& sample) {
   watchForJumps(sample);
   for (const Sample& next : now().stream.push(sample)) {
     if (now().newest && next.time <= now().newest->time) restartClock(next);
@@ -95,7 +95,7 @@ void OnlineSession::watchForJumps(const RawSample& sample) {
     const double since = first->time - *history_.at(Mark::kBeforeClockJump).stream.newestStamp();
     if (since > 0.0 && since <= SampleStream::kClockAhead + spent) {
       history_.rewindTo(Mark::kBeforeClockJump);
-      events_ = take(*first);
+      events_ = accept(*first);
       return;
     }
   }
@@ -112,7 +112,7 @@ void OnlineSession::beginAnew() {
 }
 
 void OnlineSession::restartClock(const Sample& first) {
-  now().monitor.moveTo(first, first.time - now().newest->time, now().stream.maxGap());
+  now().monitor.restartClock(first, first.time - now().newest->time, now().stream.maxGap());
   now().newest = first;
   now().source.forgetPast();
   now().deep_discharges.forgetClock();
@@ -169,6 +169,7 @@ void OnlineSession::beginFromPopulation(const Sample& sample) {
   FittedModel model = populationPrior(capacity(), knownOf(options_.identify.priors, {}),
                                       sample.time, sample.current, sample.voltage);
   model.fit.crank_current = options_.events.crank_current;
+  model.fit.nominal_capacity = options_.capacity;
   // The sample itself is taken in as well.
   model.state.time = sample.time - kBeforeFirst;
   now().monitor.learnFrom(model, now().stream.maxGap());

@@ -180,7 +180,7 @@ class OnlineSession {
 
   /// From now on. @param nominal [Ah], > 0, none: kTypicalCapacity; std::invalid_argument else.
   void setCapacity(std::optional<double> nominal);
-  double capacity() const { return options_.capacity.value_or(kTypicalCapacity); }  ///< [Ah]
+  double capacity() const { return nominalCapacity(options_.capacity); }  ///< [Ah]
 
   /// Offers one sample. @return cranks, charges and stops that ended, with what was answered before.
   SessionEvents push(const RawSample& sample);
@@ -271,7 +271,7 @@ class OnlineSession {
   Standing& now() { return history_.now(); }
   const Standing& now() const { return history_.now(); }
 
-  SessionEvents take(const RawSample& sample);
+  SessionEvents accept(const RawSample& sample);
   /// Where this sample confirms a jump of the clock: marks what stood before, or rewinds to it where
   /// the clock goes on from there.
   void watchForJumps(const RawSample& sample);

@@ -32,7 +32,7 @@ ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request);
  * @param capacity [Ah], nominal, > 0.
  */
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
-                               double capacity = 50.0);
+                               double capacity = kTypicalCapacity);
 
 /// @return every fault of a query, as one sentence each; empty when there is none.
 std::string faultsOf(const CrankingQuery& query);
@@ -64,7 +64,7 @@ double crankError(const Fit& fit, double current);
  * @param capacity [Ah], nominal, > 0.
  */
 StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query,
-                               double capacity = 50.0);
+                               double capacity = kTypicalCapacity);
 
 /**
  * @brief Mean current at a held voltage with a current limit (paper, Fig. 2; docs/physics.md#sof2).
@@ -80,7 +80,7 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
  */
 ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
                                                const ChargeAcceptanceQuery& query,
-                                               double capacity = 50.0);
+                                               double capacity = kTypicalCapacity);
 
 /**
  * @brief A charge as it was measured, and what a model expects to flow at its voltage, by the same
@@ -128,14 +128,15 @@ using ChargeAcceptanceMap = AnswerMap<ChargeAcceptanceAnswer>;  ///< rows: u_boo
 /// kInvalidQuery and says how far it came.
 CrankingMap mapCranking(const FittedModel& model, const CrankingQuery& query,
                         const std::vector<double>& i_load, const std::vector<double>& t_stop,
-                        double capacity = 50.0, const WorkWatch& watch = nullptr);
+                        double capacity = kTypicalCapacity, const WorkWatch& watch = nullptr);
 
 /// SOF2 over (u_boost, t_sof2). @param query the limit; its u_boost and t_sof2 are taken from the
 /// lists.
 ChargeAcceptanceMap mapChargeAcceptance(const FittedModel& model,
                                         const ChargeAcceptanceQuery& query,
                                         const std::vector<double>& u_boost,
-                                        const std::vector<double>& t_sof2, double capacity = 50.0,
+                                        const std::vector<double>& t_sof2,
+                                        double capacity = kTypicalCapacity,
                                         const WorkWatch& watch = nullptr);
 
 /// What maps come to as a whole.

@@ -213,7 +213,6 @@ PredictionScores scorePrediction(const Series& series, IndexRange range,
 namespace {
 
 constexpr std::size_t kFewestSamples = 6;
-constexpr double kDurations[] = {10.0, 60.0};  // [s]
 
 /// Squared errors of one quantity over the samples in which it is the battery's answer.
 struct Errors {
@@ -256,9 +255,9 @@ double percent(double relative_squares, std::size_t samples) {
   return 100.0 * (1.0 - std::sqrt(relative_squares / static_cast<double>(samples)));
 }
 
-EventComparison scoreCharge(const Series& series, IndexRange range, IndexRange samples,
-                            const std::vector<char>& voltage_controlled,
-                            const MixedPrediction& predicted) {
+/// Of a charge's mean current.
+Interval expectedOf(const Series& series, IndexRange range, IndexRange samples,
+                    const std::vector<char>& voltage_controlled, const MixedPrediction& predicted) {
   // The measured current where the current is controlled.
   const auto mean = [&](const std::vector<double>& given) {
     const std::vector<double>& values = given.empty() ? predicted.current : given;
@@ -267,18 +266,7 @@ EventComparison scoreCharge(const Series& series, IndexRange range, IndexRange s
       sum += voltage_controlled[k] ? values[k - range.first] : series.current[k];
     return sum / static_cast<double>(samples.size());
   };
-  EventComparison score;
-  score.kind = PastEvent::Kind::kCharge;
-  score.time = series.time[samples.first];
-  for (std::size_t k = samples.first; k < samples.last; ++k) {
-    score.measured += series.current[k];
-    score.voltage += series.voltage[k] / static_cast<double>(samples.size());
-  }
-  score.first_voltage = series.voltage[samples.first];
-  score.measured /= static_cast<double>(samples.size());
-  score.expected = {mean(predicted.current), mean(predicted.current_lower),
-                    mean(predicted.current_upper)};
-  return score;
+  return {mean(predicted.current), mean(predicted.current_lower), mean(predicted.current_upper)};
 }
 
 void requireSizes(const Series& series, IndexRange range,
@@ -319,11 +307,12 @@ MixedScores scoreMixed(const Series& series, IndexRange range,
   if (current.samples > 0)
     scores.current_rmse = std::sqrt(current.squares / static_cast<double>(current.samples));
   for (const std::size_t first : chargeBeginnings(series, range, voltage_controlled))
-    for (const double duration : kDurations) {
+    for (const double duration : kComparedSpans) {
       const auto samples = beginningOfCharge(series, range, first, duration, voltage_controlled);
       if (!samples) continue;
-      scores.charges.push_back(scoreCharge(series, range, *samples, voltage_controlled, predicted));
-      scores.charges.back().duration = duration;
+      scores.charges.push_back(
+          {measuredCharge(series, *samples, duration),
+           expectedOf(series, range, *samples, voltage_controlled, predicted)});
     }
   return scores;
 }

@@ -4,13 +4,14 @@
 #include <string>
 
 #include "battery_sof/series.hpp"
+#include "state/fitted_model.hpp"
 
 namespace battery_sof {
 
 /// What a stream says it is of.
 struct StreamBattery {
-  double capacity = 50.0;      ///< [Ah], nominal
-  double series_blocks = 1.0;  ///< 12 V blocks in series
+  double capacity = kTypicalCapacity;  ///< [Ah], nominal
+  double series_blocks = 1.0;          ///< 12 V blocks in series
 };
 
 /**

@@ -122,23 +122,24 @@ CheckReport checkRecording(const Recording& recording, std::optional<double> cra
   return report;
 }
 
-std::vector<Finding> findProblems(const Series& series) {
+/// @param recording none: nothing is known of what its reader refused.
+static std::vector<Finding> problemsOf(const Series& series, const Recording* recording) {
   std::vector<Finding> problems;
   if (series.empty()) return problems;
-  const check_parts::Evidence evidence(series);
-  for (const check_parts::Part part : check_parts::kProblemParts)
-    for (Finding& finding : part(evidence))
+  const check_parts::Evidence evidence(series, recording);
+  const auto add = [&](std::vector<Finding> findings) {
+    for (Finding& finding : findings)
       if (finding.severity == Severity::kProblem) problems.push_back(std::move(finding));
+  };
+  for (const check_parts::Part part : check_parts::kProblemParts) add(part(evidence));
+  if (recording) add(check_parts::findRefused(evidence));
   return problems;
 }
 
+std::vector<Finding> findProblems(const Series& series) { return problemsOf(series, nullptr); }
+
 std::vector<Finding> findProblems(const Recording& recording) {
-  std::vector<Finding> problems = findProblems(recording.series);
-  if (recording.series.empty()) return problems;
-  const check_parts::Evidence evidence(recording.series, &recording);
-  for (Finding& finding : check_parts::findRefused(evidence))
-    if (finding.severity == Severity::kProblem) problems.push_back(std::move(finding));
-  return problems;
+  return problemsOf(recording.series, &recording);
 }
 
 std::string format(const std::vector<Finding>& problems) {

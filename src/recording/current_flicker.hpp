@@ -20,7 +20,7 @@ namespace battery_sof {
  */
 struct CurrentFlicker {
   std::vector<double> smooth;  ///< [A], one a sample
-  double share = 1.0;          ///< [0, 1]; 1 where it cannot be reported
+  double share = 1.0;          ///< [0, 1]; 1 where it cannot be estimated
 };
 
 /// @return the flicker of a series; smooth equal to the current and share 1 for fewer than ten

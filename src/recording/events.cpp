@@ -14,7 +14,6 @@ namespace {
 constexpr double kLongCharge = 10.0;    // [s]
 constexpr double kStopCurrent = -2.0;   // [A], more than an idle network's
 constexpr double kChargeCurrent = 2.0;  // [A], docs/physics.md#regimes
-constexpr double kMinControlled = 0.9;  // of the samples of a charge's beginning
 constexpr double kFewestSamples = 3.0;  // of it
 
 void requireValid(const EventLimits& limits) {

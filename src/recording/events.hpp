@@ -149,11 +149,17 @@ EventSummary summarise(const Series& series, const std::vector<Event>& events);
 std::vector<std::size_t> chargeBeginnings(const Series& series, IndexRange range,
                                           const std::vector<char>& voltage_controlled);
 
+/// Least share of a charge's beginning in which its voltage is controlled.
+inline constexpr double kMinControlled = 0.9;
+
+/// [s], over which a charge is compared from its beginning on.
+inline constexpr double kComparedSpans[] = {10.0, 60.0};
+
 /**
  * @brief The samples of the first duration [s] of a charge that begins at sample `first`.
  *
  * Sample k represents the time from time[k] on, so that at 1 Hz ten seconds are ten samples.
- * @return none when range ends earlier, when fewer than 90 % of the samples that belong there have
+ * @return none when range ends earlier, when fewer than kMinControlled of the samples that belong there have
  * a controlled voltage, or when sampling is slower than three samples in duration.
  */
 std::optional<IndexRange> beginningOfCharge(const Series& series, IndexRange range,

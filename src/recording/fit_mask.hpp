@@ -59,7 +59,7 @@ InstrumentLimits instrumentLimits(const Series& series);
  * a model driven by the current lacks that charge for as long as the battery remembers it.
  *
  * @return the series with that current; as it is for fewer than five samples a second, where r
- * cannot be reported, and where the stretch has no neighbour on one side. Where the voltage is cut
+ * cannot be estimated, and where the stretch has no neighbour on one side. Where the voltage is cut
  * off too the estimate is a lower bound.
  */
 Series withEstimatedCurrent(const Series& series, const InstrumentLimits& limits);
@@ -73,7 +73,7 @@ void extendByKnownLimits(const Series& series, InstrumentLimits& limits);
 
 /**
  * @brief Masks half a minute behind each stretch in which both channels are cut off: nothing
- * reports the charge that flowed, and the battery remembers it (docs/physics.md#base-circuit: 50 s
+ * tells how much charge flowed, and the battery remembers it (docs/physics.md#base-circuit: 50 s
  * at rest, less under load).
  */
 void maskBehindUnknownCharge(const Series& series, InstrumentLimits& limits);

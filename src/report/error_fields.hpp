@@ -77,8 +77,8 @@ void describeErrors(File& file, Model& model) {
     if constexpr (File::kReads) missed.emplace();
     file.row("missed_answer", missed->time, missed->measured, missed->lower, missed->upper);
   }
-  describeCalibration(file, "crank_intervals", model.intervals.crank_calibration);
-  describeCalibration(file, "charge_intervals", model.intervals.charge_calibration);
+  describeCalibration(file, "crank_intervals", model.intervals.calibrations.cranks);
+  describeCalibration(file, "charge_intervals", model.intervals.calibrations.charges);
 }
 
 }  // namespace battery_sof

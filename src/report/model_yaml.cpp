@@ -344,7 +344,7 @@ void requireRuns(const FieldReader& root, const FittedModel& model) {
       Simulation simulation = uncertainSimulationOf(model);
       simulation.hold(current, kDuration);
       const Interval u = voltageAnswer(simulation, ResidualFilter(model).forecast(kDuration),
-                                       model.fit.scores.rmse, model.intervals.crank_calibration);
+                                       model.fit.scores.rmse, model.intervals.calibrations.cranks);
       finite = finite && std::isfinite(u.value) && std::isfinite(u.lower) && std::isfinite(u.upper);
     }
   });

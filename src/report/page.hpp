@@ -20,7 +20,7 @@ extern const char kDygraphsNotice[];  ///< its licence, which goes wherever it g
 // ---------------------------------------------------------------------------------------------
 // HTML
 
-/// @return text that represents itself between tags and inside quoted attributes.
+/// @return text that stands for itself between tags and inside quoted attributes.
 std::string escaped(const std::string& text);
 
 /// @return <name class attributes>content</name>; content and attributes are HTML already.

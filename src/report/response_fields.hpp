@@ -118,6 +118,19 @@ void describeFeatures(File& file, Features& features) {
   }
 }
 
+template <typename File, typename Drives>
+void describeDrives(File& file, const char* name, Drives& drives) {
+  if constexpr (File::kReads)
+    if (file.has(name)) drives.emplace();
+  if (!drives) return;
+  file.map(name, [&](auto& of) {
+    of.count("drives", drives->drives);
+    of.number("squares", drives->squares, {1e-3, 1.0});
+    of.numbers("scatter", drives->scatter, kResponseFeatures);
+    describeFeatures(of, drives->mean);
+  });
+}
+
 template <typename File, typename Table>
 void describeResponses(File& file, Table& table) {
   int version = kResponseVersion;
@@ -137,15 +150,8 @@ void describeResponses(File& file, Table& table) {
   if constexpr (File::kReads)
     for (const CandidateChange& candidate : candidateChanges())
       table.changes.push_back({candidate.kind, {}, {}, {}});
-  if constexpr (File::kReads)
-    if (file.has("since")) table.since.emplace();
-  if (table.since)
-    file.map("since", [&](auto& since) {
-      since.count("drives", table.since->drives);
-      since.number("squares", table.since->squares, {1e-3, 1.0});
-      since.numbers("scatter", table.since->scatter, kResponseFeatures);
-      describeFeatures(since, table.since->mean);
-    });
+  describeDrives(file, "learned", table.learned);
+  describeDrives(file, "since", table.since);
   file.map("changes", [&](auto& changes) {
     for (std::size_t k = 0; k < table.changes.size(); ++k)
       changes.map(candidateChanges()[k].id, [&](auto& change) {

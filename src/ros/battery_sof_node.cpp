@@ -56,11 +56,12 @@ BatterySofNode::BatterySofNode(const ros::NodeHandle& node, const ros::NodeHandl
       session_(options_.session),
       worker_(kIdentificationNice),
       saver_(kIdentificationNice),
-      diagnoses_(
-          private_node_, options_,
-          [this](const Adoption& adoption, double from_driving) {
-            ahead([&] { session_.fitWith(adoption.effects, from_driving, adoption.discrepancy); });
-          }),
+      diagnoses_(private_node_, options_,
+                 [this](const Adoption& adoption, double from_driving) {
+                   onQueryThread([&] {
+                     session_.fitWith(adoption.effects, from_driving, adoption.discrepancy);
+                   });
+                 }),
       changes_(private_node_, options_.change_period),
       identify_server_(
           actions_.handleOf(private_node_), "identify",
@@ -97,7 +98,7 @@ BatterySofNode::~BatterySofNode() {
   for (QueueThread* thread : {&questions_, &maps_, &profiles_, &actions_}) thread->spinner.stop();
 }
 
-void BatterySofNode::ahead(const std::function<void()>& work) {
+void BatterySofNode::onQueryThread(const std::function<void()>& work) {
   const auto task = std::make_shared<std::packaged_task<void()>>([this, &work] {
     const std::lock_guard<std::mutex> lock(mutex_);
     work();
@@ -146,7 +147,7 @@ void BatterySofNode::loadStateFile() {
 void BatterySofNode::saveStateFile(const FittedModel& model) {
   const StateFile::Result result = state_file_.save(model);
   if (result.is_fault) ROS_ERROR("%s", result.said.c_str());
-  ahead([&] { record_.state_file_fault = result.said; });
+  onQueryThread([&] { record_.state_file_fault = result.said; });
 }
 
 std::optional<FittedModel> BatterySofNode::modelToSave() const {
@@ -282,7 +283,7 @@ IdentificationOutcome BatterySofNode::identified(const IdentificationJob& job, b
   const double fit_ms = 1e3 * (ros::SteadyTime::now() - begun).toSec();
   if (result.model) result.model->provenance.fit_ms = fit_ms;
   IdentificationOutcome outcome;
-  ahead([&] { outcome = takenBack(std::move(result), is_requested); });
+  onQueryThread([&] { outcome = takenBack(std::move(result), is_requested); });
   ROS_INFO("identification %s: %s", outcome.accepted ? "accepted" : "refused",
            outcome.message.c_str());
   if (outcome.accepted) {
@@ -343,7 +344,7 @@ void BatterySofNode::demandStatus() {
   contents.standing = options_.standing;
   contents.standing.charge = options_.standing.chargeAt(session_.chargeVoltage());
   contents.events = record_.events;
-  static_cast<IntervalCalibrations&>(contents.events) = session_.calibrations();
+  contents.events.calibrations = session_.calibrations();
   last_status_time_ = contents.session.newest_time;
   last_status_steady_ = ros::SteadyTime::now();
   const bool is_waiting = due_status_.has_value();
@@ -391,7 +392,7 @@ DiagnosticsSnapshot BatterySofNode::snapshot() {
   snapshot.counts = session_.counts();
   snapshot.no_data_for = noDataFor();
   static_cast<NodeRecord&>(snapshot) = record_;
-  static_cast<IntervalCalibrations&>(snapshot.events) = session_.calibrations();
+  snapshot.events.calibrations = session_.calibrations();
   snapshot.state_file = options_.state_file.empty() ? "off" : options_.state_file;
   snapshot.battery = battery_;
   snapshot.capacity = session_.capacity();

@@ -158,7 +158,7 @@ class BatterySofNode {
   /// Does work with mutex_ held on the questions' thread and waits for it: a worker that gives way
   /// to other programs while it holds the mutex keeps the samples waiting for as long as they run.
   /// What the work throws is thrown here.
-  void ahead(const std::function<void()>& work);
+  void onQueryThread(const std::function<void()>& work);
 
   CrankingAnswer answered(const PredictCranking::Request& request);
   bool onSetStandingQuery(SetStandingQuery::Request& request, SetStandingQuery::Response& response);

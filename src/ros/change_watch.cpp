@@ -49,7 +49,7 @@ void ChangeWatch::restore(const std::shared_ptr<const ResponseTable>& reference,
     const std::lock_guard<std::mutex> lock(mutex_);
     reference_ = reference;
   }
-  if (reference && reference->since) publish(reference, topic);
+  if (reference) publish(reference, topic);
 }
 
 void ChangeWatch::forget(const std::string& topic) {
@@ -78,34 +78,23 @@ void ChangeWatch::beginIfDue(const Series& series, const std::string& topic, dou
   }
   worker_.post([this, newest = std::move(newest), topic, epoch] {
     try {
-      take(newest, topic, epoch);
+      compare(newest, topic, epoch);
     } catch (const std::exception& error) {
       ROS_ERROR("the comparison with the reference failed: %s", error.what());
     }
   });
 }
 
-void ChangeWatch::take(const Series& series, const std::string& topic, int epoch) {
+void ChangeWatch::compare(const Series& series, const std::string& topic, int epoch) {
   const auto before = responses();
-  std::shared_ptr<const ResponseTable> after;
-  if (!before) {
-    after = responseTable(series);
-    if (after) ROS_INFO("%zu samples are the reference for changes from now on", series.size());
-  } else if (series.size() >= kFewestRows && findProblems(series).empty()) {
-    const ResponseFeatures drive = responseFeatures(responseRows(series), before->scale);
-    if (drive.count() < kFewestFeatures) return;
-    auto added = std::make_shared<ResponseTable>(*before);
-    if (!added->since) added->since.emplace();
-    added->since->add(drive);
-    after = added;
-  }
+  const auto after = withDrive(before, series);
   if (!after) return;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (epoch != epoch_) return;
     reference_ = after;
   }
-  if (after->since) publish(after, topic);
+  publish(after, topic);
 }
 
 void ChangeWatch::publish(const std::shared_ptr<const ResponseTable>& reference,

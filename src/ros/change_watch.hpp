@@ -16,10 +16,9 @@ namespace battery_sof {
 /**
  * @brief What has changed in the battery or its instruments since a reference, over drives.
  *
- * The reference is the first stretch of driving that can serve as one, or what setReference() is
- * given; the state file keeps it together with the responses of the drives since. Each further
- * stretch of `period` [s] of driving is added to those, and what they come to is published on
- * ~change (latched, std_msgs/String) as the JSON of `sof diagnose --reference`. Models are not run:
+ * Stretches of `period` [s] of driving are drives. The reference is the mean of the first five that
+ * can serve (kLearnedDrives), or what setReference() is given; the state file keeps it together with
+ * the responses of the drives since. What these come to is published after each of them on ~change (latched, std_msgs/String) as the JSON of `sof diagnose --reference`. Models are not run:
  * another battery is known by its serial number alone.
  *
  * May be called from any thread; the work is a thread's own.
@@ -49,7 +48,7 @@ class ChangeWatch {
   Outcome setReference(const Series& series, const std::string& topic);
 
  private:
-  void take(const Series& series, const std::string& topic, int epoch);
+  void compare(const Series& series, const std::string& topic, int epoch);
   /// @param reference none, or without drives since: that nothing can be said.
   void publish(const std::shared_ptr<const ResponseTable>& reference, const std::string& topic);
 

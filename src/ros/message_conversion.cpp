@@ -219,8 +219,8 @@ SofStatus messageOf(const StatusContents& contents) {
     put(message.charge, model->predictChargeAcceptance(contents.standing.charge));
   }
   const EventTallies& events = contents.events;
-  message.past_cranks = recordOf(events.cranks, events.crank_calibration);
-  message.past_charges = recordOf(events.charges, events.charge_calibration);
+  message.past_cranks = recordOf(events.cranks, events.calibrations.cranks);
+  message.past_charges = recordOf(events.charges, events.calibrations.charges);
   message.expected_time = session.expected ? session.expected->time : kNan;
   message.expected_voltage = session.expected ? orNan(session.expected->voltage) : kNan;
   message.expected_current = session.expected ? orNan(session.expected->current) : kNan;

@@ -122,8 +122,8 @@ void reportPredictionError(Status& status, const Snapshot& now, const Snapshot&)
   }
   status.add("Q_dyn [%]", shown(backtest.q_dyn_percent));
   status.add("compared over [s]", backtest.duration);
-  add(status, "cranks", "V", events.cranks, events.crank_calibration);
-  add(status, "charges", "A", events.charges, events.charge_calibration);
+  add(status, "cranks", "V", events.cranks, events.calibrations.cranks);
+  add(status, "charges", "A", events.charges, events.calibrations.charges);
 }
 
 void reportResponseTimes(Status& status, const Snapshot& now, const Snapshot&) {

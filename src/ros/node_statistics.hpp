@@ -48,8 +48,9 @@ struct KindTally {
   }
 };
 
-struct EventTallies : IntervalCalibrations {
+struct EventTallies {
   KindTally cranks, charges;
+  IntervalCalibrations calibrations;
 
   void add(const SessionEvents& events) {
     for (const EventComparison& crank : events.cranks) cranks.add(crank);

@@ -27,6 +27,17 @@ PastEvent measuredCrank(const Series& series, IndexRange range) {
   return crank;
 }
 
+PastEvent measuredCharge(const Series& series, IndexRange samples, double duration) {
+  PastEvent charge{PastEvent::Kind::kCharge, series.time[samples.first], duration};
+  charge.first_voltage = series.voltage[samples.first];
+  const double count = static_cast<double>(samples.size());
+  for (std::size_t n = samples.first; n < samples.last; ++n) {
+    charge.voltage += series.voltage[n] / count;
+    charge.measured += series.current[n] / count;
+  }
+  return charge;
+}
+
 void EventHistory::add(const PastEvent& event) {
   const bool is_charge = event.kind == PastEvent::Kind::kCharge;
   auto& past = is_charge ? charges : event.kind == PastEvent::Kind::kCrank ? cranks : stops;
@@ -62,7 +73,7 @@ std::string toString(FitStatus status) {
 }
 
 double capacityFor(const Fit& fit, std::optional<double> given) {
-  return given.value_or(fit.nominal_capacity.value_or(kTypicalCapacity));
+  return nominalCapacity(given ? given : fit.nominal_capacity);
 }
 
 bool isUsable(const Fit& fit) {
@@ -143,7 +154,7 @@ void takeState(FittedModel& model, const Simulation& simulation, double current)
   if (simulation.tangents() == 0) return;
   const Eigen::Index states = model.state.states.size(),
                      parameters = model.fit.covariance.rows() - states;
-  const Eigen::MatrixXd factor = covarianceFactor(model.fit.covariance);
+  const Eigen::MatrixXd& factor = simulation.seeds();
   Eigen::MatrixXd now(factor.rows(), factor.cols());
   now.topRows(parameters) = factor.topRows(parameters);
   now.bottomRows(states) = simulation.stateDerivatives();

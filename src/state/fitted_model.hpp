@@ -46,6 +46,10 @@ struct PastEvent {
 /// @return a crank as it was measured. @param range its samples.
 PastEvent measuredCrank(const Series& series, IndexRange range);
 
+/// @return a charge's beginning as it was measured. @param samples of it.  @param duration [s], by
+/// which it is reported.
+PastEvent measuredCharge(const Series& series, IndexRange samples, double duration);
+
 /// What a model will miss of a voltage.
 struct ErrorForecast {
   double mean = 0.0;      ///< measured minus modelled [V]
@@ -206,7 +210,7 @@ struct Fit {
 };
 
 struct IntervalCalibrations {
-  IntervalCalibration crank_calibration, charge_calibration;
+  IntervalCalibration cranks, charges;
 };
 
 /// An answer that its event missed by more than the whole interval that was given.
@@ -217,7 +221,8 @@ struct MissedAnswer {
 };
 
 /// Calibration of the intervals of answers by past events.
-struct IntervalLearning : IntervalCalibrations {
+struct IntervalLearning {
+  IntervalCalibrations calibrations;
   /// at a source: cranks, charges, stops of the window and since, with what was expected of them
   EventHistory event_history;
   /// the last crank's, where that was missed
@@ -249,6 +254,11 @@ struct FittedModel {
 enum BaseCovarianceRow { kRowState = kBaseRows, kCovarianceRows };
 
 inline constexpr double kTypicalCapacity = 50.0;  ///< [Ah], of a start-stop car's battery
+
+/// @return [Ah], nominal: as given, else kTypicalCapacity.
+inline double nominalCapacity(std::optional<double> given) {
+  return given.value_or(kTypicalCapacity);
+}
 
 /// @return [Ah], nominal: as given, else as it was given to the fit, else kTypicalCapacity.
 double capacityFor(const Fit& fit, std::optional<double> given);

@@ -89,7 +89,7 @@ Innovation StateTracker::innovationOf(const InputSample& sample,
                                       const FollowedSample& followed) const {
   const Simulation& simulation = settled_.simulation();
   const Fit& fit = model_.fit;
-  const Eigen::MatrixXd begun = covarianceFactor(fit.covariance);
+  const Eigen::MatrixXd& begun = simulation.seeds();
   Innovation innovation;
   innovation.factor.resize(begun.rows(), begun.cols());
   const Eigen::MatrixXd states = simulation.stateDerivatives();
@@ -190,7 +190,7 @@ void setStateFromVoltage(FittedModel& model, double time, double current, double
   const double missing = voltage - here.voltage();
 
   const Eigen::Index parameters = composition.parameterCount();
-  const Eigen::MatrixXd factor = covarianceFactor(model.fit.covariance);
+  const Eigen::MatrixXd& factor = here.seeds();
   const double own = std::pow(model.fit.scores.rmse, 2);
   Eigen::MatrixXd moved = factor;
   Eigen::VectorXd unshared = Eigen::VectorXd::Zero(factor.rows());

@@ -367,6 +367,81 @@ class TestPage(unittest.TestCase):
         self.assertIn("answer.valid", block)
 
 
+    def test_its_session_follows_the_drive(self):
+        page = PAGE.read_text()
+        block = re.search(r"(?:    .*\n|\n)*    .*\n", page[page.index("    session = battery_sof.Session("):]).group()
+        with tempfile.TemporaryDirectory(prefix="battery sof ") as folder:
+            subprocess.run([SOF, "simulate", SCENARIO, "drive.csv", "--duration", "400"], check=True, cwd=folder,
+                           stdout=subprocess.PIPE)
+            program = ('import battery_sof\nrecording = battery_sof.Recording.from_csv("drive.csv")\n' + textwrap.dedent(block) +
+                       "print(answer.valid)\n")
+            done = subprocess.run([sys.executable, "-c", program], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertEqual(done.stderr.decode(), "")
+        self.assertRegex(done.stdout.decode(), r"(?s)^the fit converged.*True\n$")
+
+
+class TestSession(Drive):
+    QUESTION = dict(i_load=-15.0, t_stop=60.0, i_cranking=-150.0, t_cranking=0.5)
+
+    def followed(self):
+        session, told = battery_sof.Session(capacity_ah=60.0), []
+        r = self.recording
+        for n in range(0, 36000, 1000):
+            session.push(r.time_s[n:n + 1000], r.current_a[n:n + 1000], r.voltage_v[n:n + 1000])
+            told.append(session.identify_when_due())
+        return session, [one for one in told if one]
+
+    def test_it_follows_a_drive_and_answers_as_its_model_does(self):
+        session, told = self.followed()
+        self.assertTrue(told)
+        self.assertTrue(session.model.usable)
+        self.assertGreater(session.model.samples, 1000)
+        self.assertEqual(session.model.state_time_s, self.recording.time_s[-1])
+        here = session.crank(u_required=7.2, **self.QUESTION)
+        there = battery_sof.crank(session.model, u_required=7.2, **self.QUESTION)
+        self.assertAlmostEqual(here.u_min, there.u_min, delta=1e-9)
+        self.assertEqual((here.capable, here.valid), (there.capable, there.valid))
+        stop = session.stop_time(i_load=-15.0, i_cranking=-150.0, u_required=7.2)
+        self.assertEqual(stop.t_stop, battery_sof.stop_time(session.model, i_load=-15.0, i_cranking=-150.0, u_required=7.2).t_stop)
+        self.assertIsNotNone(session.charge(u_boost=14.0).i_boost)
+
+    def test_one_sample_at_a_time_is_the_same(self):
+        one, many = battery_sof.Session(), battery_sof.Session()
+        r = self.recording
+        many.push(r.time_s[:50], r.current_a[:50], r.voltage_v[:50], np.full(50, 20.0))
+        for n in range(50):
+            one.push(r.time_s[n], r.current_a[n], r.voltage_v[n], 20.0)
+        self.assertEqual(one.crank(**self.QUESTION), many.crank(**self.QUESTION))
+
+    def test_before_the_first_sample_it_says_why_there_is_no_answer(self):
+        session = battery_sof.Session()
+        self.assertIsNone(session.model)
+        self.assertIsNone(session.identify_when_due())
+        answer = session.crank(**self.QUESTION)
+        self.assertFalse(answer.valid)
+        self.assertIn("no sample", answer.message)
+        self.assertTrue(session.reason)
+
+    def test_the_model_of_an_earlier_drive_is_taken(self):
+        session = battery_sof.Session()
+        session.restore(self.model)
+        later = self.recording.time_s[-1] + 3600.0 + 0.01 * np.arange(200)
+        session.push(later, np.zeros(200), np.full(200, 12.6))
+        self.assertEqual((session.model.from_s, session.model.to_s), (self.model.from_s, self.model.to_s))
+
+    def test_wrong_settings_sizes_and_queries_are_errors(self):
+        with self.assertRaisesRegex(ValueError, "capacity_ah is 0, expected above 0"):
+            battery_sof.Session(capacity_ah=0.0)
+        with self.assertRaisesRegex(ValueError, "series_blocks"):
+            battery_sof.Session(series_blocks=-1.0)
+        session = battery_sof.Session()
+        with self.assertRaisesRegex(ValueError, "current_a has 1 values, expected 2 as time_s"):
+            session.push([0.0, 1.0], [1.0], [12.0, 12.0])
+        session.push(0.0, -1.0, 12.5)
+        with self.assertRaisesRegex(ValueError, "i_cranking"):
+            session.crank(i_load=-15.0, t_stop=60.0, i_cranking=150.0)
+
+
 class TestDescriptions(unittest.TestCase):
     def test_everything_public_is_described_and_typed(self):
         for name in battery_sof.__all__:

@@ -10,7 +10,7 @@ from .tables import table
 PAGE = os.path.join(ROOT, "docs", "python.md")
 BEGIN = "<!-- python: scripts/update_python_page writes this part -->\n"
 END = "<!-- end of python -->\n"
-FILES = ("api.py", "results.py")
+FILES = ("api.py", "session.py", "results.py")
 
 
 def described(node):
@@ -42,7 +42,9 @@ def signature(name, node, is_method=False):
 
 
 def call(title, name, node, is_method=False):
-    return f"{title}\n\n```python\n{signature(name, node, is_method)}\n```\n\n{described(node)}\n"
+    is_property = any(ast.unparse(one) == "property" for one in node.decorator_list)
+    shown = f"{name}: {annotation(node.returns)}" if is_property else signature(name, node, is_method)
+    return f"{title}\n\n```python\n{shown}\n```\n\n{described(node)}\n"
 
 
 def remark(lines, node):

@@ -118,7 +118,7 @@ TEST(PredictChargeAcceptance, IntervalFollowsFromTheParametersErrors) {
   const Interval i = *predictChargeAcceptance(model, query).i_boost;
   EXPECT_NEAR(i.upper - i.value, 1.645 * std::sqrt(variance), 0.01 * (i.upper - i.value));
   EXPECT_NEAR(i.value - i.lower, i.upper - i.value, 1e-9);
-  model.intervals.charge_calibration.factor = 3.0;
+  model.intervals.calibrations.charges.factor = 3.0;
   const Interval wider = *predictChargeAcceptance(model, query).i_boost;
   EXPECT_NEAR(wider.upper - wider.value, 3.0 * (i.upper - i.value), 1e-6);
 }

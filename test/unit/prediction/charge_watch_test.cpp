@@ -27,7 +27,7 @@ class Ride {
     u_c2_ = step_.advance(u_c2_, 0.5 * (before_ + current), interval);
     before_ = current;
     const Sample sample{time_, current, test::terminalVoltage(drivenBattery(), current, u_c2_)};
-    const WatchedSample at = watch_.moveTo(sample, tracker_, kMaxGap);
+    const WatchedSample at = watch_.advance(sample, tracker_, kMaxGap);
     if (const auto charge = watch_.charges.add(at)) comparisons.push_back(*charge);
     tracker_.follow(time_, current, sample.voltage);
   }

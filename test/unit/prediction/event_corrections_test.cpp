@@ -188,7 +188,7 @@ TEST(CorrectCrankPrediction, ItsIntervalHoldsNineOfTenNextCranks) {
 TEST(CorrectCrankPrediction, ItsWidthGrowsWithTheScaleOfPastIntervals) {
   FittedModel model = cranked(10, 0.2, 0.1);
   const Interval one = correctCrankPrediction(model, -200.0, kModelled);
-  model.intervals.crank_calibration.factor = 2.0;
+  model.intervals.calibrations.cranks.factor = 2.0;
   const Interval two = correctCrankPrediction(model, -200.0, kModelled);
   EXPECT_EQ(two.value, one.value);
   EXPECT_NEAR(two.upper - two.value, 2.0 * (one.upper - one.value), 1e-12);

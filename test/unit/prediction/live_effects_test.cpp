@@ -114,7 +114,7 @@ TEST(OnlineSession, WithEffectsGivesTheSameAnswersAsTheOfflineFunctions) {
   fitErrors(model, series, *choice.range);
   carryState(model, series, series.size() - 1);
   // the session has learned from the cranks it saw
-  model.intervals.crank_calibration = session.calibrations().crank_calibration;
+  model.intervals.calibrations.cranks = session.calibrations().cranks;
   CrankingQuery query;
   query.i_load = -25.0;
   query.t_stop = 20.0;

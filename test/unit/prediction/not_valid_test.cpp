@@ -257,8 +257,7 @@ TEST(ModelToSave, WhatWasLearntOnAShortTripIsWhatTheNextOneBeginsFrom) {
     return u_min.upper - u_min.lower;
   };
   EXPECT_LT(width(next), 0.8 * width(without));
-  EXPECT_EQ(next.calibrations().crank_calibration.factor,
-            first.calibrations().crank_calibration.factor);
+  EXPECT_EQ(next.calibrations().cranks.factor, first.calibrations().cranks.factor);
 }
 
 TEST(ModelToSave, NothingIsKeptBeforeTheFirstSample) {

@@ -102,7 +102,7 @@ TEST(OnlineSession, GivesTheSameAnswersAsTheOfflineFunctionsOnTheSameSamples) {
   fitErrors(model, recording.series, *choice.range);
   carryState(model, recording.series, recording.series.size() - 1);
   // estimated from the cranks that passed
-  model.intervals.crank_calibration = session.calibrations().crank_calibration;
+  model.intervals.calibrations.cranks = session.calibrations().cranks;
   const CrankingAnswer offline = predictCranking(model, kQuery);
   const CrankingAnswer online = session.live().predictCranking(kQuery);
 
@@ -164,7 +164,7 @@ TEST(OnlineSession, WhatHappensDuringAnIdentificationIsJudgedByTheAnswerThatWasG
     EXPECT_EQ(crank.time, feeder.cranks[k].time);
     if (crank.expected.lower <= crank.measured && crank.measured <= crank.expected.upper) ++inside;
   }
-  const IntervalCalibration& counted = late.calibrations().crank_calibration;
+  const IntervalCalibration& counted = late.calibrations().cranks;
   EXPECT_EQ(counted.events, static_cast<int>(of_late.cranks.size()));
   EXPECT_EQ(counted.inside, inside);
 }

@@ -156,7 +156,7 @@ TEST(ModelMonitor, WhenTheClockJumpsPastEventsMoveWithIt) {
   const double moved = 50.0 - series.time.back();
   for (const double jump : {moved, -20.0}) {  // and once more
     const double at = monitor.tracker().state().time + jump;
-    monitor.moveTo({at, -20.0, 12.4}, jump, 10.0);
+    monitor.restartClock({at, -20.0, 12.4}, jump, 10.0);
   }
   const EventHistory after = monitor.now().intervals.event_history;
   ASSERT_EQ(after.cranks.size(), before.cranks.size());
@@ -179,7 +179,7 @@ TEST(ModelMonitor, WhenTheClockJumpsTheModelKeepsItsAge) {
   for (int n = 1; n <= 60; ++n) monitor.follow({model.state.time + n, -20.0, 12.4}, 10.0);
   EXPECT_NEAR(monitor.age(), 60.0, 1e-9);
   const double jump = -model.state.time - 60.0;
-  monitor.moveTo({0.0, -20.0, 12.4}, jump, 10.0);
+  monitor.restartClock({0.0, -20.0, 12.4}, jump, 10.0);
   EXPECT_NEAR(monitor.age(), 60.0, 1e-9);
   const FittedModel now = monitor.now();
   EXPECT_NEAR(now.state.time - now.fit.window.to, 60.0, 1e-9) << "and the intervals widen with it";
@@ -280,9 +280,9 @@ TEST(SessionAtASource, AnIdentificationHoweverLongLosesNoEventAndCountsNoneTwice
   EXPECT_NEAR(static_cast<double>(late.events.cranks.size()),
               static_cast<double>(prompt.events.cranks.size()), 1.0);
   for (Session* one : {&prompt, &late}) {
-    EXPECT_EQ(one->session.calibrations().crank_calibration.events,
+    EXPECT_EQ(one->session.calibrations().cranks.events,
               static_cast<int>(one->events.cranks.size()));
-    EXPECT_EQ(one->session.calibrations().charge_calibration.events,
+    EXPECT_EQ(one->session.calibrations().charges.events,
               static_cast<int>(one->events.charges.size()));
     for (std::size_t k = 1; k < one->events.cranks.size(); ++k)
       EXPECT_LT(one->events.cranks[k - 1].time, one->events.cranks[k].time);
@@ -321,8 +321,8 @@ TEST(SessionAtASource, StatusSaysWhoImposesWhat) {
   const ControlModes source = detectControlMode(series);
   EXPECT_NEAR(*status.charger_share, source.share, 0.05);
   EXPECT_EQ(status.voltage_controlled, static_cast<bool>(source.voltage_controlled.back()));
-  EXPECT_GT(session.session.calibrations().crank_calibration.events, 3);
-  EXPECT_GE(session.session.calibrations().charge_calibration.events, 3);
+  EXPECT_GT(session.session.calibrations().cranks.events, 3);
+  EXPECT_GE(session.session.calibrations().charges.events, 3);
   const std::vector<PastEvent> charges = session.session.model()->intervals.event_history.charges;
   ASSERT_GT(charges.size(), 3u);
   EXPECT_EQ(session.session.chargeVoltage(), usualVoltage(charges));

@@ -258,7 +258,7 @@ TEST(MessageOf, StatusShowsCranksChargesAndTheCounts) {
         {{Kind::kCrank, 50.0, 0.0, -240.0, 0.0, 0.0, 9.8, 9.7}, {9.9, 9.7, 10.1}}},
        {{{Kind::kCharge, 60.0, 10.0, 0.0, 14.1, 13.9, 30.0, 27.0}, {28.0, 25.0, 31.0}}},
        {}});
-  contents.events.crank_calibration.factor = 1.25;
+  contents.events.calibrations.cranks.factor = 1.25;
   const SofStatus message = messageOf(contents);
   EXPECT_EQ(message.state, SofStatus::READY);
   EXPECT_EQ(message.accepted, 100u);

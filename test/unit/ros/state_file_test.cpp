@@ -47,8 +47,7 @@ TEST_F(StateFileTest, KeepsWhatASessionLearntBeforeAWindowWasFitted) {
   next.restore(*read.model);
   next.push({drive.time.back() + 3600.0, -5.0, 12.5, {}});
   EXPECT_EQ(next.status().basis, AnswerBasis::kPreviousTrip) << next.status().reason;
-  EXPECT_EQ(read.model->intervals.crank_calibration.factor,
-            session.calibrations().crank_calibration.factor);
+  EXPECT_EQ(read.model->intervals.calibrations.cranks.factor, session.calibrations().cranks.factor);
 }
 
 TEST_F(StateFileTest, KeepsAModelFromOneRunToTheNext) {
