@@ -110,12 +110,12 @@ bench: deps-bench
 	@bash scripts/with_ros bash -c '. "$$0/devel/setup.sh" && exec $(PYTHON) scripts/bench_queries "$$0" 60' "$(BUILD)"
 
 reproduce: deps-study build
-	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_experiment -j$(JOBS)
+	@bash scripts/with_ros cmake --build "$(BUILD)" --target experiment -j$(JOBS)
 	@$(PYTHON) scripts/reproduce "$(BUILD)"
 
 # DATA: folder with startstop_car/, for the real recordings.
 study: deps-study build
-	@bash scripts/with_ros cmake --build "$(BUILD)" --target window_quality_experiment session_experiment -j$(JOBS)
+	@bash scripts/with_ros cmake --build "$(BUILD)" --target experiment -j$(JOBS)
 	@$(PYTHON) scripts/study "$(BUILD)" $(if $(DATA),--data "$(DATA)")
 
 # Effects, nulls, decoys and unknowns counted: some 40 minutes on two cores, goes on where it was cut off.

@@ -92,7 +92,7 @@ add_test(NAME energy_manager_builds_and_decides
     "-DWORK=${CMAKE_BINARY_DIR}/energy_manager" "-DCXX=${CMAKE_CXX_COMPILER}" "-DPYTHON=${PYTHON_EXECUTABLE}"
     "-DROSTEST=${BATTERY_SOF_ROSTEST}" -DTEST=decisions.test -P "${CMAKE_CURRENT_SOURCE_DIR}/examples/try.cmake")
 set_tests_properties(energy_manager_builds_and_decides PROPERTIES TIMEOUT 300 RESOURCE_LOCK roscore COST 200)
-add_dependencies(tests stop_rules_experiment)
+add_dependencies(tests experiment)
 
 # The clients that docs/node.md shows, and the script of docs/your-recordings.md.
 add_test(NAME clients_of_the_pages_build_and_ask

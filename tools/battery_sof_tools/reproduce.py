@@ -4,7 +4,7 @@
 
 Data sets 1 to 3 are simulated by the reference (the paper's Fig. 4, at 1 kHz, filtered to 100 Hz,
 with noise), identified and predicted with `sof`: batteries of the paper were never published.
-`window_experiment` fits data set 1's eleven windows of four minutes under every setting and scores
+`experiment settings` fits data set 1's eleven windows of four minutes under every setting and scores
 each on the whole hour. Start values and bounds are the paper's Table I. data_set_2_fig4 is data set
 2 without the depletion of Pb2+ (the paper's [18]), which Fig. 4 lacks: errors at the end of long
 charges come of it.
@@ -24,7 +24,7 @@ from .sof import program, rows_of, run, side_by_side, simulate
 from .tables import table
 
 SETS = ("data_set_1", "data_set_2", "data_set_2_fig4", "data_set_3")
-WITH_EFFECTS = "with S1 and S3"  # cpe2 and current_dependent_resistance, for window_experiment
+WITH_EFFECTS = "with S1 and S3"  # cpe2 and current_dependent_resistance, for `experiment settings`
 LOW_Q, HIGH_CRANK = 85.0, 0.03   # aims of a window: Q_dyn over the hour [%], mean crank error [V]
 
 
@@ -76,10 +76,10 @@ class Recordings:
 
 
 def experiment(build, recordings):
-    """Rows of window_experiment, of all seeds of data set 1."""
-    binary = program(build, "window_experiment")
+    """Rows of `experiment settings`, of all seeds of data set 1."""
+    binary = program(build, "experiment")
     paths = [recordings.path("data_set_1", seed) for seed in recordings.seeds]
-    return sum(side_by_side(lambda path: rows_of([binary, path]), paths, "hour of windows"), [])
+    return sum(side_by_side(lambda path: rows_of([binary, "settings", path]), paths, "hour of windows"), [])
 
 
 def column(rows, setting, name):

@@ -4,7 +4,7 @@
     compare_stop_rules --weakening 3 --build build --u-required 9
 
 A stop is a discharge that ends in a crank, a current of -150 A: it begins with the first sample below -2 A and ends with the first below -75 A.
-`stop_rules_experiment` plays each recording through the node's session and the manager's rule; a simple rule sees the voltage alone, or the clock alone.
+`experiment rules` plays each recording through the node's session and the manager's rule; a simple rule sees the voltage alone, or the clock alone.
 
 stops: those the rule let begin. engine off: until the crank, or until the rule wanted the engine on again. to the end: the engine was off until the recorded
 crank. below: such cranks whose lowest voltage was below --u-required; their share is of the stops to the end. What a crank would have been that a rule wanted
@@ -85,11 +85,11 @@ def by_manager(stops, decisions):
 
 
 def decide(experiment, path, columns, stops, options):
-    """Rows of stop_rules_experiment on a recording."""
+    """Rows of `experiment rules` on a recording."""
     with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
         file.write("begin_s,end_s\n" + "".join(f"{s.begin!r},{s.end!r}\n" for s in stops))
         file.flush()
-        rows = rows_of([experiment, path, file.name, *columns, *options])
+        rows = rows_of([experiment, "rules", path, "--stops", file.name, *columns, *options])
     return [(int(r["stop"]), r["time_s"], bool(r["may_stop"])) for r in rows]
 
 
@@ -120,7 +120,7 @@ def arguments():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("recordings", nargs="*", metavar="REC", help="CSV files")
     parser.add_argument("--weakening", type=int, default=0, metavar="N", help="also N simulated drives of a battery that weakens")
-    parser.add_argument("--build", default="build", help="build folder; it needs the target stop_rules_experiment")
+    parser.add_argument("--build", default="build", help="build folder; it needs the target experiment")
     parser.add_argument("--u-required", type=float, default=7.2, help="[V], what a crank has to hold")
     recordings.add_column_arguments(parser)
     return parser.parse_args()
@@ -130,7 +130,7 @@ def judge(args, path, names, label):
     columns = recordings.column_options(names, args.discharge_positive)
     stops = stops_of(*recordings.read(path, names, args.discharge_positive))
     options = ["--u-required", str(args.u_required), "--margin", str(MARGIN), f"--i-cranking={I_CRANKING}", "--t-cranking", str(T_CRANKING)]
-    decisions = decide(program(args.build, "stop_rules_experiment"), path, columns, stops, options)
+    decisions = decide(program(args.build, "experiment"), path, columns, stops, options)
     rules = [("manager", by_manager(stops, decisions)),
              (f"voltage at least {REST_VOLTAGE:g} V", [by_voltage(s, REST_VOLTAGE) for s in stops]),
              (f"at most {LONGEST_S:g} s", [s.begin + LONGEST_S for s in stops]),

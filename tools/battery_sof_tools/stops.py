@@ -2,7 +2,7 @@
 
     stops BUILD --data FOLDER [--json FILE]
 
-Plays each recording through a session (stops_experiment). A stop is a discharge of at least 10 s between -2 and -75 A. Before it: the voltage 10 and 30 s later, by
+Plays each recording through a session (`experiment stops`). A stop is a discharge of at least 10 s between -2 and -75 A. Before it: the voltage 10 and 30 s later, by
 the model alone and with the correction by past stops. While it lasts: a profile of the currents that flow is queried 10 s or more into the stop; of its lower
 bounds nine and a half in ten hold where the interval is a 90 % one.
 """
@@ -21,11 +21,11 @@ STOPS = {"drive_1a": 72.0, "drive_1b": 72.0, "drive_2a": 72.0, "drive_2b": 72.0,
 
 
 def rows_of(binary, name, data):
-    """Rows of stops_experiment."""
+    """Rows of `experiment stops`."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "drive.csv")
         recordings.write(path, *recordings.measured(data, name))
-        return sof.rows_of([binary, path, "--capacity", str(STOPS[name])])
+        return sof.rows_of([binary, "stops", path, "--capacity", str(STOPS[name])])
 
 
 def intervals(rows):
@@ -55,7 +55,7 @@ def main(given=None):
     parser.add_argument("--data", required=True)
     parser.add_argument("--json")
     a = parser.parse_args(given)
-    binary = sof.program(a.build, "stops_experiment")
+    binary = sof.program(a.build, "experiment")
     rows = {name: rows_of(binary, name, a.data) for name in STOPS}
     results = {name: figures(some) for name, some in rows.items()}
     results["all"] = figures([row for some in rows.values() for row in some])

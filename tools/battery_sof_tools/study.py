@@ -3,8 +3,8 @@
     make study [DATA=folder with startstop_car/]
 
 Simulates data sets 1 to 3 with eight seeds each (sof simulate), fits windows of every recording and
-scores what they predict (window_quality_experiment), plays every recording through a session
-(session_experiment): every crank and every charge of 10 s is predicted from the last sample before
+scores what they predict (`experiment windows`), plays every recording through a session
+(`experiment play`): every crank and every charge of 10 s is predicted from the last sample before
 it. Recordings with seeds 4 to 8, drive_2 and other_car_1 chose nothing: they are held out. Without
 DATA the real recordings are left out.
 """
@@ -103,10 +103,10 @@ def main():
                 for number in SETS for seed in SEEDS]
         simulate(program(args.build, "sof"), jobs)
         recordings[:0] = [[path] for _, path, _ in jobs]
+        binary = program(args.build, "experiment")
         windows, session = (
-            sum(side_by_side(lambda one: rows_of([binary, *one]), recordings, "recording"), [])
-            for binary in (program(args.build, name)
-                           for name in ("window_quality_experiment", "session_experiment")))
+            sum(side_by_side(lambda one: rows_of([binary, name, *one]), recordings, "recording"), [])
+            for name in ("windows", "play"))
     held = [row for row in windows if held_out(row["recording"])]
     found = dict(coverage(session),
                  all_q=correlation(held, "q_whole"), all_crank=-correlation(held, "crank_mae"),

@@ -3,7 +3,7 @@
     trips BUILD --data FOLDER [--parked S] [--json FILE]
     trips BUILD --simulated [--seed N] [--json FILE]
 
-Plays every pair through a session (trips_experiment) and prints, for minutes 0-1, 1-5, 5-15 and later of the second trip: how many standing answers were
+Plays every pair through a session (`experiment trips`) and prints, for minutes 0-1, 1-5, 5-15 and later of the second trip: how many standing answers were
 valid, errors of cranks and charges, coverage and width of their 90 % intervals. The same second trip without a state file stands below. With --simulated
 the trips are the reference simulator's, at 100 Hz: parked an hour to 30 days, warmer and colder, and with another battery put in.
 """
@@ -91,8 +91,8 @@ def trips_of(pair, data):
 
 
 def played(binary, paths, parked):
-    """Rows of trips_experiment, a list a trip."""
-    rows = rows_of([binary, *paths, "--parked", str(parked)])
+    """Rows of `experiment trips`, a list a trip."""
+    rows = rows_of([binary, "trips", *paths, "--parked", str(parked)])
     return [[row for row in rows if row["trip"] == os.path.basename(path)] for path in paths]
 
 
@@ -153,7 +153,7 @@ def main(given=None):
     parser.add_argument("--seed", type=int, default=1, help="of the simulated trips")
     parser.add_argument("--json")
     a = parser.parse_args(given)
-    binary = program(a.build, "trips_experiment")
+    binary = program(a.build, "experiment")
     pairs, alone = [], []
     with tempfile.TemporaryDirectory() as folder:
         for case, paths, parked in simulated_pairs(a.build, a.seed, folder) if a.simulated else measured_pairs(a.data, a.parked, folder):

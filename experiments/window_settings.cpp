@@ -1,17 +1,14 @@
-// Experiments on the paper's open question: why do look-alike windows predict so differently?
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
 
-#include "battery_sof/csv.hpp"
 #include "estimation/identification.hpp"
+#include "experiment.hpp"
 #include "prediction/scores.hpp"
 
+namespace battery_sof {
 namespace {
-
-using namespace battery_sof;
 
 /// Where a window opens.
 enum class StartRule {
@@ -130,8 +127,9 @@ void printRow(const std::string& recording, const std::string& setting, int wind
               p.u_dc);
 }
 
-void runRecording(const std::string& path) {
-  const Recording recording = readCsv(path);
+}  // namespace
+
+void fitUnderSettings(const Recording& recording, const ExperimentOptions&) {
   const auto starts = paperWindowStarts(recording.series);
   for (const auto& setting : settings())
     for (std::size_t k = 0; k < starts.size(); ++k)
@@ -139,24 +137,4 @@ void runRecording(const std::string& path) {
                runWindow(recording.series, starts[k], setting));
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app(
-      "Fits the paper's windows of recordings under every setting and scores each on the whole "
-      "recording (CSV).");
-  std::vector<std::string> recordings;
-  app.add_option("REC", recordings, "CSV recordings")->required();
-  CLI11_PARSE(app, argc, argv);
-  std::puts(
-      "recording,setting,window,from_s,q_window_percent,q_hour_percent,crank_mae_v,crank_sd_v,"
-      "pulses,iterations,status,"
-      "r_discharge_ohm,r_charge_ohm,c2_f,beta_per_v,u_dc_v");
-  try {
-    for (const auto& path : recordings) runRecording(path);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "window_experiment: %s\n", error.what());
-    return 2;
-  }
-  return 0;
-}
+}  // namespace battery_sof

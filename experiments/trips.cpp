@@ -1,14 +1,11 @@
-#include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 
-#include "battery_sof/csv.hpp"
-#include "column_options.hpp"
-#include "prediction/online_session.hpp"
+#include "experiment.hpp"
 
+namespace battery_sof {
 namespace {
-
-using namespace battery_sof;
 
 /// What is tried, and where its rows go.
 struct Trip {
@@ -52,63 +49,58 @@ void ask(Trip& trip, const OnlineSession& session, double time, const char* basi
               crank.valid, stop.valid, charge.valid, width, trip.by_past);
 }
 
-/// Plays a trip that begins at a moment. @return the model at its end.
-std::optional<FittedModel> play(Trip trip, const Series& series,
-                                const std::optional<FittedModel>& before, double capacity) {
+/// The samples of a trip that begins at a moment, with the temperatures.
+std::vector<RawSample> samplesOf(const Trip& trip, const Series& series) {
+  std::vector<RawSample> samples = samplesOf(series);
   std::size_t next_temperature = 0;
-  SessionOptions options;
-  options.capacity = capacity;
+  for (RawSample& sample : samples) {
+    while (next_temperature < series.temperature.size() &&
+           series.temperature_time[next_temperature] <= sample.time)
+      sample.temperature = series.temperature[next_temperature++];
+    sample.time = trip.begin + sample.time - series.time.front();
+  }
+  return samples;
+}
+
+/// Plays a trip. @return the model at its end.
+std::optional<FittedModel> playTrip(Trip trip, const Series& series,
+                                    const std::optional<FittedModel>& before,
+                                    const ExperimentOptions& o) {
+  SessionOptions options = o.session;
+  options.capacity = o.capacity;
   OnlineSession session(options);
   if (before) session.restore(*before);
   double asked = -HUGE_VAL;
   AnswerBasis basis_before = AnswerBasis::kPopulation;
-  for (std::size_t n = 0; n < series.size(); ++n) {
-    const double time = trip.begin + series.time[n] - series.time.front();
-    std::optional<double> temperature;
-    while (next_temperature < series.temperature.size() &&
-           series.temperature_time[next_temperature] <= series.time[n])
-      temperature = series.temperature[next_temperature++];
-    const SessionEvents events =
-        session.push({time, series.current[n], series.voltage[n], temperature});
+  const std::vector<RawSample> samples = samplesOf(trip, series);
+  play(samples, session, [&](std::size_t n, const SessionEvents& events) {
+    const double time = samples[n].time;
     const bool asks = time - asked >= 5.0;
-    if (asks || !events.cranks.empty() || !events.charges.empty()) {
-      const AnswerBasis basis = session.status().basis;
-      const std::string name = toString(basis);
-      if (basis_before == AnswerBasis::kPreviousTrip && basis == AnswerBasis::kPopulation)
-        std::printf("%s,%s,swap,%.2f,0,0,0,0,0\n", trip.name.c_str(), name.c_str(),
-                    time - trip.begin);
-      basis_before = basis;
-      print(trip, events, name.c_str());
-      if (asks) ask(trip, session, time, name.c_str(), capacity);
-      if (asks) asked = time;
-    }
-    if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
-  }
+    if (!asks && events.cranks.empty() && events.charges.empty()) return;
+    const AnswerBasis basis = session.status().basis;
+    const std::string name = toString(basis);
+    if (basis_before == AnswerBasis::kPreviousTrip && basis == AnswerBasis::kPopulation)
+      std::printf("%s,%s,swap,%.2f,0,0,0,0,0\n", trip.name.c_str(), name.c_str(),
+                  time - trip.begin);
+    basis_before = basis;
+    print(trip, events, name.c_str());
+    if (!asks) return;
+    ask(trip, session, time, name.c_str(), o.capacity);
+    asked = time;
+  });
   return session.model();
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  CLI::App app(
-      "Plays trips of one battery one after the other, the state file of each given to the next, "
-      "and prints what was expected and which answers were valid.");
-  std::vector<std::string> recordings;
-  double parked = 43200.0, capacity = 50.0;
-  CsvColumns columns;
-  app.add_option("REC", recordings, "CSV recordings, in order")->required();
-  app.add_option("--parked", parked, "[s] between trips");
-  app.add_option("--capacity", capacity, "[Ah]");
-  addColumnOptions(app, columns);
-  CLI11_PARSE(app, argc, argv);
-  std::puts("trip,basis,kind,time_s,measured,expected,lower,upper,by_past");
+void playTrips(const std::vector<Recording>& recordings, const ExperimentOptions& o) {
   std::optional<FittedModel> model;
   double begin = 0.0;
-  for (const auto& path : recordings) {
-    const Recording recording = readCsv(path, columns);
+  for (const Recording& recording : recordings) {
     const Series& series = recording.series;
-    model = play({recording.name, begin}, series, model, capacity);
-    begin += series.time.back() - series.time.front() + parked;
+    model = playTrip({recording.name, begin}, series, model, o);
+    begin += series.time.back() - series.time.front() + o.parked;
   }
-  return 0;
 }
+
+}  // namespace battery_sof

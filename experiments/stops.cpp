@@ -1,14 +1,9 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <optional>
 
-#include "battery_sof/csv.hpp"
-#include "column_options.hpp"
-#include "prediction/online_session.hpp"
+#include "experiment.hpp"
 
+namespace battery_sof {
 namespace {
-
-using namespace battery_sof;
 
 constexpr double kLoad = -2.0, kCrank = -75.0;  // [A]
 constexpr double kMaxGap = 3.0;                 // [s]
@@ -100,47 +95,31 @@ void print(const SessionEvents& events, const char* basis) {
                 s.measured, s.expected.value, s.expected.lower, s.expected.upper, s.modelled);
 }
 
-void play(const Series& series, double capacity) {
+}  // namespace
+
+void printStops(const Recording& recording, const ExperimentOptions& o) {
+  const Series& series = recording.series;
   const std::vector<Stop> stops = stopsOf(series);
   auto stop = stops.begin();
-  SessionOptions options;
-  options.capacity = capacity;
+  SessionOptions options = o.session;
+  options.capacity = o.capacity;
   OnlineSession session(options);
   std::size_t look = 0;
-  for (std::size_t n = 0; n < series.size(); ++n) {
-    while (stop != stops.end() && n >= stop->load.last) {
+  play(samplesOf(series), session, [&](std::size_t n, const SessionEvents& events) {
+    print(events, toString(session.status().basis).c_str());
+    fitDue(session);
+    const std::size_t next = n + 1;
+    while (stop != stops.end() && next >= stop->load.last) {
       ++stop;
       look = 0;
     }
-    if (stop != stops.end() && n >= stop->load.first && look < std::size(kLooks) &&
-        series.time[n - 1] - series.time[stop->load.first - 1] >= kLooks[look]) {
-      ask(session, series, *stop, n, capacity);
-      askLongest(session, series, *stop, n);
-      ++look;
-    }
-    const auto events =
-        session.push({series.time[n], series.current[n], series.voltage[n], std::nullopt});
-    print(events, toString(session.status().basis).c_str());
-    if (auto job = session.takeDueJob()) session.finish(runIdentification(*job));
-  }
+    if (stop == stops.end() || next < stop->load.first || look == std::size(kLooks) ||
+        series.time[n] - series.time[stop->load.first - 1] < kLooks[look])
+      return;
+    ask(session, series, *stop, next, o.capacity);
+    askLongest(session, series, *stop, next);
+    ++look;
+  });
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app(
-      "Plays a recording through a session and prints what was expected of its stops: of voltage "
-      "and crank, before the stop and while it lasts.");
-  std::string recording;
-  double capacity = 50.0;
-  CsvColumns columns;
-  app.add_option("REC", recording, "CSV recording")->required();
-  app.add_option("--capacity", capacity, "[Ah]");
-  addColumnOptions(app, columns);
-  CLI11_PARSE(app, argc, argv);
-  std::puts(
-      "kind,basis,stop_s,look_s,ahead_s,drawn_percent,valid,measured,expected,lower,upper,"
-      "modelled");
-  play(readCsv(recording, columns).series, capacity);
-  return 0;
-}
+}  // namespace battery_sof

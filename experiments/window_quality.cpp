@@ -1,21 +1,18 @@
-#include <CLI/CLI.hpp>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
 
-#include "battery_sof/csv.hpp"
-#include "column_options.hpp"
 #include "estimation/identification.hpp"
 #include "estimation/window.hpp"
+#include "experiment.hpp"
 #include "prediction/pipeline.hpp"
 #include "prediction/scores.hpp"
 #include "state/state_estimator.hpp"
 
+namespace battery_sof {
 namespace {
-
-using namespace battery_sof;
 
 /// Standard deviation of a voltage that follows a held stop and a held event, from the fit's
 /// covariance alone [V].
@@ -102,45 +99,20 @@ void runWindow(const std::string& name, const Series& series, IndexRange window,
       insideValidation(series, window), model.fit.window_quality);
 }
 
-void runRecording(const std::string& path, const CsvColumns& columns, int windows) {
-  const Recording recording = readCsv(path, columns);
+}  // namespace
+
+void judgeWindows(const Recording& recording, const ExperimentOptions& o) {
   const Series& series = recording.series;
+  const double length = defaultWindowLength(series);
   for (const IndexRange& part : contiguousRanges(series, gapThreshold(series))) {
-    const double length = defaultWindowLength(series);
     const double from = series.time[part.first], to = series.time[part.last - 1];
     if (to - from < 3.0 * length) continue;
-    for (int k = 0; k < windows; ++k) {
-      const double start = from + (to - from - length) * k / (windows - 1.0);
-      const IndexRange window = indexRange(series, start, start + length);
-      runWindow(recording.name + "@" + std::to_string(static_cast<long>(from)), series, window,
-                part);
+    for (int k = 0; k < o.windows; ++k) {
+      const double start = from + (to - from - length) * k / (o.windows - 1.0);
+      runWindow(recording.name + "@" + std::to_string(static_cast<long>(from)), series,
+                indexRange(series, start, start + length), part);
     }
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app(
-      "Fits windows of recordings (CSV), prints what the window alone says of them and how they "
-      "predict the rest.");
-  std::vector<std::string> recordings;
-  CsvColumns columns;
-  int windows = 12;
-  app.add_option("REC", recordings, "CSV recordings")->required();
-  app.add_option("--windows", windows, "windows of a stretch without a gap");
-  addColumnOptions(app, columns);
-  CLI11_PARSE(app, argc, argv);
-  std::puts(
-      "recording,from_s,q_whole,crank_mae,cranks,rmse_whole,excitation,sd_crank,sd_stop,sd_charge,"
-      "sd_now,log_det,worst_rel,"
-      "q_window,rmse_window,std_i,min_i,max_i,pulses,white,ar,ar_time,walk,charge_s,discharge_s,q_"
-      "inside,window_quality");
-  try {
-    for (const auto& path : recordings) runRecording(path, columns, windows);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "window_quality_experiment: %s\n", error.what());
-    return 2;
-  }
-  return 0;
-}
+}  // namespace battery_sof
