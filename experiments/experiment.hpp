@@ -10,6 +10,15 @@
 
 namespace battery_sof {
 
+/// A recording's stretches as drives of a node, and what is put into them.
+struct ChangeOfDrives {
+  double drive = 900.0;                // [s] of driving
+  std::size_t references = 6;          // of the first drives, that begin a reference in turn
+  bool one_drive = false;              // is the reference, as ~set_reference makes it
+  int after = 0;                       // drives since the reference that stay as they are
+  double contact = 0.0, offset = 0.0;  // [Ohm] in the sense of the voltage, [A] of the current
+};
+
 /// Options of all subcommands of `experiment`; each has those that it reads.
 struct ExperimentOptions {
   SessionOptions session;
@@ -21,6 +30,7 @@ struct ExperimentOptions {
   int windows = 12;
   std::string stops;  // file with the stops that a rule is asked in
   energy_manager::Rule rule;
+  ChangeOfDrives change;
 };
 
 /// Each prints its rows of one recording; the subcommand (experiment_main.cpp) says what they are.
@@ -31,6 +41,7 @@ void askPresent(const Recording& recording, const ExperimentOptions& o);
 void printStops(const Recording& recording, const ExperimentOptions& o);
 void decideInStops(const Recording& recording, const ExperimentOptions& o);
 void fitUnderSettings(const Recording& recording, const ExperimentOptions& o);
+void compareDrives(const Recording& recording, const ExperimentOptions& o);
 void judgeWindows(const Recording& recording, const ExperimentOptions& o);
 /// Trips of one battery, in order.
 void playTrips(const std::vector<Recording>& recordings, const ExperimentOptions& o);

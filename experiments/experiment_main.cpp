@@ -104,6 +104,21 @@ void addRules(CLI::App& app, CommandLine& line) {
   rules.add_option("--period", line.o.period, "[s] between decisions in a stop");
 }
 
+void addChanges(CLI::App& app, CommandLine& line) {
+  CLI::App& changes =
+      add(app, line, "changes",
+          "what the node would say on ~change: a recording's stretches as drives, the first ones "
+          "in turn as the beginning of the reference",
+          "recording,reference,drive,is_changed,verdict,first", each<compareDrives>);
+  ChangeOfDrives& change = line.o.change;
+  changes.add_option("--drive", change.drive, "[s] of driving");
+  changes.add_option("--references", change.references, "drives that begin a reference in turn");
+  changes.add_flag("--one-drive", change.one_drive, "as ~set_reference makes a reference");
+  changes.add_option("--after", change.after, "drives since the reference before the change");
+  changes.add_option("--contact", change.contact, "[Ohm] put into the sense of the voltage");
+  changes.add_option("--offset", change.offset, "[A] put into the current");
+}
+
 void addWindows(CLI::App& app, CommandLine& line) {
   add(app, line, "settings",
       "why look-alike windows predict so differently: the paper's windows, fitted under every "
@@ -129,6 +144,7 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     addPlays(app, line);
     addRules(app, line);
+    addChanges(app, line);
     addWindows(app, line);
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -14,11 +14,11 @@ void print(const std::string& recording, const SessionEvents& events,
   for (const EventComparison& c : events.cranks)
     std::printf("%s,crank,%.2f,%.2f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time,
                 c.current, c.measured, c.expected.value, c.expected.lower, c.expected.upper,
-                session.calibrations().crank_calibration.factor);
+                session.calibrations().cranks.factor);
   for (const EventComparison& c : events.charges)
     std::printf("%s,charge,%.2f,%.3f,%.4f,%.4f,%.4f,%.4f,%.4f\n", recording.c_str(), c.time,
                 c.voltage, c.measured, c.expected.value, c.expected.lower, c.expected.upper,
-                session.calibrations().charge_calibration.factor);
+                session.calibrations().charges.factor);
 }
 
 /// Diagnoses what is buffered and has the extended composition fitted whatever its verdict; the node

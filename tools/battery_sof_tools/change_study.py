@@ -1,18 +1,22 @@
 """Changes put into measured recordings, and what `sof diagnose --reference` says of them.
 
     change_study BUILD --data FOLDER [--pairs few|all|quarters] [--responses-only] [--reference-models] [--json FILE] [--spread]
+    change_study BUILD --data FOLDER --drives
     change_study BUILD --simulated COUNT [--seed 1] [--json FILE]
 
 Pairs of sound recordings of one battery: the halves of each recording of a vehicle, either one as the reference, and two trips of one car; with `--pairs quarters` every two quarters of a recording. A change is put exactly
 into the measured signals of the later one: a contact's resistance (v + R i), a gain and an offset of the current, a delay and a lag of one channel. Controls are the
 same pairs with nothing put in; pairs of different vehicles must be called another battery. A change counts as named where it is the first one or among those that
 look alike. `--reference-models` gives the reference as the model file that `sof identify` makes of it, in place of the recording. `--spread` prints what the pairs differ by in each quantity that is compared, beside what is assumed: the table of src/diagnosis/change.cpp.
+With --drives the stretches of 15 minutes of each recording are the drives of a node, each of the first six in turn the beginning of the reference: how many of the
+messages on ~change say that something has changed while nothing has, and how soon a change is named that comes after three sound drives.
 With --simulated the pairs are trips of simulated cars. Each sensor's change is put in at the very limit that the answer to the sound pair states
 (`detection_limits`), and the battery itself is changed, too (simulated_pairs.py).
 """
 
 import argparse
 import collections
+import csv
 import functools
 import itertools
 import math
@@ -278,6 +282,44 @@ def measure_simulated(binary, args):
     return {"rows": rows}, simulated_report(rows)
 
 
+DRIVES_UNTIL = (2, 5, 8)  # drives with the change, after which it is looked for
+
+
+def drives_of(program, data, options):
+    """Messages of a node, recording by recording."""
+    rows = []
+    for vehicle, files in VEHICLES.items():
+        for name, columns in files.items():
+            path = os.path.join(data, FOLDER.get(vehicle, vehicle), name + ".csv")
+            named = [part for option, column in zip(("time", "current", "voltage"), columns) for part in (f"--{option}-column", column)]
+            rows += csv.DictReader(sof.call([program, "changes", path, *named, *options]).splitlines())
+    return rows
+
+
+def measure_drives(program, args):
+    lines, sound = [], {}
+    for reference, options in (("five drives", []), ("one drive, as ~set_reference makes it", ["--one-drive"])):
+        rows = sound[reference] = drives_of(program, args.data, options)
+        changed = [row for row in rows if row["verdict"] == "changed"]
+        runs = lambda some: len({(row["recording"], row["reference"]) for row in some})
+        lines += [f"Reference of {reference}. Nothing put in: {rate(len(changed), len(rows))} of the messages say that something has changed, "
+                  f"those of {rate(runs(changed), runs(rows))} of the references.", ""]
+        cells = []
+        for option, strengths, unit, effect in (("contact", (0.003, 0.005), "Ohm", "contact_resistance"), ("offset", (0.8, 1.6), "A", "current_offset")):
+            for strength in strengths:
+                by_run = collections.defaultdict(list)
+                for row in drives_of(program, args.data, [f"--{option}", str(strength), "--after", "3", *options]):
+                    if row["is_changed"] == "1":
+                        by_run[row["recording"], row["reference"]].append(row)
+                for drives in DRIVES_UNTIL:
+                    some = [run[drives - 1] for run in by_run.values() if len(run) >= drives]
+                    said = [row for row in some if row["verdict"] == "changed"]
+                    right = sum(row["first"] == effect for row in said)
+                    cells.append([f"{option} {strength:g} {unit}", drives, rate(right, len(some)), len(said) - right])
+        lines += [*table(("put in after three sound drives", "drives with it", "named first", "another change named"), cells), ""]
+    return {"sound": sound}, lines
+
+
 def measure_real(binary, args):
     pairs, whole = sound_pairs(args.data)
     is_few = args.pairs != "all"
@@ -305,14 +347,17 @@ def main():
     of.add_argument("--simulated", type=int, metavar="COUNT", help="pairs of simulated cars in place of measured ones")
     parser.add_argument("--seed", type=int, default=1, help="of the simulated cars")
     parser.add_argument("--pairs", choices=("few", "all", "quarters"), default="few", help="few: one pair a recording and half of the strengths, ten minutes; all: an hour; quarters: every two quarters of a recording, half of the strengths")
+    parser.add_argument("--drives", action="store_true", help="messages of a node over the recordings' stretches; needs --data")
     parser.add_argument("--responses-only", action="store_true", help="as of sof: no models, so other vehicles are left out")
     parser.add_argument("--reference-models", action="store_true", help="the references are model files")
     parser.add_argument("--controls", action="store_true", help="nothing put in and other vehicles alone")
     parser.add_argument("--spread", action="store_true", help="what the quantities differ by between trips, beside what is assumed")
     parser.add_argument("--json", help="file to write every case to")
     args = parser.parse_args()
-    binary = sof.program(args.build, "sof")
-    cases, lines = measure_simulated(binary, args) if args.simulated else measure_real(binary, args)
+    if args.drives:
+        cases, lines = measure_drives(sof.program(args.build, "experiment"), args)
+    else:
+        cases, lines = (measure_simulated if args.simulated else measure_real)(sof.program(args.build, "sof"), args)
     if args.json:
         write_json(args.json, cases)
     print("\n".join(lines))

@@ -12,7 +12,7 @@ import os
 import numpy as np
 
 QUANTITIES = ("time", "current", "voltage")
-COLUMNS = ("time_s", "current_a", "voltage_v")  # what `sof` reads without being reported
+COLUMNS = ("time_s", "current_a", "voltage_v")  # what `sof` reads without being told
 
 # path below the data folder, columns of time, current and voltage, sign, the stretch that is taken [s], and the nominal capacity where it is known [Ah]
 Measured = collections.namedtuple("Measured", "path columns discharge_positive start end capacity_ah")

@@ -97,7 +97,7 @@ def simulate(sof, jobs):
 
 
 def diagnose(sof, recording, *options, patience_s=None):
-    """The answer to a recording, alone in a folder of its own under a name that reports nothing. Failure where there is none."""
+    """The answer to a recording, alone in a folder of its own under a name that tells nothing. Failure where there is none."""
     with tempfile.TemporaryDirectory(prefix="sof_") as folder:
         os.symlink(os.path.abspath(recording), os.path.join(folder, RECORDING))
         call([os.path.abspath(sof), "diagnose", RECORDING, "--json", ANSWER, "--threads", "1", *options], folder, patience_s)

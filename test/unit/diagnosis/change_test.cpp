@@ -156,6 +156,56 @@ TEST(Changes, OfALateDriveIsNoScatter) {
   EXPECT_EQ(found.changes[0].id, "contact_resistance");
 }
 
+/// What is learnt from drives with these contacts, one after the other.
+std::shared_ptr<const ResponseTable> drivesWith(const std::vector<double>& contacts) {
+  std::shared_ptr<const ResponseTable> reference;
+  std::uint64_t seed = 1;
+  for (const double contact : contacts)
+    reference = withDrive(reference, withContact(trip(seed++), contact));
+  return reference;
+}
+
+TEST(Changes, AreSaidOnceFiveDrivesMakeUpTheReference) {
+  for (std::size_t drives = 1; drives <= kLearnedDrives; ++drives) {
+    const ChangeDiagnosis found = diagnoseChange(drivesWith(std::vector<double>(drives, 0.0)));
+    EXPECT_EQ(found.verdict, ChangeVerdict::kInsufficientData);
+    EXPECT_NE(found.summary.find(std::to_string(drives) + " of the 5 drives are known"),
+              std::string::npos)
+        << found.summary;
+  }
+  EXPECT_EQ(diagnoseChange(drivesWith(std::vector<double>(8, 0.0))).verdict,
+            ChangeVerdict::kNoChange);
+  const ChangeDiagnosis worse = diagnoseChange(drivesWith({0, 0, 0, 0, 0, 0, 0.01, 0.01}));
+  ASSERT_EQ(worse.verdict, ChangeVerdict::kChanged) << worse.summary;
+  EXPECT_EQ(worse.changes[0].id, "contact_resistance");
+}
+
+/// One drive as the reference cannot know what five show: that they differ by this much.
+TEST(Changes, WithinWhatTheReferencesDrivesDifferByAreNone) {
+  const std::vector<double> unsteady = {0.004, 0.0, 0.008, 0.0, 0.008, 0.008, 0.008};
+  EXPECT_EQ(diagnoseChange(drivesWith(unsteady)).verdict, ChangeVerdict::kNoChange);
+  auto steady = std::make_shared<ResponseTable>(*drivesWith(unsteady));
+  steady->learned->scatter.setZero();
+  EXPECT_EQ(diagnoseChange(steady).verdict, ChangeVerdict::kChanged);
+}
+
+TEST(ResponseTable, OfSeveralDrivesHasTheirMean) {
+  const auto one = drivesWith({0.0}), all = drivesWith({0.0, 0.005, 0.005});
+  const auto resistance = [](const std::shared_ptr<const ResponseTable>& table, double contact) {
+    return featuresWith(*table, ChangeKind::kContact, contact).value[kEdgeResistance];
+  };
+  EXPECT_EQ(resistance(one, 0.0), one->unchanged.value[kEdgeResistance]);
+  EXPECT_NEAR(resistance(all, 0.0) - resistance(one, 0.0), 2.0 / 3.0 * 0.005, 5e-4);
+  EXPECT_NEAR(resistance(all, 0.004) - resistance(all, 0.0), 0.004, 5e-4);
+  EXPECT_LT(featuresWith(*all, ChangeKind::kContact, 0.0).covariance(0, 0),
+            one->unchanged.covariance(0, 0));
+}
+
+TEST(ResponseTable, IsLeftAsItIsByADriveThatCannotServe) {
+  EXPECT_FALSE(withDrive(drivesWith({0.0}), slice(trip(2), {0, 200})));
+  EXPECT_FALSE(withDrive(nullptr, slice(trip(2), {0, 200})));
+}
+
 TEST(RecentResponses, KnowByHowMuchDrivesDiffer) {
   ResponseFeatures one;
   one.known.fill(true);
@@ -194,7 +244,7 @@ TEST(ResponseFeatures, OfSmallEdgesUnderACoarseVoltageCountLittle) {
 TEST(ResponseComparison, APartOfARowBetweenTheChannelsIsNoChange) {
   const auto table = responseTable(trip(1));
   const auto distance = [&](double sign_of_odd) {
-    RecentResponses since;
+    ResponseTable with = *table;
     ResponseFeatures drive = table->unchanged;
     for (int tap = 0; tap < kTaps; ++tap) {
       const int row = kFirstTap + tap;
@@ -202,8 +252,8 @@ TEST(ResponseComparison, APartOfARowBetweenTheChannelsIsNoChange) {
       drive.value[row] +=
           0.3 * (tap % 2 == 0 ? 1.0 : sign_of_odd) * (before - table->unchanged.value[row]);
     }
-    since.add(drive);
-    return ResponseComparison(since, table).nothing();
+    with.since.emplace().add(drive);
+    return ResponseComparison(std::make_shared<const ResponseTable>(with)).nothing();
   };
   EXPECT_LT(distance(1.0), 1.5);
   EXPECT_GT(distance(-1.0), 2.0 * distance(1.0));

@@ -1,9 +1,9 @@
 """Judges `sof diagnose` on out-of-model cases: recordings of physics in forms that no catalogue has, and nulls (docs/validation.md).
 
-    out-of-model cases --build B --out DIR [--kinds null=50,imperfect_null=200,other_form=140] [--seed 1] [--jobs 2] [--json FILE]
-    out-of-model cases --build B --out DIR --only-draw [--kinds ...] [--seed 1]
+    out_of_model --build B --out DIR [--kinds null=50,imperfect_null=200,other_form=140] [--seed 1] [--jobs 2] [--json FILE]
+    out_of_model --build B --out DIR --only-draw [--kinds ...] [--seed 1]
 
-Draws the cases, shows every recording to `sof diagnose` under a name that reports nothing, keeps the answers (a second call goes on
+Draws the cases, shows every recording to `sof diagnose` under a name that tells nothing, keeps the answers (a second call goes on
 where the first was cut off), and only then opens the labels. Beside every hold-out a ridge regression on currents and their memories
 is set that the script fits itself.
 """

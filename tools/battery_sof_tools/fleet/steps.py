@@ -100,7 +100,7 @@ def answered(recording, step, patience_s):
             return None, None, reason
     if step == "convert" and not recording.is_bag:
         return None, None, "not needed: the recording is CSV"
-    if step == "convert":  # reports nothing in JSON
+    if step == "convert":  # tells nothing in JSON
         told = called(recording.command("convert"), patience_s)
         return told.returncode, None, told.stderr.strip()[-300:] or None
     if step == "score":
