@@ -130,11 +130,14 @@ TEST(DiagnoseCases, GassingIsNamedWithTheAcceptanceThatLetsTheVoltageRise) {
 }
 
 /// The search of the acceptance gained nothing from its best start, though its score promised 1400.
+/// Both effects are in the second half of the recording; gassing need not be found, nothing else may.
 TEST(DiagnoseCases, ASearchThatStoppedShortIsBegunAnew) {
   const Diagnosis diagnosis =
       diagnosisOf(recordingOf({"absent", "gassing"}, 2936437471462363330u, 2400.0));
-  EXPECT_EQ(std::vector<std::string>{"charge_acceptance"}, namesBeyondStructure(diagnosis))
-      << diagnosis.summary;
+  const std::vector<std::string> names = namesBeyondStructure(diagnosis);
+  EXPECT_TRUE(contains(names, "charge_acceptance")) << diagnosis.summary;
+  for (const std::string& id : names)
+    EXPECT_TRUE(id == "charge_acceptance" || id == "gassing") << id << ": " << diagnosis.summary;
 }
 
 /// A second electrode that is kept from being fast stood first here, and nothing fitted beside it. At

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "state/fitted_model.hpp"
 #include "support/composed.hpp"
 
 namespace battery_sof {
