@@ -75,7 +75,6 @@ IdentifyOptions identifyOptions(const Series& train, const std::optional<Charger
   IdentifyOptions fit;
   fit.crank_current = options.crank_current.value_or(kCrankCurrent);
   fit.masked = limits.withoutClipped();
-  fit.voltage_lsb_std = limits.voltage_lsb_std;
   fit.source = screened;
   if (std::optional<ChargerControl> as_recorded =
           screened ? chargerControl(train, std::nullopt, EventLimits{fit.crank_current})
