@@ -36,13 +36,13 @@ PredictionMode modeOf(const std::optional<std::string>& name) {
 }
 
 Model identifyHeld(const HeldRecording& held, Seconds from, Seconds to, bool chooses_window,
-                   const std::optional<std::vector<std::string>>& effects, bool whiten,
-                   const std::string& start, double series_blocks, int threads, bool anyway,
+                   const std::optional<std::vector<std::string>>& effects, const std::string& start,
+                   double series_blocks, int threads, bool anyway,
                    std::optional<double> crank_current, std::optional<double> capacity_ah) {
   const py::gil_scoped_release released;
   return identify(held.recording,
-                  {from, to, chooses_window, effects, whiten, isPaperStart(start), series_blocks,
-                   threads, held.hash, anyway, crank_current, checkedCapacity(capacity_ah)});
+                  {from, to, chooses_window, effects, isPaperStart(start), series_blocks, threads,
+                   held.hash, anyway, crank_current, checkedCapacity(capacity_ah)});
 }
 
 py::dict arraysOf(const Series& part, const FollowedPrediction& course) {

@@ -22,7 +22,6 @@ struct IdentifyRequest {
   bool chooses_window = false;  ///< choose the window inside from..to even if both are given
   /// ids of effects to add; none: chosen by the recording; empty: the base model
   std::optional<std::vector<std::string>> effects;
-  bool whiten = false;         ///< minimise whitened residuals
   bool paper_start = false;    ///< initial state and u_dc as in the paper (eqs. 4 and 5)
   double series_blocks = 1.0;  ///< number of 12 V blocks in series
   int threads = 1;             ///< 0: as many as the machine has; changes no result

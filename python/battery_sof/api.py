@@ -128,14 +128,14 @@ class Model:
 
 
 def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,
-             choose_window: bool = False, effects: Optional[Sequence[str]] = None, whiten: bool = False,
+             choose_window: bool = False, effects: Optional[Sequence[str]] = None,
              start: str = "robust", series_blocks: float = 1.0, threads: int = 1, anyway: bool = False,
              crank_current_a: Optional[float] = None, capacity_ah: Optional[float] = None) -> Model:
     """Fits the model to a window of a recording, as `sof identify` does.
 
     from_s, to_s [s]: the window if both are given, otherwise the range in which the best window is chosen (with choose_window also
     if both are given). The state of the model is that of to_s, or of the end of the recording. effects: ids of the effects to add;
-    None lets the recording choose, [] is the base model. whiten: minimise whitened residuals. start: "robust" or "paper".
+    None lets the recording choose, [] is the base model. start: "robust" or "paper".
     series_blocks: number of 12 V blocks in series (0.5 for 6 V, 2 for 24 V, 4 for 48 V). The fit is that of the mean block, while
     queries, answers and predictions are in the volts of the whole battery. threads: 0 for all; it changes no result.
     crank_current_a: discharges by this many amperes or more, for at most 5 s, are engine starts; None reads it off the recording.
@@ -147,7 +147,7 @@ def identify(recording: Recording, *, from_s: Optional[float] = None, to_s: Opti
     without samples, an unknown effect, or an option that is out of range.
     """
     return Model(_core.identify(recording._core, from_s, to_s, choose_window, None if effects is None else list(effects),
-                                whiten, start, series_blocks, threads, anyway, crank_current_a, capacity_ah))
+                                start, series_blocks, threads, anyway, crank_current_a, capacity_ah))
 
 
 def predict(model: Model, recording: Recording, *, from_s: Optional[float] = None, to_s: Optional[float] = None,

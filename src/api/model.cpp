@@ -72,7 +72,6 @@ Model identify(const Recording& recording, const IdentifyRequest& request) {
   FitRequest fit{request.from, request.to, request.chooses_window, request.anyway, {}};
   fit.options.chooses_effects = !request.effects.has_value();
   if (request.effects) fit.options.effects = *request.effects;
-  fit.options.whiten = request.whiten;
   fit.options.start = request.paper_start ? FitStart::kPaper : FitStart::kRobust;
   fit.options.threads = request.threads;
   fit.options.capacity = request.capacity;

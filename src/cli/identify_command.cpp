@@ -118,9 +118,6 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
       options, "--capacity-ah", fit.capacity,
       "nominal capacity [Ah]: the default of --effects depends on it (50 if it is not given), "
       "and where a discharge ends is fitted with what is known of it");
-  options.add_flag("--whiten", fit.whiten,
-                   "whiten the residuals by a fitted noise model instead of weighting them as the "
-                   "paper does; not where a charger controls the voltage");
   addOption(options, "--threads", fit.threads,
             "threads of a fit with effects, 0: all cores; does not change the result");
   addOption(options, "--start", values.start, "initial state: estimated, or as in the paper")

@@ -166,7 +166,6 @@ FittedModel completed(const WhitenedFit& fit, const Residuals& residuals,
   options.crank_current = residuals.crank_current;
   options.discrepancy = fit.model.discrepancy();
   options.masked = screened.limits.masked;
-  options.voltage_lsb_std = screened.limits.voltage_lsb_std;
   FittedModel model =
       completedModel(screened.series, residuals.parts.train, options, fit.point, fit.noise);
   fitErrors(model, screened.series, residuals.parts.train);

@@ -5,7 +5,6 @@
 #include <memory>
 #include <utility>
 
-#include "diagnosis/timing_jitter_noise.hpp"
 #include "diagnosis/verdict.hpp"
 #include "estimation/moved_charge.hpp"
 #include "explanation_fits.hpp"
@@ -76,7 +75,6 @@ IdentifyOptions identifyOptions(const Series& train, const std::optional<Charger
   IdentifyOptions fit;
   fit.crank_current = options.crank_current.value_or(kCrankCurrent);
   fit.masked = limits.withoutClipped();
-  fit.voltage_lsb_std = limits.voltage_lsb_std;
   fit.source = screened;
   if (std::optional<ChargerControl> as_recorded =
           screened ? chargerControl(train, std::nullopt, EventLimits{fit.crank_current})
@@ -146,8 +144,6 @@ FinalFit fitExplained(const Residuals& residuals, const Explained& explained) {
   const bool is_slow = residuals.screened.slow;
   FinalFit last;
   last.at_edges = !is_slow && actsAtEdges(explanation.model);
-  last.quiet = is_slow ? TimingJitterNoise::weighed(residuals.quiet, explanation.edge_jitter)
-                       : residuals.quiet;
   last.fit = !explained.hasEffects() || explained.selection
                  ? residuals.base
                  : fitWhitened(explanation.model, last.inputs(residuals), {explanation.point},

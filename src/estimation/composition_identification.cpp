@@ -19,7 +19,6 @@ namespace {
 constexpr std::size_t kCompressFrom = 4000;
 // Standard errors come from the full rate up to here: 13 MB of Jacobian with sixteen unknowns.
 constexpr std::size_t kFullRateErrors = 100000;
-constexpr int kWhiteningRounds = 2;
 constexpr int kFirstIterations = 20;  // before weights are taken again
 // Share of the cost below which a step is not worth taking: a tenth of what half a standard error
 // makes of it.
@@ -27,7 +26,6 @@ constexpr double kEnough = 1e-4;
 // of the search at full rate; beyond it compression was no good start
 constexpr int kLastIterations = 10;
 constexpr double kBoundShare = 1e-3;  // [1], of a bound
-constexpr double kMinWhite = 1e-5;    // [V]
 
 /// Where every strength is at its magnitude.
 CompositionPoint withMagnitudes(const BatteryModel& model, CompositionPoint point) {
@@ -132,15 +130,8 @@ Fitted search(const BatteryModel& model, const InputSequence& inputs,
                                     share * (inputs.samples.back().step.time - inputs.first_time)));
   starts.insert(starts.end(), options.starts.begin(), options.starts.end());
   Fitted fitted{{}, costOf(options)};
-  const CompositionProblem weighted(model, inputs, fitted.cost, nested, fixed);
-  fitted.fit = fitComposition(weighted, starts, search);
-  search.more_starts = 0;
-  for (int round = 0; options.whiten && round < kWhiteningRounds; ++round) {
-    fitted.cost.noise = fitNoise(weighted.residual(fitted.fit.x), inputs.samples,
-                                 std::max(kMinWhite, options.voltage_lsb_std));
-    const CompositionProblem whitened(model, inputs, fitted.cost, nested, fixed);
-    searchOn(fitted, whitened, search);
-  }
+  const CompositionProblem problem(model, inputs, fitted.cost, nested, fixed);
+  fitted.fit = fitComposition(problem, starts, search);
   return fitted;
 }
 
@@ -450,7 +441,7 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
   if (options.source) return identifyBothWays(model, series, range, options, base);
   const Window window(series, range, options.masked);
   Fitted fitted = search(model, window.searched(), options, base);
-  if (&window.judged() != &window.searched() && !fitted.cost.noise) {
+  if (&window.judged() != &window.searched()) {
     // The compressed optimum is off by a share of a standard error; from there two passes at full
     // rate end it.
     const CompositionProblem over_all(model, window.full, fitted.cost, fitted.fit.point,

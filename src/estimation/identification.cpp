@@ -61,9 +61,8 @@ void requireValid(const IdentifyOptions& options, const Series& series, IndexRan
                                        options.source->voltage_controlled.size(), series.size()));
   if (options.start == FitStart::kPaper && options.source)
     throw std::invalid_argument("the paper's start has the current as its only input: no source");
-  if (options.start == FitStart::kPaper && (options.whiten || !options.effects.empty()))
-    throw std::invalid_argument(
-        "the paper's start fits the base model to eq. 3 alone: no effects, no whitening");
+  if (options.start == FitStart::kPaper && !options.effects.empty())
+    throw std::invalid_argument("the paper's start fits the base model alone: no effects");
   if (range.last > series.size() || range.first > range.last)
     throw std::invalid_argument(format("window of samples %zu to %zu in a recording of %zu",
                                        range.first, range.last, series.size()));
@@ -157,8 +156,7 @@ FittedModel fittedTo(const Window& window, const IdentifyOptions& options) {
     fit = searchAsInPaper(samples, options, series[range.first]);
   else if (options.effects.empty() || !options.source)
     fit = searchWindow(samples, equations, options);
-  const bool is_base =
-      options.effects.empty() && !options.whiten && !isVoltageControlled(options, range);
+  const bool is_base = options.effects.empty() && !isVoltageControlled(options, range);
   FittedModel model = is_base ? describeFit(window, fit, equations, crankLimitsOf(options))
                               : identifyComposition(series, range, options, fit.point);
   if (!is_base) model.fit.iterations += fit.iterations;
@@ -256,7 +254,6 @@ void takeLimits(IdentifyOptions& options, const Series& series, const Instrument
       if (series.current[n] == limit) options.bounded[n] = 1;
     if (limit < 0.0) options.sensor_min_current = limit;
   }
-  options.voltage_lsb_std = limits.voltage_lsb_std;
 }
 
 void carryState(FittedModel& model, const Series& series, std::size_t last) {

@@ -47,7 +47,6 @@ struct IdentifyOptions {
   std::vector<char> bounded = {};
   /// [A], where the sensor's range of discharge ends; goes into ExcitedRange
   std::optional<double> sensor_min_current = std::nullopt;
-  double voltage_lsb_std = 0.0;  ///< [V], what rounding adds at least to the white noise
 
   /// Operating mode in the series. Set: where the voltage is controlled it is the input, the fit
   /// has errors in both variables (ChannelErrors), what the equations miss is estimated
@@ -66,9 +65,8 @@ struct IdentifyOptions {
   /// estimated before (fitDiscrepancy()); its factors are fitted
   std::shared_ptr<const DiscrepancyModel> discrepancy = nullptr;
   /// What is known; the population with the fit's own effects serves. The base circuit driven
-  /// by the current alone has none but with `whiten`.
+  /// by the current alone has none.
   std::vector<KnownPopulation> priors = {};
-  bool whiten = false;  ///< cost of residuals whitened by a fitted noise model in place of eq. 3
   /// of a composition, in addition to the base model's optimum and the effects' magnitudes; none
   /// where a source controls the voltage
   int more_starts = 2;
@@ -94,11 +92,11 @@ inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {
  *
  * kRobust estimates r_discharge, r_charge, u_dc, c2, beta and the state at the first sample. The
  * first three enter linearly once u_c2 is known and are eliminated in every iteration (variable
- * projection); c2 and beta are searched as logarithms inside Table I's bounds. With effects or
- * `whiten`, fitComposition() does the same for the composition, from the base model's optimum, or
+ * projection); c2 and beta are searched as logarithms inside Table I's bounds. With effects fitComposition()
+ * does the same for the composition, from the base model's optimum, or
  * from typical values where a source controls the voltage, and from options.starts; long windows of
  * a driven current are compressed (compressedInputs); up to 100,000 samples the search ends at full
- * rate but with `whiten`, and standard errors come from it. kPaper searches the four tunables,
+ * rate, and standard errors come from it. kPaper searches the four tunables,
  * normalised by Table I's magnitudes, with an exponential penalty beyond the bounds, eq. 4 for u_dc
  * and eq. 5 for the state, u_dc in eq. 5 being the previous iteration's.
  *
@@ -107,24 +105,23 @@ inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {
  *
  * Standard errors are those of the sandwich J'W^2J with a Bartlett kernel over the residual's
  * correlation length (Newey and West 1987), so neither the weights nor autocorrelated residuals
- * make them look smaller than they are; with `whiten` those of the information matrix.
+ * make them look smaller than they are.
  *
  * @param series recording; @param range window; gaps inside are taken as rests.
  * @return the model with its state at the window's last sample; never throws for poor data: see
  * FitStatus.
  * @throws std::invalid_argument for options outside their ranges, unknown effects, effects or
- * whitening or a source with kPaper, or a range outside the series.
+ * a source with kPaper, or a range outside the series.
  */
 FittedModel identify(const Series& series, IndexRange range, const IdentifyOptions& options = {});
 
 /**
- * @brief identify() for options with effects, whitening or a source; same arguments, checked by
+ * @brief identify() for options with effects or a source; same arguments, checked by
  * identify().
  *
  * Starts: the base model's optimum with the new strengths at zero, the same with them at their
  * magnitudes or an instant at four, and options.more_starts; at a source the magnitudes;
- * options.starts, and with options.only_starts no other. With options.whiten noise and fit are
- * estimated in turns, twice each.
+ * options.starts, and with options.only_starts no other.
  *
  * @param base the base model's optimum under eq. 3; not read for effects at a source, which start
  * at their magnitudes.
@@ -172,7 +169,7 @@ struct FitRequest {
   std::optional<double> to;     ///< [s]; none: its last sample
   bool chooses_window = false;  ///< the best window inside from..to even where both are given
   bool anyway = false;  ///< a recording with a problem (findProblems()) is fitted all the same
-  /// masked, voltage_lsb_std and source are found from the recording.
+  /// masked and source are found from the recording.
   IdentifyOptions options;
   /// [A], below 0, what counts as an engine start; none: as the recording shows it
   /// (findCrankCurrent())
