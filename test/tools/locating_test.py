@@ -7,6 +7,7 @@ import unittest
 import numpy as np
 
 from battery_sof_tools.benchmark import locating
+from battery_sof_tools.sof import Failure
 
 
 def drive(seconds=1200, rate=10):
@@ -83,6 +84,11 @@ class Changes(unittest.TestCase):
             self.assertTrue(change[allowed].any())
             self.assertFalse(change[~allowed].any())
             self.assertGreaterEqual(truth["episodes"], 14)
+
+    def test_a_regime_that_does_not_occur_is_refused(self):
+        t = np.arange(1000.0)
+        with self.assertRaisesRegex(Failure, "no charge before the last quarter"):
+            locating.change_in_regime("charge", t, np.where(t > 800.0, 20.0, -5.0), random.Random(1))
 
     def test_the_same_seed_gives_the_same_cases_three_a_base(self):
         cases = locating.plan(3, 12, "data")
