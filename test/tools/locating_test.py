@@ -99,21 +99,21 @@ class Changes(unittest.TestCase):
         self.assertEqual(len({case["seed"] for case in cases}), len(cases))
 
 
-class Ruler(unittest.TestCase):
+class Baseline(unittest.TestCase):
     def test_it_takes_the_minute_and_the_regime_with_the_largest_error(self):
         t, current = drive()
         error = np.where((t >= 300.0) & (t < 420.0), 0.05, 0.001)
-        said = locating.ruler_of(t, current, error)
+        said = locating.baseline_of(t, current, error)
         self.assertTrue(300.0 <= said["worst"][0][0] <= 360.0)
         self.assertTrue(locating.time_score(said["clear"], (300.0, 420.0))["found"])
-        self.assertEqual(locating.ruler_of(t, current, np.where(current < -150.0, 0.1, 0.01))["regime"], "crank")
-        self.assertEqual(locating.ruler_of(t, current, np.full(len(t), 0.01))["clear"], [])
+        self.assertEqual(locating.baseline_of(t, current, np.where(current < -150.0, 0.1, 0.01))["regime"], "crank")
+        self.assertEqual(locating.baseline_of(t, current, np.full(len(t), 0.01))["clear"], [])
 
 
 class Figures(unittest.TestCase):
     def test_counts_are_kept_apart_by_what_was_put_in(self):
-        ruler = {"worst": [[0.0, 60.0]], "clear": [], "regime": "rest"}
-        row = {"name": "a", "group": "measured", "base_seed": 1, "kind": "control", "truth": {}, "stretches": [[300.0, 330.0]], "regimes": [finding("crank", 0.01, alarm=False)], "ruler": ruler, "duration_s": 1200.0}
+        baseline = {"worst": [[0.0, 60.0]], "clear": [], "regime": "rest"}
+        row = {"name": "a", "group": "measured", "base_seed": 1, "kind": "control", "truth": {}, "stretches": [[300.0, 330.0]], "regimes": [finding("crank", 0.01, alarm=False)], "baseline": baseline, "duration_s": 1200.0}
         late = dict(row, kind="resistance", truth={"from_s": 100.0, "to_s": 200.0}, stretches=[[100.0, 160.0], [300.0, 380.0]])
         charge = dict(row, kind="charge", truth={"episodes": 4}, regimes=[finding("long charge", 0.01)])
         found = locating.figures([row, late, charge, {"name": "b", "failed": "no answer"}])
@@ -121,7 +121,7 @@ class Figures(unittest.TestCase):
         of = found["groups"]["measured"]
         self.assertEqual([of["control"][key] for key in ("stretch", "regime", "printed", "clear")], [[1, 1], [0, 1], [1, 1], [0, 1]])
         self.assertEqual([of["resistance"][name]["found"] for name in ("sof", "new", "worst", "clear")], [[0, 1], [1, 1], [0, 1], [0, 1]])
-        self.assertEqual((of["charge"]["first"], of["charge"]["testable"], of["charge"]["ruler"]), ([1, 1], 0, [0, 1]))
+        self.assertEqual((of["charge"]["first"], of["charge"]["testable"], of["charge"]["baseline"]), ([1, 1], 0, [0, 1]))
         self.assertIn("| measured | charge | 1 of 1 (27 to 100 %) |", "\n".join(locating.tables(found)))
 
 

@@ -17,7 +17,7 @@ or within 30 s of it; found means half of each. Of a base that has a mismatch of
 Regime: which has the largest mean or end among those reported as significant, which are reported at all, and which has the largest mean that is printed:
 `sof diagnose` prints the largest one whose interval excludes zero even if it is not significant.
 
-The ruler is what an engineer would do without a diagnosis: `sof identify --effects none` and `sof predict` of the same rows, and of the error the minute with the
+The baseline is what an engineer would do without a diagnosis: `sof identify --effects none` and `sof predict` of the same rows, and of the error the minute with the
 largest RMS, or all minutes with more than twice the median RMS; of regimes the one with the largest RMS.
 
 DIR keeps the answers, so that a run that was cut off goes on, and figures.json has the counts.
@@ -64,7 +64,7 @@ DRAWS = 50
 BESIDE_S = 30.0               # of a stretch, that count as inside
 HALF = 0.5
 KEPT = ("regime", "statistic", "episodes", "value", "lower", "upper", "p_value", "alarm")  # of a finding
-WINDOW_S, STRIDE_S = 60.0, 10.0  # of the ruler
+WINDOW_S, STRIDE_S = 60.0, 10.0  # of the baseline
 CLEAR = 2.0                   # times the median RMS
 CRANK_A, LOAD_A, LONG_S, LONG_A, STEP_S, GAP_S = -150.0, 0.5, 10.0, 2.0, 0.1, 5.0  # src/diagnosis/regimes.hpp
 
@@ -194,9 +194,9 @@ def change_in_regime(kind, t, current, dice):
     return change, {"size": size, "episodes": before}
 
 
-# -------------------------------------------------------------------------------------------------- the ruler
+# -------------------------------------------------------------------------------------------------- the baseline
 
-def ruler_of(t, current, error):
+def baseline_of(t, current, error):
     """Stretches by the RMS error of minutes, and the regime with the largest RMS error."""
     begins = np.arange(t[0], max(t[-1] - WINDOW_S, t[0]) + 1e-9, STRIDE_S)
     square = np.concatenate(([0.0], np.cumsum(error**2)))
@@ -214,8 +214,8 @@ def ruler_of(t, current, error):
     return {"worst": [[worst, worst + WINDOW_S]], "clear": union((float(one), float(one) + WINDOW_S) for one in begins[clear]), "regime": max(sizes, key=sizes.get)}
 
 
-def ruler(sof, recording, folder, last_s):
-    """ruler_of() the circuit's error up to a time."""
+def baseline(sof, recording, folder, last_s):
+    """baseline_of() the circuit's error up to a time."""
     model, rows = (os.path.join(folder, name) for name in ("model.yaml", "rows.csv"))
     window = ("--from", "0", "--to", f"{last_s:.6f}")
     call([sof, "identify", recording, "--effects", "none", *window, "--out", model], patience_s=PATIENCE_S)
@@ -224,7 +224,7 @@ def ruler(sof, recording, folder, last_s):
     call([sof, "predict", model, recording, *window, "--csv", rows], patience_s=PATIENCE_S)
     t, current, voltage, predicted = np.genfromtxt(rows, delimiter=",", skip_header=1, usecols=(0, 1, 2, 3)).T
     shown = np.isfinite(predicted) & np.isfinite(voltage)
-    return ruler_of(t[shown], current[shown], (voltage - predicted)[shown])
+    return baseline_of(t[shown], current[shown], (voltage - predicted)[shown])
 
 
 # -------------------------------------------------------------------------------------------------- cases
@@ -260,7 +260,7 @@ def base_of(build, data, case, folder):
 
 
 def answered(build, data, case):
-    """What is true of a case, what is reported, and what the ruler says."""
+    """What is true of a case, what is reported, and what the baseline says."""
     sof, dice = program(build, "sof"), random.Random(case["seed"])
     with tempfile.TemporaryDirectory(prefix="locating_") as folder:
         t, current, voltage = base_of(build, data, case, folder)
@@ -271,18 +271,18 @@ def answered(build, data, case):
         path = os.path.join(folder, RECORDING)
         recordings.write(path, t, current, shown)
         said = diagnose(sof, path, patience_s=PATIENCE_S)
-        measured = ruler(sof, path, folder, t[int(TRAINING * len(t)) - 1])
+        measured = baseline(sof, path, folder, t[int(TRAINING * len(t)) - 1])
     return {**case, "truth": truth, "verdict": said["verdict"], "effects": [one["id"] for one in said["effects"]],
             "stretches": [[one["from_s"], one["to_s"]] for one in said["mismatch"]], "stretch_regimes": [one["regime"] for one in said["mismatch"]],
             "regimes": [{key: one[key] for key in KEPT} for one in said["regimes"]],
-            "duration_s": float(t[-1] - t[0]), "ruler": measured}
+            "duration_s": float(t[-1] - t[0]), "baseline": measured}
 
 
 # -------------------------------------------------------------------------------------------------- counts
 
 # What is scored in time: words, and the stretches of a case beside its control.
 REPORTED = {"sof": ("sof diagnose", lambda row, _: row["stretches"]), "new": ("the same without the control's", lambda row, control: apart(row["stretches"], control["stretches"] if control else [])),
-            "worst": ("ruler: worst minute", lambda row, _: row["ruler"]["worst"]), "clear": ("ruler: minutes above twice the median", lambda row, _: row["ruler"]["clear"])}
+            "worst": ("baseline: worst minute", lambda row, _: row["baseline"]["worst"]), "clear": ("baseline: minutes above twice the median", lambda row, _: row["baseline"]["clear"])}
 
 
 def counted(rows, key):
@@ -300,7 +300,7 @@ def apart(stretches, others):
 
 
 def time_figures(rows, controls):
-    """Counts over cases that are limited in time, of the product and of both rulers. controls: {base_seed: row}."""
+    """Counts over cases that are limited in time, of the product and of both baselines. controls: {base_seed: row}."""
     found = {"cases": len(rows)}
     for name in REPORTED:
         scores = [time_score(REPORTED[name][1](row, controls.get(row["base_seed"])), (row["truth"]["from_s"], row["truth"]["to_s"])) for row in rows]
@@ -313,14 +313,14 @@ def regime_figures(rows):
     """Counts over cases that are limited to a regime."""
     scores = [regime_score(row["regimes"], row["kind"]) for row in rows]
     return {"cases": len(rows), **{key: counted(scores, key) for key in ("first", "among", "printed")}, "others": middle(one["others"] for one in scores),
-            "testable": sum(row["truth"]["episodes"] >= MIN_EPISODES for row in rows), "ruler": [sum(row["ruler"]["regime"] == row["kind"] for row in rows), len(rows)]}
+            "testable": sum(row["truth"]["episodes"] >= MIN_EPISODES for row in rows), "baseline": [sum(row["baseline"]["regime"] == row["kind"] for row in rows), len(rows)]}
 
 
 def control_figures(rows):
     """How often something is located where nothing was put in."""
     return {"cases": len(rows), "stretch": [sum(bool(row["stretches"]) for row in rows), len(rows)], "regime": [sum(any(one["alarm"] for one in row["regimes"]) for row in rows), len(rows)],
             "printed": [sum(bool(largest_printed(row["regimes"])) for row in rows), len(rows)],
-            "share": middle(length(row["stretches"]) / (TRAINING * row["duration_s"]) for row in rows), "clear": [sum(bool(row["ruler"]["clear"]) for row in rows), len(rows)]}
+            "share": middle(length(row["stretches"]) / (TRAINING * row["duration_s"]) for row in rows), "clear": [sum(bool(row["baseline"]["clear"]) for row in rows), len(rows)]}
 
 
 def figures(rows):
@@ -362,10 +362,10 @@ def tables(found):
                         continue  # nothing of their own
                     in_time.append((group, kind, words, share_of(one[name]["found"]), share_of(one[name]["inside"]), percent(one[name]["recall"]), percent(one[name]["precision"])))
             else:
-                in_regime.append((group, kind, share_of(one["first"]), share_of(one["among"]), share_of(one["printed"]), f"{one['others']:g}", share_of(one["ruler"]), f"{one['testable']} of {one['cases']}"))
+                in_regime.append((group, kind, share_of(one["first"]), share_of(one["among"]), share_of(one["printed"]), f"{one['others']:g}", share_of(one["baseline"]), f"{one['testable']} of {one['cases']}"))
     return [*table(("bases", "change", "by", "found", "precision of half", "recall, median", "precision, median"), in_time), "",
-            *table(("bases", "change", "its regime first", "its regime among those reported", "its regime the largest mean printed", "others reported, median", "ruler: largest RMS", "five episodes"), in_regime), "",
-            *table(("bases, nothing put in", "a stretch is reported", "share of the time, median", "a regime is reported", "a regime is printed", "ruler: a minute is reported"), controls)]
+            *table(("bases", "change", "its regime first", "its regime among those reported", "its regime the largest mean printed", "others reported, median", "baseline: largest RMS", "five episodes"), in_regime), "",
+            *table(("bases, nothing put in", "a stretch is reported", "share of the time, median", "a regime is reported", "a regime is printed", "baseline: a minute is reported"), controls)]
 
 
 def main(given=None):
