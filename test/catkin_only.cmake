@@ -63,6 +63,7 @@ battery_sof_script_test(can_logs_are_read_by_their_dbc_file 60 tools/can_log_tes
 battery_sof_script_test(recordings_of_ros_2_are_read 60 tools/ros2_bag_test.py)
 battery_sof_script_test(tables_say_what_was_measured 60 tools/measures_test.py)
 battery_sof_script_test(causes_in_measured_recordings_are_planned_and_scored 60 tools/causes_test.py)
+battery_sof_script_test(where_model_and_recording_deviate_is_scored 60 tools/locating_test.py)
 battery_sof_script_test(pages_hold_the_figures_of_the_results 60 tools/results_test.py)
 battery_sof_script_test(json_is_what_its_schemas_say 300 tools/schemas_test.py)
 battery_sof_script_test(references_are_what_the_sources_say 60 tools/references_test.py)

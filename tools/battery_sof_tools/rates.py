@@ -6,13 +6,14 @@ import statistics
 import numpy as np
 
 
-def interval(k, n, method="exact"):
+def interval(k, n, method="exact", level=0.95):
     """95 % interval of a rate of k in n (Clopper and Pearson 1934)."""
     from scipy.stats import binomtest  # half a second
-    return tuple(binomtest(int(k), int(n)).proportion_ci(0.95, method))
+    return tuple(binomtest(int(k), int(n)).proportion_ci(level, method))
 
 
 wilson = functools.partial(interval, method="wilson")  # by the score test (Wilson 1927)
+wilson_90 = functools.partial(interval, method="wilson", level=0.9)
 
 
 def rate(k, n, of=interval):
