@@ -86,10 +86,11 @@ std::string regimesText(const Diagnosis& d) {
   for (const RegimeFinding& f : d.regimes) {
     if (!f.is_significant && &f != largest) continue;
     const std::string unit = f.statistic == "slope" ? "mV/s" : "mV";
-    text += wrapped(kIndent, plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) +
-                                 " " + unit + ", 95 % interval " + millivolts(f.lower) + " to " +
-                                 millivolts(f.upper) + " " + unit +
-                                 format(" (%zu episodes)", f.episodes));
+    text += wrapped(
+        kIndent,
+        plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) + " " + unit +
+            ", 95 % interval " + millivolts(f.lower) + " to " + millivolts(f.upper) + " " + unit +
+            format(" (%zu episodes%s)", f.episodes, f.is_significant ? "" : ", not significant"));
   }
   return text.empty() ? text : "\nregimes in which the base model deviates\n" + text;
 }
