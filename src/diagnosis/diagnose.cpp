@@ -74,7 +74,7 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& given) {
   found.parameter_bias = parameterBiases(residuals.base, residuals.quiet, regimes);
   const ModelSelection selected = selectModel(recording, residuals, options, found);
   const FinalFit& last = selected.last;
-  found.mismatch = mismatchSegments(residuals.base, residuals.quiet, regimes,
+  found.mismatch = mismatchSegments(residuals.base, last.quiet, regimes,
                                     last.at_edges ? residuals.base.noise : last.fit.noise);
   validate(recording, residuals, selected, options, found);
   for (FittedModel* model : {&found.base, &found.extended})

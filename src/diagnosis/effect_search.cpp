@@ -104,7 +104,7 @@ std::vector<double> EffectSearch::gridGains(const ExplanationState& state,
                rows = fits_.effectiveSampleFraction() * rest.sums.problem.rows;
   std::vector<double> gains(grid.size(), 0.0);
   parallelFor(grid.size(), threads_, [&](std::size_t g) {
-    const Eigen::VectorXd& added = grid[g].added;
+    const Eigen::VectorXd added = fits_.whitened(grid[g].added);
     const double length = rest.lengthOf(added), along = added.dot(rest.left);
     if (!(length > 1e-8 * added.squaredNorm()) || (grid[g].one_sided && along < 0.0)) return;
     const double share = std::min(along * along / length / rss, 1.0 - 1e-9);
@@ -208,7 +208,7 @@ std::vector<DetectionLimit> EffectSearch::minStrengths(
   for (const EffectGridPoint& point : grid_) {
     if (state.has(point.id) || !done.insert(point.id).second) continue;
     const Mechanism own = mechanismOf(point.id);
-    const Eigen::VectorXd& added = point.added;
+    const Eigen::VectorXd added = fits_.whitened(point.added);
     const double length = rest.lengthOf(added);
     double min_length = length;
     for (const auto& other : others)
@@ -334,7 +334,7 @@ ExplanationState EffectSearch::enlargedBy(const ExplanationState& state,
 
 double EffectSearch::strengthOf(const ExplanationState& state, const EffectGridPoint& from) const {
   const LinearRest rest(fits_, state);
-  const Eigen::VectorXd& added = from.added;
+  const Eigen::VectorXd added = fits_.whitened(from.added);
   const double share = added.dot(rest.left) / rest.lengthOf(added);
   return std::abs(share) < 0.1 ? std::copysign(0.1, share) : share;
 }

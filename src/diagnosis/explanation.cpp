@@ -385,6 +385,7 @@ class StepwiseSelection {
                           fits_.chargeShareOf(left), options_.relevance, state.fit.noise};
     found_.unexplained.limits.rmse = fits_.relevanceLimit(state);
     found_.effective_sample_fraction = fits_.effectiveSampleFraction();
+    found_.edge_jitter = fits_.timingJitterNoise().jitter();
     found_.weighed = search_.weighed();
     found_.detection_limits = search_.minStrengths(state, [&](Mechanism mechanism) {
       return std::max(needed(state, mechanism), leastNamed(found_.terms, mechanism));

@@ -81,7 +81,9 @@ struct UnexplainedPart {
   double crank = 0.0;         ///< [V], mean magnitude while cranking
   double charge_share = 0.0;  ///< [1], of the charging current
   Relevance limits;           ///< rmse: as it was used, with the noise
-  double noise = 0.0;         ///< [V], RMS of the residual of a row after all that explains it
+  /// [V], RMS of the residual of a row after all that explains it; away from edges of the current
+  /// where these are noisier
+  double noise = 0.0;
   /// Whether the residual is noise of instruments, and nothing in it exceeds the relevance
   /// threshold. Where it is not, any effect may be in it: no strength of one is reported.
   bool isNoise() const { return noise <= kPlausible && rmse < limits.rmse; }
@@ -98,6 +100,7 @@ struct Explanation {
   double base_evidence = 0.0;           ///< of the base circuit alone
   /// share of rows that count as independent once all that can be estimated is taken out
   double effective_sample_fraction = 1.0;
+  double edge_jitter = 0.0;  ///< q of TimingJitterNoise [1/A^2]
   UnexplainedPart unexplained;
   std::vector<WeighedMember> weighed;  ///< in the order in which they came
   /// of every effect that is not in it, linearised

@@ -50,6 +50,8 @@ ExplanationFits::ExplanationFits(const InputSequence& inputs, const CompositionP
   for (Eigen::Index row = 0; row < response_.training; ++row)
     if (response_.weight[row] > 0.0) counted_.push_back(row);
   takeFree();
+  noise_ = TimingJitterNoise(inputs, response_, counted_);
+  takeWhitening(noise_.with(0.0, 0.0));
   takeRelevance();
 }
 
@@ -59,7 +61,7 @@ const std::optional<ExplanationState>& ExplanationFits::placedBase() {
   state.point = base_;
   state.coordinates = coordinatesOf(state.model);
   if (!linearize(state)) return base_state_;
-  takeEffectiveSampleFraction(state);
+  takeNoise(state);
   base_state_ = std::move(state);
   return base_state_;
 }
@@ -123,12 +125,13 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
     used.push_back(static_cast<Eigen::Index>(table_.regressors.size()) + k);
   const Eigen::Index free = used.size();
   Eigen::MatrixXd& own = sums.columns.own;
-  own = state.sensitivity;
-  sums.columns.free = &free_;
-  sums.targets = state.error - state.sensitivity * expected;
+  own = noise_.whitened(state.sensitivity);
+  sums.columns.free = &whitenedFree();
+  sums.targets = whitened(state.error - state.sensitivity * expected);
   problem.products.resize(known + free, known + free);
   problem.products.topLeftCorner(known, known) = own.transpose() * own;
-  problem.products.bottomLeftCorner(free, known) = free_(Eigen::all, used).transpose() * own;
+  problem.products.bottomLeftCorner(free, known) =
+      whitenedFree()(Eigen::all, used).transpose() * own;
   problem.products.topRightCorner(known, free) =
       problem.products.bottomLeftCorner(free, known).transpose();
   problem.products.bottomRightCorner(free, free) = free_products_(used, used);
@@ -141,7 +144,7 @@ ExplanationSums ExplanationFits::sumsOf(const ExplanationState& state, bool all)
 ExplanationSums ExplanationFits::evaluateEvidence(ExplanationState& state) const {
   ExplanationSums sums = sumsOf(state, false);
   state.fit = fitOf(sums.problem);
-  state.evidence = state.fit.evidence;
+  state.evidence = state.fit.evidence + effective_sample_fraction_ * noise_.logScale();
   return sums;
 }
 
@@ -181,12 +184,24 @@ void ExplanationFits::pulse() const {
 
 void ExplanationFits::refine(ExplanationState& state) {
   for (int round = 0; round <= kPolishes; ++round) {
-    takeEffectiveSampleFraction(state);
+    takeNoise(state);
     evaluateEvidence(state);
     const double before = state.evidence;
     if (round < kPolishes) improve(state, kMaxIterations, kPolished);
     if (state.evidence - before < kPolished) return;
   }
+}
+
+void ExplanationFits::takeNoise(const ExplanationState& state) {
+  takeWhitening(noise_.with(0.0, 0.0));  // the same from any state before
+  const LinearFit all = takeEffectiveSampleFraction(state);
+  if (!noise_.applies()) return;
+  ExplanationSums sums = sumsOf(state, true);
+  const NoiseRows rows{
+      sums.columns.times(NoiseRows::directions(sums.problem, all, effective_sample_fraction_)),
+      std::move(sums.targets), effective_sample_fraction_, all.noise};
+  takeWhitening(noise_.best([&](const TimingJitterNoise& noise) { return rows.evidence(noise); }));
+  takeEffectiveSampleFraction(state);
 }
 
 double ExplanationFits::minError() {
@@ -198,7 +213,21 @@ double ExplanationFits::minError() {
   return rms(base->error - base->sensitivity * moved - free_ * z.tail(free_.cols()));
 }
 
-void ExplanationFits::takeEffectiveSampleFraction(const ExplanationState& state) {
+void ExplanationFits::takeWhitening(const TimingJitterNoise& noise) {
+  noise_ = noise;
+  whitened_.resize(0, 0);
+  if (noise_.isWhite() && white_products_.size() > 0) {
+    free_products_ = white_products_;
+    return;
+  }
+  if (!noise_.isWhite()) whitened_ = noise_.whitened(free_);
+  free_products_.setZero(free_.cols(), free_.cols());
+  free_products_.selfadjointView<Eigen::Lower>().rankUpdate(whitenedFree().transpose());
+  free_products_.triangularView<Eigen::StrictlyUpper>() = free_products_.transpose();
+  if (noise_.isWhite()) white_products_ = free_products_;
+}
+
+LinearFit ExplanationFits::takeEffectiveSampleFraction(const ExplanationState& state) {
   effective_sample_fraction_ = kFirstSampleFraction;
   const ExplanationSums sums = sumsOf(state, true);
   LinearFit fit;
@@ -210,6 +239,7 @@ void ExplanationFits::takeEffectiveSampleFraction(const ExplanationState& state)
         std::max(kMinSampleFraction, independentShare(sums.targets - sums.columns.times(fit.z))));
     if (std::abs(effective_sample_fraction_ - before) < kSettledSampleFraction * before) break;
   }
+  return fit;
 }
 
 ExplanationState ExplanationFits::withRegressors(const ExplanationState& state,
@@ -345,9 +375,6 @@ void ExplanationFits::takeFree() {
       free_(n, columns + k) =
           std::clamp((response_.time[counted_[n]] - from) / length - k, 0.0, 1.0);
   max_random_walk_ = kMaxRandomWalk * std::sqrt(length / 60.0);
-  free_products_.setZero(free_.cols(), free_.cols());
-  free_products_.selfadjointView<Eigen::Lower>().rankUpdate(free_.transpose());
-  free_products_.triangularView<Eigen::StrictlyUpper>() = free_products_.transpose();
 }
 
 void ExplanationFits::takeRelevance() {

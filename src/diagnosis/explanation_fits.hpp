@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "diagnosis/diagnose.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
 #include "model/effect.hpp"
 #include "util/text.hpp"
 
@@ -70,8 +71,9 @@ inline auto rowsOf(IndexRange range) {
 /// ExplanationSums over the counted rows for a state's linear fit.
 struct ExplanationSums {
   LinearProblem problem;
+  // innovations of TimingJitterNoise, as long as the fits keep their noise
   ExplanationColumns columns;
-  Eigen::VectorXd targets;
+  Eigen::VectorXd targets;  // likewise
 };
 
 /**
@@ -112,9 +114,12 @@ class ExplanationFits {
   /// Fits a state to the end, from where it stands or from the best that another path has come to
   /// with the same parts.
   void optimize(ExplanationState& state);
+  /// Takes what edges of the current add to the rows' noise (TimingJitterNoise), and the effective
+  /// sample fraction: of greatest evidence with all that can be estimated in addition to a state.
+  void takeNoise(const ExplanationState& state);
   /// Takes the share of rows that count as independent once all that can be estimated in addition
-  /// to a state is taken out.
-  void takeEffectiveSampleFraction(const ExplanationState& state);
+  /// to a state is taken out. @return that fit.
+  LinearFit takeEffectiveSampleFraction(const ExplanationState& state);
   /// RMS of the counted rows once all that can be estimated with the base circuit is taken out
   /// [V]; infinite without a finite voltage.
   double minError();
@@ -128,6 +133,8 @@ class ExplanationFits {
   /// worth does not depend on the way that led to either.
   ExplanationState withoutMembers(ExplanationState& state, const std::set<std::string>& ids);
   ExplanationState withoutRegressors(ExplanationState& state, Mechanism mechanism);
+  /// A column of the counted rows as innovations of TimingJitterNoise.
+  Eigen::VectorXd whitened(const Eigen::VectorXd& column) const { return noise_.whitened(column); }
   /// The columns' products with their priors, in units of the scaled noise.
   Eigen::MatrixXd penalised(const ExplanationSums& sums, const ExplanationState& state) const;
   /// What a state says of the counted rows, up to what is common to all [V].
@@ -163,6 +170,7 @@ class ExplanationFits {
   /// rows that are estimated from and have a measurement
   const std::vector<Eigen::Index>& counted() const { return counted_; }
   double effectiveSampleFraction() const { return effective_sample_fraction_; }
+  const TimingJitterNoise& timingJitterNoise() const { return noise_; }
   /// Relevance threshold of an RMS in addition to a state [V].
   double relevanceLimit(const ExplanationState& state) const {
     return std::max(relevant_, 0.5 * state.fit.noise);
@@ -180,10 +188,12 @@ class ExplanationFits {
   /// its share of the current.
   void takeRelevance();
   const std::optional<ExplanationState>& placedBase();
+  void takeWhitening(const TimingJitterNoise& noise);
   /// DiagnoseOptions::pulse, from the thread that constructed this alone.
   void pulse() const;
   /// Takes a fit of the same parts from elsewhere where it does better, to its end.
   void takeBetter(ExplanationState& state, ExplanationState again);
+  const Eigen::MatrixXd& whitenedFree() const { return noise_.isWhite() ? free_ : whitened_; }
   /// A point of a composition that holds all of another's parameters and states, as a point of the
   /// other.
   CompositionPoint movedTo(const BatteryModel& model, const BatteryModel& from,
@@ -200,8 +210,11 @@ class ExplanationFits {
   RowSimulation rows_;
   std::vector<Eigen::Index> counted_;
   Eigen::MatrixXd free_;  // the table's regressors and the random walk's ramps
-  Eigen::MatrixXd free_products_;
+  // the same as innovations, empty where they are; products of what is used
+  Eigen::MatrixXd whitened_, free_products_;
+  Eigen::MatrixXd white_products_;  // free_products_ of white noise
   std::optional<ExplanationState> base_state_;
+  TimingJitterNoise noise_;
   double max_random_walk_ = 0.0, relevant_ = 0.0;  // [V]
   double effective_sample_fraction_ = 1.0;
   std::map<Parts, std::pair<BatteryModel, CompositionPoint>> known_;  // best fits

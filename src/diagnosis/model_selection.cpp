@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "diagnosis/timing_jitter_noise.hpp"
 #include "diagnosis/verdict.hpp"
 #include "estimation/moved_charge.hpp"
 #include "explanation_fits.hpp"
@@ -144,6 +145,8 @@ FinalFit fitExplained(const Residuals& residuals, const Explained& explained) {
   const bool is_slow = residuals.screened.slow;
   FinalFit last;
   last.at_edges = !is_slow && actsAtEdges(explanation.model);
+  last.quiet = is_slow ? TimingJitterNoise::weighed(residuals.quiet, explanation.edge_jitter)
+                       : residuals.quiet;
   last.fit = !explained.hasEffects() || explained.selection
                  ? residuals.base
                  : fitWhitened(explanation.model, last.inputs(residuals), {explanation.point},

@@ -26,12 +26,14 @@ struct Explained {
 /// The effects that explain, fitted under a noise model: for intervals and for the model that is
 /// handed on.
 struct FinalFit {
-  bool at_edges = false;  ///< an effect shows at edges: fitted to Residuals::inputs, else to quiet
+  /// Residuals::quiet, its samples weighed by the noise at edges (TimingJitterNoise)
+  InputSequence quiet;
+  bool at_edges = false;  ///< an effect shows at edges: fitted to Residuals::inputs
   /// the base circuit's where there is no effect, and where a source controls the voltage: effects
   /// are fitted in that direction then (selectByScore())
   WhitenedFit fit;
   const InputSequence& inputs(const Residuals& residuals) const {
-    return at_edges ? residuals.inputs : residuals.quiet;
+    return at_edges ? residuals.inputs : quiet;
   }
 };
 

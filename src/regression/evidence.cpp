@@ -19,7 +19,8 @@ constexpr double kMaxSparse = 0.05;    // [V], of a column of a sparse fit
 constexpr double kMinNoise = 3e-5;     // [V]
 constexpr double kTwoPi = 6.283185307179586;
 constexpr int kRounds = 60, kFewRounds = 20;
-constexpr double kSettled = 0.003;  // of ln p between rounds
+constexpr double kSettled = 0.003;      // of ln p between rounds
+constexpr double kSettledNoise = 1e-4;  // of the noise between rounds
 
 /// Sums of the columns in use, scaled by the effective sample fraction.
 struct Part {
@@ -393,6 +394,28 @@ Eigen::MatrixXd covarianceOf(const LinearProblem& problem, double effective_samp
                              const LinearFit& fit) {
   if (!std::isfinite(fit.evidence)) return Eigen::MatrixXd::Zero(fit.z.size(), fit.z.size());
   return GroupSearch(problem, effective_sample_fraction).covarianceOf(fit);
+}
+
+double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets,
+                            double square, double rows, double effective_sample_fraction,
+                            double noise) {
+  const auto axes = eigenDecomposition(effective_sample_fraction * products);
+  const Eigen::ArrayXd spectrum = axes.eigenvalues().array().max(0.0);
+  const Eigen::ArrayXd squares =
+      (effective_sample_fraction * (axes.eigenvectors().transpose() * targets)).array().square();
+  const double y2 = effective_sample_fraction * square, n = effective_sample_fraction * rows;
+  double s = noise;
+  for (int round = 0; round < kRounds; ++round) {
+    const Eigen::ArrayXd kept = spectrum + s * s;
+    const double residual = y2 - (2.0 * squares / kept - spectrum * squares / kept.square()).sum();
+    const double next = std::max(
+        kMinNoise,
+        std::sqrt(std::max(residual, 0.0) / std::max(n - (spectrum / kept).sum(), 0.1 * n)));
+    if (std::abs(next - std::exchange(s, next)) < kSettledNoise * next) break;
+  }
+  const Eigen::ArrayXd kept = spectrum + s * s;
+  return -0.5 * n * std::log(kTwoPi * s * s) - 0.5 * (y2 - (squares / kept).sum()) / (s * s) -
+         0.5 * (kept / (s * s)).log().sum();
 }
 
 SparseFit fitSparse(const LinearProblem& problem, double effective_sample_fraction,

@@ -73,6 +73,19 @@ LinearFit fitGroupsFrom(const LinearProblem& problem, double effective_sample_fr
 Eigen::MatrixXd covarianceOf(const LinearProblem& problem, double effective_sample_fraction,
                              const LinearFit& fit);
 
+/**
+ * @brief ln p as above of a problem whose columns all have s_k = 1, at the noise s where it is
+ * greatest, in the axes of A'A:
+ *
+ *     ln p = -n/2 ln(2 pi s^2) - (y'y - sum g^2 / (w + s^2)) / (2 s^2) - sum ln(1 + w / s^2) / 2,   A'A = W diag(w) W',   g = W' A'y
+ *
+ * Every round of the noise is a sum over the axes: for many noises of the same rows.
+ * @param products the lower triangle is read.  @param noise where the search begins [V].
+ */
+double evidenceOfUnitPriors(const Eigen::MatrixXd& products, const Eigen::VectorXd& targets,
+                            double square, double rows, double effective_sample_fraction,
+                            double noise);
+
 /// A column of a sparse fit in the order in which it came.
 struct SparseStep {
   int column = 0;     ///< among the free ones
