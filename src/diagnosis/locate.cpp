@@ -14,7 +14,6 @@ namespace {
 // ---------------------------------------------------------------------------------------------- regimes
 
 constexpr std::size_t kMinEpisodes = 5;  // docs/physics.md#regimes
-constexpr int kFlips = 4999;
 // at most 2 % of recordings without mismatch have a significant finding
 constexpr double kDiscoveryRate = 0.02;
 constexpr double kEndShare = 0.2;  // of an episode
@@ -131,42 +130,12 @@ std::vector<Question> questionsOf(const InputSequence& inputs, const std::vector
   return questions;
 }
 
-/// Shares of the episodes in a score: each from its first sample to the next one's.
-std::vector<double> sharesOf(const Question& question,
-                             const Eigen::Ref<const Eigen::VectorXd>& signature,
-                             const Eigen::VectorXd& innovation) {
-  std::vector<double> shares;
-  Eigen::Index first = 0;
-  for (std::size_t j = 0; j < question.episodes.size(); ++j) {
-    const Eigen::Index last =
-        j + 1 < question.episodes.size()
-            ? static_cast<Eigen::Index>(question.episodes[j + 1].samples.front())
-            : signature.size();
-    shares.push_back(
-        signature.segment(first, last - first).dot(innovation.segment(first, last - first)));
-    first = last;
-  }
-  return shares;
-}
-
-/// Two-sided p of a sum under random signs of its terms.
-double signFlipP(const std::vector<double>& shares) {
-  double sum = 0.0;
-  for (const double share : shares) sum += share;
-  const double limit = std::abs(sum) * (1.0 - 1e-12);
-  RandomBits random(shares.size());
-  int reached = 1;
-  for (int flip = 0; flip < kFlips; ++flip) {
-    double flipped = 0.0;
-    std::uint64_t signs = 0;
-    for (std::size_t j = 0; j < shares.size(); ++j) {
-      if (j % 64 == 0) signs = random.next();
-      flipped += (signs & 1) != 0 ? shares[j] : -shares[j];
-      signs >>= 1;
-    }
-    if (std::abs(flipped) >= limit) ++reached;
-  }
-  return reached / (kFlips + 1.0);
+/// Two-sided p of a score of independent innovations, with the variance of its own terms.
+double scoreP(const Eigen::Ref<const Eigen::VectorXd>& signature,
+              const Eigen::VectorXd& innovation) {
+  const Eigen::VectorXd terms = signature.cwiseProduct(innovation);
+  const double std = terms.norm();
+  return std > 0.0 ? std::erfc(std::abs(terms.sum()) / (std::sqrt(2.0) * std)) : 1.0;
 }
 
 /// Mean of dependent values with its 95 % interval (Newey and West 1987, Bartlett weights).
@@ -223,7 +192,7 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSeq
     for (const EpisodeError& episode : question.episodes)
       values.push_back(valueOf(question.statistic, fit, inputs, episode));
     takeMean(values, finding);
-    finding.p_value = signFlipP(sharesOf(question, signatures.columns.col(k), fit.innovation));
+    finding.p_value = scoreP(signatures.columns.col(k), fit.innovation);
     findings.push_back(finding);
   }
   markSignificant(findings);

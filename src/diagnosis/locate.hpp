@@ -17,19 +17,20 @@ namespace battery_sof {
  * and a second), of its mean over their last fifth; with the 95 % interval of a mean of
  * neighbouring, hence dependent, episodes (Newey and West 1987).
  *
- * Test: neighbouring errors are dependent and a misfit of u_dc moves them all, so flipping
- * episodes' errors would find a mismatch in noise. Flipped are their shares in the score of the
- * statistic's own signature s (one, time since the episode's middle, or one in its last fifth; zero
- * elsewhere) after whitening and projection:
+ * Test: neighbouring errors are dependent and a misfit of u_dc moves them all, so that their mean
+ * would find a mismatch in noise. Tested is the score of the statistic's own signature s (one, time
+ * since the episode's middle, or one in its last fifth; zero elsewhere) after whitening and
+ * projection, with the variance of its own terms (White 1980):
  *
- *     x_j = sum over n of episode j and on to the next of (M K s)_n v_n,   p: share of 4999 draws of signs with |sum +-x_j| >= |sum x_j|
+ *     x_n = (M K s)_n v_n,   p = erfc(|sum x_n| / sqrt(2 sum x_n^2))
  *
  * Innovations are independent, and what the parameters absorb is gone
- * (docs/physics.md#what-the-base-circuit-absorbs).
+ * (docs/physics.md#what-the-base-circuit-absorbs). A few episodes are enough, where they have many
+ * samples.
  *
  * @return is_significant: among those that the step-up procedure of Benjamini and Hochberg (1995)
  * keeps at 0.02 over all statistics,
- *   and the interval excludes 0. The signs are seeded: same input, same answer.
+ *   and the interval excludes 0.
  */
 std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSequence& inputs,
                                           const std::vector<Regime>& regimes);

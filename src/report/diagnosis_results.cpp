@@ -70,27 +70,15 @@ std::string mismatchText(const Diagnosis& d) {
   return text;
 }
 
-/// The largest mean whose 95 % interval excludes zero, significant or not: few episodes never are.
-const RegimeFinding* largestMean(const Diagnosis& d) {
-  const RegimeFinding* worst = nullptr;
-  for (const RegimeFinding& finding : d.regimes)
-    if (finding.statistic == "mean" && finding.lower * finding.upper > 0.0 &&
-        (!worst || std::abs(finding.value) > std::abs(worst->value)))
-      worst = &finding;
-  return worst;
-}
-
 std::string regimesText(const Diagnosis& d) {
   std::string text;
-  const RegimeFinding* largest = largestMean(d);
   for (const RegimeFinding& f : d.regimes) {
-    if (!f.is_significant && &f != largest) continue;
+    if (!f.is_significant) continue;
     const std::string unit = f.statistic == "slope" ? "mV/s" : "mV";
-    text += wrapped(
-        kIndent,
-        plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) + " " + unit +
-            ", 95 % interval " + millivolts(f.lower) + " to " + millivolts(f.upper) + " " + unit +
-            format(" (%zu episodes%s)", f.episodes, f.is_significant ? "" : ", not significant"));
+    text += wrapped(kIndent, plainName(f.regime) + ": " + f.statistic + " " + millivolts(f.value) +
+                                 " " + unit + ", 95 % interval " + millivolts(f.lower) + " to " +
+                                 millivolts(f.upper) + " " + unit +
+                                 format(" (%zu episodes)", f.episodes));
   }
   return text.empty() ? text : "\nregimes in which the base model deviates\n" + text;
 }

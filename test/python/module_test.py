@@ -377,7 +377,7 @@ class TestPage(unittest.TestCase):
                        "print(answer.valid)\n")
             done = subprocess.run([sys.executable, "-c", program], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         self.assertEqual(done.stderr.decode(), "")
-        self.assertRegex(done.stdout.decode(), r"(?s)^the fit converged.*True\n$")
+        self.assertRegex(done.stdout.decode(), r"(?s)^converged after .*True\n$")
 
 
 class TestSession(Drive):
@@ -419,7 +419,7 @@ class TestSession(Drive):
         self.assertIsNone(session.identify_when_due())
         answer = session.crank(**self.QUESTION)
         self.assertFalse(answer.valid)
-        self.assertIn("no sample", answer.message)
+        self.assertIn("no model has been identified yet", answer.message)
         self.assertTrue(session.reason)
 
     def test_the_model_of_an_earlier_drive_is_taken(self):

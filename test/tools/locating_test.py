@@ -42,15 +42,12 @@ class Time(unittest.TestCase):
 class Regime(unittest.TestCase):
     def test_the_largest_significant_error_comes_first_and_slopes_have_no_size(self):
         said = [finding("long charge", 5.0, statistic="slope"), finding("long charge", 0.010), finding("discharge", -0.005), finding("crank", 0.9, alarm=False)]
-        self.assertEqual(locating.regime_score(said, "charge"), {"first": True, "among": True, "others": 1, "printed": False})
-        self.assertEqual(locating.regime_score(said, "crank"), {"first": False, "among": False, "others": 2, "printed": True})
-        self.assertEqual(locating.regime_score([], "rest"), {"first": False, "among": False, "others": 0, "printed": False})
+        self.assertEqual(locating.regime_score(said, "charge"), {"first": True, "among": True, "others": 1})
+        self.assertEqual(locating.regime_score(said, "crank"), {"first": False, "among": False, "others": 2})
+        self.assertEqual(locating.regime_score([], "rest"), {"first": False, "among": False, "others": 0})
 
     def test_every_rest_is_right_where_rests_were_changed(self):
         self.assertTrue(locating.regime_score([finding("post-charge rest", 0.01)], "rest")["first"])
-
-    def test_a_mean_whose_interval_holds_zero_is_not_printed(self):
-        self.assertIsNone(locating.largest_printed([finding("crank", 0.01, half=2.0), finding("crank", 0.01, statistic="end")]))
 
     def test_episodes_are_those_of_the_product(self):
         t, current = drive()
@@ -119,7 +116,7 @@ class Figures(unittest.TestCase):
         found = locating.figures([row, late, charge, {"name": "b", "failed": "no answer"}])
         self.assertEqual((found["cases"], found["answered"]), (4, 3))
         of = found["groups"]["measured"]
-        self.assertEqual([of["control"][key] for key in ("stretch", "regime", "printed", "clear")], [[1, 1], [0, 1], [1, 1], [0, 1]])
+        self.assertEqual([of["control"][key] for key in ("stretch", "regime", "clear")], [[1, 1], [0, 1], [0, 1]])
         self.assertEqual([of["resistance"][name]["found"] for name in ("sof", "new", "worst", "clear")], [[0, 1], [1, 1], [0, 1], [0, 1]])
         self.assertEqual((of["charge"]["first"], of["charge"]["testable"], of["charge"]["baseline"]), ([1, 1], 0, [0, 1]))
         self.assertIn("| measured | charge | 1 of 1 (27 to 100 %) |", "\n".join(locating.tables(found)))

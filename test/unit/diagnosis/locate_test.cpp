@@ -101,6 +101,27 @@ TEST(RegimeFindings, AnErrorThatGrowsDuringDischargesShowsAsTheirSlope) {
   EXPECT_NEAR(slope->value, -0.002, 0.001);
 }
 
+/// As few as cranks are in half an hour: flipping the signs of six episodes has no p below 1/32.
+TEST(RegimeFindings, AClearErrorInSixEpisodesIsSignificant) {
+  const Ground& ground = halfAnHour();
+  InputSequence inputs = ground.inputs;
+  std::vector<Regime> regimes = ground.regimes;
+  std::size_t kept = 0;
+  for (const Episode& episode : episodesOf(inputs, regimes))
+    if (episode.regime == Regime::kLongCharge && ++kept > 6)
+      for (std::size_t n = episode.range.first; n < episode.range.last; ++n)
+        regimes[n] = Regime::kShortCharge;
+  Eigen::VectorXd effect = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(regimes.size()));
+  for (std::size_t n = 0; n < regimes.size(); ++n)
+    if (regimes[n] == Regime::kLongCharge) effect[static_cast<Eigen::Index>(n)] = 0.03;
+  const auto findings = regimeFindings(fitOf(ground, effect, 7), inputs, regimes);
+  const RegimeFinding* mean = findingOf(findings, "long charge", "mean");
+  ASSERT_NE(mean, nullptr);
+  EXPECT_EQ(mean->episodes, 6u);
+  EXPECT_TRUE(mean->is_significant) << mean->p_value;
+  EXPECT_GT(mean->lower, 0.01);
+}
+
 TEST(RegimeFindings, FewerThanFiveEpisodesAreNotJudged) {
   const auto findings =
       regimeFindings(nullFit(halfAnHour(), 1), halfAnHour().inputs, halfAnHour().regimes);

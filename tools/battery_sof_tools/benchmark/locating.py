@@ -14,8 +14,7 @@ measured drive as well. Each base is asked as it is (the control), with one chan
 Only the voltage is changed, and it is written in the steps of its sensor. Stretches lie before the last quarter, which a diagnosis keeps for its comparison
 and in which it locates nothing. Time: recall is the share of the stretch that is covered by the reported ones, precision the share of these that lies in the stretch
 or within 30 s of it; found means half of each. Of a base that has a mismatch of its own, stretches that touch none of the control's are scored as well.
-Regime: which has the largest mean or end among those reported as significant, which are reported at all, and which has the largest mean that is printed:
-`sof diagnose` prints the largest one whose interval excludes zero even if it is not significant.
+Regime: which has the largest mean or end among those reported as significant, and which are reported at all.
 
 The baseline is what an engineer would do without a diagnosis: `sof identify --effects none` and `sof predict` of the same rows, and of the error the minute with the
 largest RMS, or all minutes with more than twice the median RMS; of regimes the one with the largest RMS.
@@ -132,18 +131,12 @@ def episodes_of(regime, t, current):
     return [(a, b) for a, b in runs if signs[a] > 0 and t[b - 1] - t[a] > LONG_S and current[a:b].mean() > LONG_A]
 
 
-def largest_printed(findings):
-    """Regime of the largest mean whose interval excludes zero, significant or not; None without one (src/report/diagnosis_results.cpp)."""
-    shown = [one for one in findings if one["statistic"] == "mean" and one["lower"] * one["upper"] > 0.0]
-    return max(shown, key=lambda one: abs(one["value"]))["regime"] if shown else None
-
-
 def regime_score(findings, regime):
-    """Whether a regime is the first by size of those that are significant, whether it is one of them at all, and whether it is largest_printed(). findings: as of the JSON."""
+    """Whether a regime is the first by size of those that are significant, and whether it is one of them at all. findings: as of the JSON."""
     significant, names = [one for one in findings if one["alarm"]], REGIMES_OF[regime]
     sized = sorted((one for one in significant if one["statistic"] != "slope"), key=lambda one: -abs(one["value"])) or significant
     return {"first": bool(sized) and sized[0]["regime"] in names, "among": any(one["regime"] in names for one in significant),
-            "others": len({one["regime"] for one in significant} - names), "printed": largest_printed(findings) in names}
+            "others": len({one["regime"] for one in significant} - names)}
 
 
 # -------------------------------------------------------------------------------------------------- changes
@@ -312,14 +305,13 @@ def time_figures(rows, controls):
 def regime_figures(rows):
     """Counts over cases that are limited to a regime."""
     scores = [regime_score(row["regimes"], row["kind"]) for row in rows]
-    return {"cases": len(rows), **{key: counted(scores, key) for key in ("first", "among", "printed")}, "others": middle(one["others"] for one in scores),
+    return {"cases": len(rows), **{key: counted(scores, key) for key in ("first", "among")}, "others": middle(one["others"] for one in scores),
             "testable": sum(row["truth"]["episodes"] >= MIN_EPISODES for row in rows), "baseline": [sum(row["baseline"]["regime"] == row["kind"] for row in rows), len(rows)]}
 
 
 def control_figures(rows):
     """How often something is located where nothing was put in."""
     return {"cases": len(rows), "stretch": [sum(bool(row["stretches"]) for row in rows), len(rows)], "regime": [sum(any(one["alarm"] for one in row["regimes"]) for row in rows), len(rows)],
-            "printed": [sum(bool(largest_printed(row["regimes"])) for row in rows), len(rows)],
             "share": middle(length(row["stretches"]) / (TRAINING * row["duration_s"]) for row in rows), "clear": [sum(bool(row["baseline"]["clear"]) for row in rows), len(rows)]}
 
 
@@ -355,17 +347,17 @@ def tables(found):
     for group, of in found["groups"].items():
         for kind, one in of.items():
             if "share" in one:
-                controls.append((group, share_of(one["stretch"]), percent(one["share"]), share_of(one["regime"]), share_of(one["printed"]), share_of(one["clear"])))
+                controls.append((group, share_of(one["stretch"]), percent(one["share"]), share_of(one["regime"]), share_of(one["clear"])))
             elif "sof" in one:
                 for name, (words, _) in REPORTED.items():
                     if name == "new" and group == CIRCUIT:
                         continue  # nothing of their own
                     in_time.append((group, kind, words, share_of(one[name]["found"]), share_of(one[name]["inside"]), percent(one[name]["recall"]), percent(one[name]["precision"])))
             else:
-                in_regime.append((group, kind, share_of(one["first"]), share_of(one["among"]), share_of(one["printed"]), f"{one['others']:g}", share_of(one["baseline"]), f"{one['testable']} of {one['cases']}"))
+                in_regime.append((group, kind, share_of(one["first"]), share_of(one["among"]), f"{one['others']:g}", share_of(one["baseline"]), f"{one['testable']} of {one['cases']}"))
     return [*table(("bases", "change", "by", "found", "precision of half", "recall, median", "precision, median"), in_time), "",
-            *table(("bases", "change", "its regime first", "its regime among those reported", "its regime the largest mean printed", "others reported, median", "baseline: largest RMS", "five episodes"), in_regime), "",
-            *table(("bases, nothing put in", "a stretch is reported", "share of the time, median", "a regime is reported", "a regime is printed", "baseline: a minute is reported"), controls)]
+            *table(("bases", "change", "its regime first", "its regime among those reported", "others reported, median", "baseline: largest RMS", "five episodes"), in_regime), "",
+            *table(("bases, nothing put in", "a stretch is reported", "share of the time, median", "a regime is reported", "baseline: a minute is reported"), controls)]
 
 
 def main(given=None):
