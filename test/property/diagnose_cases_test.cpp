@@ -7,6 +7,7 @@
 #include "simulator/generator/law_scenario.hpp"
 #include "simulator/scenario_file.hpp"
 #include "simulator/simulation.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
