@@ -415,9 +415,9 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
 ChangeDiagnosis diagnoseChange(std::shared_ptr<const ResponseTable> reference) {
   ChangeDiagnosis diagnosis;
   if (!reference || !reference->since) {
-    refuse(diagnosis, reference && reference->learned
+    refuse(diagnosis, reference && reference->sound
                           ? format("%zu of the %zu drives are known that the reference is made of",
-                                   reference->learned->drives, kLearnedDrives)
+                                   reference->sound->drives, kSoundDrives)
                           : "no drive has been compared with the reference yet");
     return diagnosis;
   }

@@ -157,10 +157,10 @@ ResponseComparison::ResponseComparison(std::shared_ptr<const ResponseTable> refe
       interval_(reference->interval),
       scale_(reference->scale),
       now_(reference->since.value().mean) {
-  const RecentResponses &now = *reference->since, &sound = reference->learned.value_or(now);
+  const RecentResponses &now = *reference->since, &sound = reference->sound.value_or(now);
   scatter_ = sound.scatter;
   // Drives one after the other share a temperature and a charge, so their mean is no nearer.
-  if (!reference->learned) trips_ = 0.5 * (now.squares + 1.0);
+  if (!reference->sound) trips_ = 0.5 * (now.squares + 1.0);
   begin();
 }
 

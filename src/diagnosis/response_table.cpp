@@ -115,17 +115,17 @@ std::shared_ptr<const ResponseTable> withDrive(std::shared_ptr<const ResponseTab
     const auto first = responseTable(drive);
     if (!first) return nullptr;
     auto table = std::make_shared<ResponseTable>(*first);
-    table->learned.emplace();
-    table->learned->add(table->unchanged);
+    table->sound.emplace();
+    table->sound->add(table->unchanged);
     return table;
   }
   if (drive.size() < kFewestRows || !findProblems(drive).empty()) return nullptr;
   const ResponseFeatures features = responseFeatures(responseRows(drive), reference->scale);
   if (features.count() < kFewestFeatures) return nullptr;
   auto added = std::make_shared<ResponseTable>(*reference);
-  const bool learns = added->learned && added->learned->drives < kLearnedDrives;
+  const bool learns = added->sound && added->sound->drives < kSoundDrives;
   if (!learns && !added->since) added->since.emplace();
-  (learns ? added->learned : added->since)->add(features);
+  (learns ? added->sound : added->since)->add(features);
   return added;
 }
 
@@ -164,8 +164,8 @@ ResponseFeatures featuresOfFirst(const ResponseTable& table, ChangeKind kind, do
 
 ResponseFeatures featuresWith(const ResponseTable& table, ChangeKind kind, double strength) {
   ResponseFeatures features = featuresOfFirst(table, kind, strength);
-  if (!table.learned) return features;
-  const ResponseFeatures& mean = table.learned->mean;
+  if (!table.sound) return features;
+  const ResponseFeatures& mean = table.sound->mean;
   Eigen::VectorXd scale = Eigen::VectorXd::Ones(kResponseFeatures);
   for (Eigen::Index k = 0; k < kResponseFeatures; ++k) {
     if (!table.unchanged.known[k]) continue;

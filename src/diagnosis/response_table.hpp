@@ -54,7 +54,7 @@ struct ResponseTable {
   ResponseFeatures unchanged;
   std::vector<TabulatedChange> changes;  ///< in the order of candidateChanges()
   /// of the node: what the drives showed that the reference is the mean of, and those since
-  std::optional<RecentResponses> learned, since;
+  std::optional<RecentResponses> sound, since;
 };
 
 /**
@@ -68,9 +68,9 @@ std::shared_ptr<const ResponseTable> responseTable(const Series& series, bool an
 std::shared_ptr<const ResponseTable> responseTable(const Series& series, const FitRequest& request);
 
 /// Drives that a reference is the mean of which withDrive() begins.
-inline constexpr std::size_t kLearnedDrives = 5;
+inline constexpr std::size_t kSoundDrives = 5;
 
-/// @return a reference with a further drive. The first kLearnedDrives make up the reference, those
+/// @return a reference with a further drive. The first kSoundDrives make up the reference, those
 /// that follow are the drives since. None where the drive cannot serve: as of responseTable().
 /// @param reference none: the drive begins one.
 std::shared_ptr<const ResponseTable> withDrive(std::shared_ptr<const ResponseTable> reference,

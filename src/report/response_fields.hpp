@@ -150,7 +150,7 @@ void describeResponses(File& file, Table& table) {
   if constexpr (File::kReads)
     for (const CandidateChange& candidate : candidateChanges())
       table.changes.push_back({candidate.kind, {}, {}, {}});
-  describeDrives(file, "learned", table.learned);
+  describeDrives(file, "sound", table.sound);
   describeDrives(file, "since", table.since);
   file.map("changes", [&](auto& changes) {
     for (std::size_t k = 0; k < table.changes.size(); ++k)

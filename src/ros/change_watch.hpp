@@ -17,7 +17,7 @@ namespace battery_sof {
  * @brief What has changed in the battery or its instruments since a reference, over drives.
  *
  * Stretches of `period` [s] of driving are drives. The reference is the mean of the first five that
- * can serve (kLearnedDrives), or what setReference() is given; the state file keeps it together with
+ * can serve (kSoundDrives), or what setReference() is given; the state file keeps it together with
  * the responses of the drives since. What these come to is published after each of them on ~change (latched, std_msgs/String) as the JSON of `sof diagnose --reference`. Models are not run:
  * another battery is known by its serial number alone.
  *

@@ -166,7 +166,7 @@ std::shared_ptr<const ResponseTable> drivesWith(const std::vector<double>& conta
 }
 
 TEST(Changes, AreSaidOnceFiveDrivesMakeUpTheReference) {
-  for (std::size_t drives = 1; drives <= kLearnedDrives; ++drives) {
+  for (std::size_t drives = 1; drives <= kSoundDrives; ++drives) {
     const ChangeDiagnosis found = diagnoseChange(drivesWith(std::vector<double>(drives, 0.0)));
     EXPECT_EQ(found.verdict, ChangeVerdict::kInsufficientData);
     EXPECT_NE(found.summary.find(std::to_string(drives) + " of the 5 drives are known"),
@@ -185,7 +185,7 @@ TEST(Changes, WithinWhatTheReferencesDrivesDifferByAreNone) {
   const std::vector<double> unsteady = {0.004, 0.0, 0.008, 0.0, 0.008, 0.008, 0.008};
   EXPECT_EQ(diagnoseChange(drivesWith(unsteady)).verdict, ChangeVerdict::kNoChange);
   auto steady = std::make_shared<ResponseTable>(*drivesWith(unsteady));
-  steady->learned->scatter.setZero();
+  steady->sound->scatter.setZero();
   EXPECT_EQ(diagnoseChange(steady).verdict, ChangeVerdict::kChanged);
 }
 

@@ -455,13 +455,13 @@ TEST(ModelYaml, KeepsTheResponsesOfDrivesSinceAReference) {
   table->since.emplace();
   for (int drive = 0; drive < 2; ++drive) table->since->add(table->unchanged);
   table->since->scatter.setLinSpaced(0.0, 0.3);
-  table->learned.emplace().add(table->unchanged);
+  table->sound.emplace().add(table->unchanged);
   model.responses = table;
   const FittedModel back = parseModelYaml(modelYaml(model), "model.yaml");
   ASSERT_TRUE(back.responses && back.responses->since);
   EXPECT_EQ(back.responses->since->drives, 2u);
-  ASSERT_TRUE(back.responses->learned);
-  EXPECT_EQ(back.responses->learned->drives, 1u);
+  ASSERT_TRUE(back.responses->sound);
+  EXPECT_EQ(back.responses->sound->drives, 1u);
   EXPECT_DOUBLE_EQ(back.responses->since->squares, 0.5);
   EXPECT_TRUE(back.responses->since->scatter.isApprox(table->since->scatter, 1e-12));
   EXPECT_TRUE(back.responses->since->mean.value.isApprox(table->unchanged.value, 1e-12));
