@@ -30,13 +30,13 @@ CrankingQuery nextCrank() {
   return query;
 }
 
-TEST(Session, AnswersFromItsFirstSampleAndSaysThatNothingWasFitted) {
+TEST(Session, AnswersWithinItsFirstSecondsBeforeAnythingIsFitted) {
   Session session;
   EXPECT_FALSE(session.model());
   EXPECT_EQ(session.predictCranking(nextCrank()).code, AnswerCode::kNoModel);
-  session.push({0.0, -10.0, 12.5, std::nullopt});
-  session.push({0.01, -10.0, 12.5, std::nullopt});
+  for (int n = 0; n < 300; ++n) session.push({0.01 * n, -10.0, 12.5, std::nullopt});
   ASSERT_TRUE(session.model());
+  EXPECT_EQ(session.model()->fitted().fit.window.samples, 0u);
   EXPECT_TRUE(session.predictCranking(nextCrank()).u_min);
   EXPECT_FALSE(session.identifyWhenDue());
   EXPECT_NE(session.reason(), "");

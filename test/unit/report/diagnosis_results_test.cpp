@@ -118,10 +118,10 @@ TEST(DiagnosisJson, HasTheLikelyMechanismsWithTheirProbabilities) {
   EXPECT_EQ(Json::array(), resultJson(made.diagnosis)["mechanisms"]);
 }
 
-TEST(DiagnosisText, NamesTheLargestMeanErrorSignificantOrNot) {
+TEST(DiagnosisText, ListsSignificantRegimesAlone) {
   Diagnosis diagnosis;
   diagnosis.regimes = {{"crank", "mean", 6, -1.0, -2.0, 0.5, 0.3, false},
-                       {"high_voltage_charge", "mean", 5, 0.899, 0.864, 0.933, 0.06, false},
+                       {"high_voltage_charge", "mean", 5, 0.899, 0.864, 0.933, 1e-6, true},
                        {"post_charge_rest", "mean", 9, 0.158, 0.0895, 0.226, 0.06, false},
                        {"short_charge", "end", 650, 1.2, 1.1, 1.3, 0.06, false}};
   const std::string text = resultText(diagnosis);
