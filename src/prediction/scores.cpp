@@ -261,10 +261,11 @@ Interval expectedOf(const Series& series, IndexRange range, IndexRange samples,
   // The measured current where the current is controlled.
   const auto mean = [&](const std::vector<double>& given) {
     const std::vector<double>& values = given.empty() ? predicted.current : given;
-    double sum = 0.0;
+    const double count = static_cast<double>(samples.size());
+    double found = 0.0;
     for (std::size_t k = samples.first; k < samples.last; ++k)
-      sum += voltage_controlled[k] ? values[k - range.first] : series.current[k];
-    return sum / static_cast<double>(samples.size());
+      found += (voltage_controlled[k] ? values[k - range.first] : series.current[k]) / count;
+    return found;
   };
   return {mean(predicted.current), mean(predicted.current_lower), mean(predicted.current_upper)};
 }
