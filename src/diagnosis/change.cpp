@@ -412,7 +412,7 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
   return diagnosis;
 }
 
-ChangeDiagnosis diagnoseChange(std::shared_ptr<const ResponseTable> reference) {
+ChangeDiagnosis diagnoseChange(const std::shared_ptr<const ResponseTable>& reference) {
   ChangeDiagnosis diagnosis;
   if (!reference || !reference->since) {
     refuse(diagnosis, reference && reference->sound
@@ -421,7 +421,7 @@ ChangeDiagnosis diagnoseChange(std::shared_ptr<const ResponseTable> reference) {
                           : "no drive has been compared with the reference yet");
     return diagnosis;
   }
-  const ResponseComparison comparison(std::move(reference));
+  const ResponseComparison comparison(reference);
   const std::vector<WeighedChange> candidates = weighed(diagnosis, comparison);
   if (candidates.empty()) return diagnosis;
   diagnosis.detection_limits = limitsOf(comparison);

@@ -123,6 +123,6 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
 
 /// The same of drives whose samples are gone, by their responses alone. @param reference with
 /// ResponseTable::since; without it, or none: kInsufficientData.
-ChangeDiagnosis diagnoseChange(std::shared_ptr<const ResponseTable> reference);
+ChangeDiagnosis diagnoseChange(const std::shared_ptr<const ResponseTable>& reference);
 
 }  // namespace battery_sof

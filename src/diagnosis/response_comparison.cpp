@@ -152,7 +152,7 @@ ResponseComparison::ResponseComparison(const std::vector<Series>& now,
   begin();
 }
 
-ResponseComparison::ResponseComparison(std::shared_ptr<const ResponseTable> reference)
+ResponseComparison::ResponseComparison(const std::shared_ptr<const ResponseTable>& reference)
     : tables_{reference},
       interval_(reference->interval),
       scale_(reference->scale),

@@ -33,7 +33,7 @@ class ResponseComparison {
   /// @throws std::invalid_argument for tables of different scales.
   ResponseComparison(const std::vector<Series>& now, const ResponseReference& then);
   /// The drives since a reference, which has such (ResponseTable::since), against it.
-  explicit ResponseComparison(std::shared_ptr<const ResponseTable> reference);
+  explicit ResponseComparison(const std::shared_ptr<const ResponseTable>& reference);
 
   const std::vector<int>& compared() const { return compared_; }  ///< features known in both
   const ResponseFeatures& now() const { return now_; }

@@ -109,8 +109,8 @@ std::shared_ptr<const ResponseTable> responseTable(const Series& series,
                        request.anyway);
 }
 
-std::shared_ptr<const ResponseTable> withDrive(std::shared_ptr<const ResponseTable> reference,
-                                               const Series& drive) {
+std::shared_ptr<const ResponseTable> withDrive(
+    const std::shared_ptr<const ResponseTable>& reference, const Series& drive) {
   if (!reference) {
     const auto first = responseTable(drive);
     if (!first) return nullptr;

@@ -73,8 +73,8 @@ inline constexpr std::size_t kSoundDrives = 5;
 /// @return a reference with a further drive. The first kSoundDrives make up the reference, those
 /// that follow are the drives since. None where the drive cannot serve: as of responseTable().
 /// @param reference none: the drive begins one.
-std::shared_ptr<const ResponseTable> withDrive(std::shared_ptr<const ResponseTable> reference,
-                                               const Series& drive);
+std::shared_ptr<const ResponseTable> withDrive(
+    const std::shared_ptr<const ResponseTable>& reference, const Series& drive);
 
 /// @return the features with a change put in; nothing known beyond a strength that left some
 /// unknown.
