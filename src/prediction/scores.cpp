@@ -261,11 +261,10 @@ Interval expectedOf(const Series& series, IndexRange range, IndexRange samples,
   // The measured current where the current is controlled.
   const auto mean = [&](const std::vector<double>& given) {
     const std::vector<double>& values = given.empty() ? predicted.current : given;
-    const double count = static_cast<double>(samples.size());
-    double found = 0.0;
+    double sum = 0.0;
     for (std::size_t k = samples.first; k < samples.last; ++k)
-      found += (voltage_controlled[k] ? values[k - range.first] : series.current[k]) / count;
-    return found;
+      sum += voltage_controlled[k] ? values[k - range.first] : series.current[k];
+    return sum / static_cast<double>(samples.size());
   };
   return {mean(predicted.current), mean(predicted.current_lower), mean(predicted.current_upper)};
 }

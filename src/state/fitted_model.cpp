@@ -30,11 +30,12 @@ PastEvent measuredCrank(const Series& series, IndexRange range) {
 PastEvent measuredCharge(const Series& series, IndexRange samples, double duration) {
   PastEvent charge{PastEvent::Kind::kCharge, series.time[samples.first], duration};
   charge.first_voltage = series.voltage[samples.first];
-  const double count = static_cast<double>(samples.size());
   for (std::size_t n = samples.first; n < samples.last; ++n) {
-    charge.voltage += series.voltage[n] / count;
-    charge.measured += series.current[n] / count;
+    charge.voltage += series.voltage[n];
+    charge.measured += series.current[n];
   }
+  charge.voltage /= static_cast<double>(samples.size());
+  charge.measured /= static_cast<double>(samples.size());
   return charge;
 }
 
