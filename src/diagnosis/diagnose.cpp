@@ -73,9 +73,11 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& given) {
   found.regimes = regimeFindings(residuals.base, residuals.quiet, regimes);
   found.parameter_bias = parameterBiases(residuals.base, residuals.quiet, regimes);
   const ModelSelection selected = selectModel(recording, residuals, options, found);
-  const FinalFit& last = selected.last;
-  found.mismatch = mismatchSegments(residuals.base, last.quiet, regimes,
-                                    last.at_edges ? residuals.base.noise : last.fit.noise);
+  const std::optional<ChargerControl>& driving = selected.explained.driving;
+  const InputSequence rows = driving ? rowsOf(residuals, driving) : residuals.quiet;
+  found.mismatch =
+      mismatchSegments(rows, residuals.base.point, driving ? regimesOf(rows, limits) : regimes,
+                       options.relevance.rmse, options.pulse);
   validate(recording, residuals, selected, options, found);
   for (FittedModel* model : {&found.base, &found.extended})
     model->fit.nominal_capacity = options.capacity;

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
-#include "diagnosis/random_bits.hpp"
+#include "estimation/composition_fit.hpp"
 #include "recording/channel_statistics.hpp"
+#include "state/state_estimator.hpp"
 
 namespace battery_sof {
 namespace {
@@ -203,202 +205,156 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSeq
 
 namespace {
 
-// [s], docs/physics.md#stretches-of-time
-constexpr std::array<double, 4> kWindows{10.0, 30.0, 100.0, 300.0};
-constexpr double kStride = 0.1;  // of a window's length
-// a window with fewer is no window
-constexpr double kMinSamples = 10.0;
-constexpr std::size_t kSimulated = 200;
-constexpr double kQuantile = 0.99;
-constexpr double kMaxInnovation = 5.0;
-constexpr std::size_t kFactors = 3;
+constexpr double kUnit = 10.0;     // [s], the steps in which a stretch begins and ends
+constexpr double kUnitRows = 5.0;  // in each, where sampling is slower
+constexpr double kWindowUnits = 6.0;
+constexpr double kEdgeLevel = 2.0;   // times the usual level: what belongs to a stretch
+constexpr double kTolerance = 1e-4;  // of the search
 
-using Factors = std::array<double, kFactors>;
-
-/// Samples first to last - 1, and 1 / sqrt(sum f^2) over them for every f.
-struct MovingWindow {
-  std::size_t first, last;
-  double length;  // [s]
-  Factors scale;
-};
-
-/// Moving sums of innovations, for the measured and the simulated ones alike.
-class MovingSums {
- public:
-  explicit MovingSums(const InputSequence& inputs) : inputs_(inputs) {
-    factors_.reserve(inputs.samples.size());
-    sums_.resize(inputs.samples.size() + 1);
-    for (const InputSample& sample : inputs.samples) {
-      const double i = sample.step.current;
-      const double counts = sample.count > 0.0 ? 1.0 : 0.0;
-      factors_.push_back({counts,
-                          counts * (i > 0.0   ? 1.0
-                                    : i < 0.0 ? -1.0
-                                              : 0.0),
-                          counts * std::abs(i)});
-    }
-    for (std::size_t n = 0; n < factors_.size(); ++n)
-      for (std::size_t k = 0; k < kFactors; ++k)
-        sums_[n + 1][k] = sums_[n][k] + factors_[n][k] * factors_[n][k];
-    for (const double length : kWindows) addWindows(length);
-  }
-
-  /// Takes in innovations. @param innovation of every sample; those of count 0 do not matter.
-  template <typename Innovation>
-  void take(Innovation&& innovation) {
-    for (std::size_t n = 0; n < factors_.size(); ++n) {
-      const double v = factors_[n][0] > 0.0 ? innovation(n) : 0.0;
-      for (std::size_t k = 0; k < kFactors; ++k) sums_[n + 1][k] = sums_[n][k] + factors_[n][k] * v;
-    }
-  }
-
-  const std::vector<MovingWindow>& windows() const { return windows_; }
-
-  /// Largest |M| over the factors.
-  double statistic(const MovingWindow& window) const {
-    double most = 0.0;
-    for (std::size_t k = 0; k < kFactors; ++k)
-      most = std::max(most,
-                      std::abs(sums_[window.last][k] - sums_[window.first][k]) * window.scale[k]);
-    return most;
-  }
-
-  double largest() const {
-    double most = 0.0;
-    for (const MovingWindow& window : windows_) most = std::max(most, statistic(window));
-    return most;
-  }
-
- private:
-  /// While sums_ holds the squares of the factors.
-  void addWindows(double length) {
-    const auto time = [&](std::size_t n) { return inputs_.samples[n].step.time; };
-    double next = inputs_.samples.empty() ? 0.0 : time(0) + length;
-    std::size_t first = 0;
-    for (std::size_t n = 0; n < factors_.size(); ++n) {
-      if (time(n) < next) continue;
-      next = time(n) + kStride * length;
-      while (time(first) < time(n) - length) ++first;
-      MovingWindow window{first, n + 1, length, {}};
-      if (sums_[n + 1][0] - sums_[first][0] < kMinSamples) continue;
-      for (std::size_t k = 0; k < kFactors; ++k) {
-        const double square = sums_[n + 1][k] - sums_[first][k];
-        // A window at rest must not be made of the sums' rounding errors.
-        window.scale[k] = square > 1e-9 * sums_[n + 1][k] ? 1.0 / std::sqrt(square) : 0.0;
-      }
-      windows_.push_back(window);
-    }
-  }
-
-  const InputSequence& inputs_;
-  std::vector<Factors> factors_;
-  std::vector<Factors> sums_;  // before sample n
-  std::vector<MovingWindow> windows_;
-};
-
-/// Largest M of simulated series, increasing.
-std::vector<double> simulatedMaxima(MovingSums& sums) {
-  std::vector<double> maxima;
-  RandomBits random(2);
-  for (std::size_t draw = 0; draw < kSimulated; ++draw) {
-    sums.take([&](std::size_t) { return random.nearlyNormal(); });
-    maxima.push_back(sums.largest());
-  }
-  std::sort(maxima.begin(), maxima.end());
-  return maxima;
-}
-
-struct Found {
+/// Some seconds of the rows.
+struct Unit {
   IndexRange range;
-  double statistic;
-  double length;  // [s], of the window
+  double from = 0.0, to = 0.0;  // [s]
+  double cost = 0.0;            // of their errors [1]
+  double count = 0.0;           // of samples
+  double level() const { return std::sqrt(cost / count); }
 };
 
-/// Windows above the threshold, the shortest first and then the clearest, without those that
-/// overlap one before: a longer one reports nothing of where.
-std::vector<Found> separateWindows(const MovingSums& sums, double threshold) {
-  std::vector<Found> above, found;
-  for (const MovingWindow& window : sums.windows()) {
-    const double statistic = sums.statistic(window);
-    if (statistic > threshold)
-      above.push_back({{window.first, window.last}, statistic, window.length});
-  }
-  std::stable_sort(above.begin(), above.end(), [](const Found& a, const Found& b) {
-    return a.length != b.length ? a.length < b.length : a.statistic > b.statistic;
-  });
-  for (const Found& window : above)
-    if (std::none_of(found.begin(), found.end(), [&](const Found& other) {
-          return window.range.first < other.range.last && other.range.first < window.range.last;
-        }))
-      found.push_back(window);
-  std::sort(found.begin(), found.end(),
-            [](const Found& a, const Found& b) { return a.range.first < b.range.first; });
-  return found;
-}
-
-std::vector<Found> joined(const InputSequence& inputs, const std::vector<Found>& windows) {
-  std::vector<Found> segments;
-  for (const Found& window : windows) {
-    if (!segments.empty()) {
-      Found& last = segments.back();
-      const double apart = inputs.samples[window.range.first].step.time -
-                           inputs.samples[last.range.last - 1].step.time;
-      if (apart < std::min(window.length, last.length)) {
-        last = {{last.range.first, window.range.last},
-                std::max(last.statistic, window.statistic),
-                window.length};
-        continue;
-      }
-    }
-    segments.push_back(window);
-  }
-  return segments;
-}
-
-MismatchSegment describedSegment(const Found& found, const WhitenedFit& fit,
-                                 const InputSequence& inputs, const std::vector<Regime>& regimes) {
-  MismatchSegment segment;
-  segment.from = inputs.samples[found.range.first].step.time;
-  segment.to = inputs.samples[found.range.last - 1].step.time;
-  std::array<double, kRegimes> duration{};
-  double count = 0.0;
-  for (std::size_t n = found.range.first; n < found.range.last; ++n) {
+std::vector<Unit> unitsOf(const InputSequence& inputs, double length,
+                          const CompositionProblem& problem, const Eigen::VectorXd& error) {
+  std::vector<Unit> units;
+  for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
     const InputSample& sample = inputs.samples[n];
-    if (sample.count <= 0.0) continue;
-    const double error = fit.residual[n];
+    if (!(sample.count > 0.0)) continue;
+    const double time = sample.step.time;
+    if (units.empty() || time >= units.back().from + length) units.push_back({{n, n}, time, time});
+    Unit& unit = units.back();
+    unit.range.last = n + 1;
+    unit.to = time;
+    unit.cost += problem.costOf(n, error[n]);
+    unit.count += sample.count;
+  }
+  return units;
+}
+
+/// Units first to last - 1.
+struct Window {
+  std::size_t first, last;
+  double level;  // of all of them, in standard deviations
+};
+
+/// Windows of six units, or of those that a gap leaves of six.
+std::vector<Window> windowsOf(const std::vector<Unit>& units, double length) {
+  std::vector<Window> windows;
+  for (std::size_t first = 0; first < units.size(); ++first) {
+    Unit sum;
+    std::size_t last = first;
+    const double end = units[first].from + kWindowUnits * length;
+    for (; last < units.size() && units[last].from < end; ++last) {
+      sum.cost += units[last].cost;
+      sum.count += units[last].count;
+    }
+    if (sum.count >= kUnitRows) windows.push_back({first, last, sum.level()});
+    if (last == units.size()) break;
+  }
+  return windows;
+}
+
+/// Probability that the worst of so many windows, of one independent error each, is so many times
+/// the usual level.
+double worstOfP(double windows, double ratio) {
+  if (!(windows > 1.0) || !std::isfinite(ratio)) return 1.0;
+  const boost::math::fisher_f of_one(1.0, windows - 1.0);
+  return std::min(1.0, windows * boost::math::cdf(complement(of_one, ratio * ratio)));
+}
+
+MismatchSegment describedSegment(IndexRange range, const InputSequence& inputs,
+                                 const Eigen::VectorXd& error, const std::vector<Regime>& regimes,
+                                 double& rms) {
+  MismatchSegment segment;
+  segment.from = inputs.samples[range.first].step.time;
+  segment.to = inputs.samples[range.last - 1].step.time;
+  std::array<double, kRegimes> duration{};
+  double count = 0.0, square = 0.0;
+  for (std::size_t n = range.first; n < range.last; ++n) {
+    const InputSample& sample = inputs.samples[n];
+    if (!(sample.count > 0.0)) continue;
+    const double volt = sample.voltage_controlled ? -kOhmsOfCurrentError * error[n] : error[n];
     duration[static_cast<std::size_t>(regimes[n])] += sample.step.duration;
-    segment.mean_error += sample.count * error;
+    segment.mean_error += sample.count * volt;
+    square += sample.count * volt * volt;
     count += sample.count;
-    if (std::abs(error) > std::abs(segment.peak_error)) segment.peak_error = error;
+    if (std::abs(volt) > std::abs(segment.peak_error)) segment.peak_error = volt;
   }
   segment.mean_error /= count;
+  rms = std::sqrt(square / count);
   const auto most = std::max_element(duration.begin(), duration.end());
   segment.regime = regimeName(static_cast<Regime>(most - duration.begin()));
   return segment;
 }
 
+/// Of each unit, the smallest p of the significant windows that hold it.
+std::vector<double> significanceOf(const std::vector<Unit>& units,
+                                   const std::vector<Window>& windows, double usual) {
+  std::vector<double> p_values(units.size(), 1.0);
+  const double independent = static_cast<double>(units.size()) / kWindowUnits;
+  for (const Window& window : windows) {
+    const double p = worstOfP(independent, window.level / usual);
+    if (p > kDiscoveryRate) continue;
+    for (std::size_t k = window.first; k < window.last; ++k) p_values[k] = std::min(p_values[k], p);
+  }
+  return p_values;
+}
+
+/// The runs of units that are in a significant window, each from its first to its last unit above
+/// the edge level.
+std::vector<Window> runsOf(const std::vector<Unit>& units, const std::vector<double>& p_values,
+                           double edge) {
+  std::vector<Window> runs;
+  for (std::size_t first = 0, end; first < units.size(); first = end) {
+    end = first + 1;
+    if (p_values[first] >= 1.0) continue;
+    while (end < units.size() && p_values[end] < 1.0) ++end;
+    std::size_t last = end;
+    while (first < last && units[first].level() <= edge) ++first;
+    while (first < last && units[last - 1].level() <= edge) --last;
+    if (first < last) runs.push_back({first, last, 0.0});
+  }
+  return runs;
+}
+
 }  // namespace
 
-std::vector<MismatchSegment> mismatchSegments(const WhitenedFit& fit, const InputSequence& inputs,
-                                              const std::vector<Regime>& regimes,
-                                              const std::optional<NoiseModel>& noise) {
-  requireOneSize("mismatchSegments", inputs, regimes, fit.innovation.size());
-  const Eigen::VectorXd innovation =
-      noise ? Whitening(*noise, inputs.samples).whitened(fit.residual) : fit.innovation;
-  MovingSums sums(inputs);
-  if (sums.windows().empty()) return {};
-  const std::vector<double> maxima = simulatedMaxima(sums);
-  const double threshold =
-      maxima[static_cast<std::size_t>(kQuantile * static_cast<double>(maxima.size()))];
-  sums.take(
-      [&](std::size_t n) { return std::clamp(innovation[n], -kMaxInnovation, kMaxInnovation); });
+std::vector<MismatchSegment> mismatchSegments(const InputSequence& inputs,
+                                              const CompositionPoint& start,
+                                              const std::vector<Regime>& regimes, double least,
+                                              const std::function<void()>& pulse) {
+  requireOneSize("mismatchSegments", inputs, regimes, inputs.samples.size());
+  const BatteryModel circuit;
+  FitCost cost;
+  cost.channels.emplace();
+  const CompositionProblem problem(circuit, inputs, cost, start);
+  CompositionSearch search;
+  search.tolerance = kTolerance;
+  search.pulse = pulse;
+  const std::optional<CompositionFit> fit = fitFromStarts(problem, {start}, search);
+  if (!fit) return {};
+  const Eigen::VectorXd error = problem.residual(fit->x);
+  const double length = std::max(kUnit, kUnitRows * medianDuration(inputs));
+  const std::vector<Unit> units = unitsOf(inputs, length, problem, error);
+  const std::vector<Window> windows = windowsOf(units, length);
+  if (windows.empty()) return {};
+  std::vector<double> levels;
+  for (const Window& window : windows) levels.push_back(window.level);
+  const double usual = quantile(std::move(levels), 0.5);
+  const std::vector<double> p_values = significanceOf(units, windows, usual);
   std::vector<MismatchSegment> segments;
-  for (const Found& found : joined(inputs, separateWindows(sums, threshold))) {
-    segments.push_back(describedSegment(found, fit, inputs, regimes));
-    const auto larger =
-        maxima.end() - std::lower_bound(maxima.begin(), maxima.end(), found.statistic);
-    segments.back().p_value =
-        static_cast<double>(larger + 1) / static_cast<double>(maxima.size() + 1);
+  for (const auto& [first, last, level] : runsOf(units, p_values, kEdgeLevel * usual)) {
+    double rms = 0.0;
+    MismatchSegment segment = describedSegment(
+        {units[first].range.first, units[last - 1].range.last}, inputs, error, regimes, rms);
+    segment.p_value = *std::min_element(p_values.begin() + first, p_values.begin() + last);
+    if (rms >= least) segments.push_back(std::move(segment));
   }
   return segments;
 }

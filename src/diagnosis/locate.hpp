@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <functional>
 #include <vector>
 
 #include "diagnosis/diagnosis.hpp"
@@ -36,24 +36,26 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSeq
                                           const std::vector<Regime>& regimes);
 
 /**
- * @brief Stretches of time where innovations do not cancel (docs/physics.md#stretches-of-time;
- * MOSUM).
+ * @brief Stretches of time in which the error of the base circuit is larger than it usually is
+ * (docs/physics.md#stretches-of-time).
  *
- *     M = |sum f v| / sqrt(sum f^2)   over windows of 10, 30, 100, 300 s,   f = 1, sign(i), |i|
+ * The circuit is fitted to all rows by the robust cost of errors in both variables (ChannelErrors),
+ * which a stretch of some minutes hardly moves. Of every minute, or every 30 rows, the level
  *
- * Threshold: 99 % of the largest M of 200 simulated series of independent v of the same sampling,
- * over all windows and f.
- * |v| counts up to 5: no single sample makes a segment. Of windows above it the shortest are taken first, overlapping ones
- * left out, and those nearer to each other than the shorter of them is long are joined.
+ *     L = sqrt(mean rho(e / sigma)),   p = m P(F(1, m - 1) > (L / median of L)^2),   m minutes
  *
- * @param noise of the model that explains the mismatch, once there is one: what the base model
- * misses has swollen its own
- *   noise model, which then shows only the worst of it. None: the fit's own.
- * @return in order of time; p_value: share of simulated series with a larger M. mean_error and
- * peak_error of the raw error.
+ * counts a minute as one independent error. Minutes with p up to 0.02 make stretches, which begin and
+ * end with ten seconds whose own level is twice the median.
+ *
+ * @param inputs each row with what controls it.  @param start of the circuit's search.
+ * @param regimes of the rows.  @param least [V], RMS error of a stretch that is reported.
+ * @param pulse called before every pass over the rows; may be empty.
+ * @return in order of time; p_value of its clearest minute. Where the voltage is the input the
+ * current's error counts as a voltage's through kOhmsOfCurrentError.
  */
-std::vector<MismatchSegment> mismatchSegments(
-    const WhitenedFit& fit, const InputSequence& inputs, const std::vector<Regime>& regimes,
-    const std::optional<NoiseModel>& noise = std::nullopt);
+std::vector<MismatchSegment> mismatchSegments(const InputSequence& inputs,
+                                              const CompositionPoint& start,
+                                              const std::vector<Regime>& regimes, double least,
+                                              const std::function<void()>& pulse = nullptr);
 
 }  // namespace battery_sof

@@ -52,21 +52,11 @@ std::vector<std::string> idsToWeigh(const std::vector<std::string>& wanted, bool
   return hypothesesOf(wanted, is_driven);
 }
 
-/// Fits to the rows of the training part, with the input of each.
 std::unique_ptr<ExplanationFits> fitsTo(const Residuals& residuals,
                                         const std::optional<ChargerControl>& driving,
                                         const DiagnoseOptions& options) {
-  std::vector<char> masked = residuals.screened.limits.masked;
-  Series sound = residuals.screened.series;
-  if (driving) {
-    sound = repaired(sound, driving->repair);
-    for (std::size_t n = 0; n < masked.size(); ++n)
-      masked[n] = masked[n] || driving->repair.dropped[n];
-  }
-  const InputSequence inputs =
-      inputSequence(sound, residuals.parts.train, masked,
-                    driving ? driving->voltage_controlled : std::vector<char>());
-  return std::make_unique<ExplanationFits>(inputs, residuals.base.point, options);
+  return std::make_unique<ExplanationFits>(rowsOf(residuals, driving), residuals.base.point,
+                                           options);
 }
 
 /// How identify() fits the training part as it was recorded.
@@ -208,8 +198,7 @@ void describeDiscrepancy(DiscrepancyFinding& discrepancy, const DrivenTime& driv
 /// @param fit set here: the caller reads its noise and gain.
 DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Residuals& residuals,
                                       const DiagnoseOptions& options, DiscrepancyFit& fit) {
-  const InputSequence full = inputSequence(residuals.screened.series, residuals.parts.train,
-                                           residuals.screened.limits.masked);
+  const InputSequence full = rowsOf(residuals, std::nullopt);
   const ModelPoint beginning = without.point.at(full.first_time);
   const Linearization response =
       discrepancyLinearizationOf(without.model, beginning, full, full.samples.size());
@@ -252,6 +241,17 @@ std::optional<WhitenedFit> estimateDiscrepancy(const Residuals& residuals,
 }
 
 }  // namespace
+
+InputSequence rowsOf(const Residuals& residuals, const std::optional<ChargerControl>& driving) {
+  const Screening& screened = residuals.screened;
+  if (!driving)
+    return inputSequence(screened.series, residuals.parts.train, screened.limits.masked);
+  std::vector<char> masked = screened.limits.masked;
+  for (std::size_t n = 0; n < masked.size(); ++n)
+    masked[n] = masked[n] || driving->repair.dropped[n];
+  return inputSequence(repaired(screened.series, driving->repair), residuals.parts.train, masked,
+                       driving->voltage_controlled);
+}
 
 MechanismEvidence weighMechanisms(const Residuals& residuals) {
   return mechanismEvidence(*fitsTo(residuals, std::nullopt, {}), hypothesesOf({}, false));

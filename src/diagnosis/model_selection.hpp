@@ -50,6 +50,10 @@ struct ModelSelection {
 ModelSelection selectModel(const Recording& recording, const Residuals& residuals,
                            const DiagnoseOptions& options, Diagnosis& found);
 
+/// @param driving a source that controls the voltage; none: the current is the input throughout.
+/// @return the rows of the training part as they were sampled, each with what controls it.
+InputSequence rowsOf(const Residuals& residuals, const std::optional<ChargerControl>& driving);
+
 /// @return what the training part says for each mechanism with the current as its input: whether a
 /// source is taken to control the voltage hangs on little.
 MechanismEvidence weighMechanisms(const Residuals& residuals);

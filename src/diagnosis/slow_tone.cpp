@@ -23,12 +23,6 @@ constexpr double kMinShare = 0.25;
 constexpr double kMaxBinsPerSample = 4.0;  // a recording of which most is gaps shows no tone
 constexpr double kTwoPi = 6.283185307179586;
 
-double binOf(const InputSequence& inputs) {
-  std::vector<double> intervals;
-  for (const InputSample& sample : inputs.samples) intervals.push_back(sample.step.duration);
-  return std::max(kBin, quantile(std::move(intervals), 0.5));
-}
-
 /// @return the least number of at least so many without a prime factor above 5: others take a
 /// Fourier transform many times as long.
 std::size_t transformedFast(std::size_t least) {
@@ -93,7 +87,7 @@ double amplitudeOf(const WhitenedFit& fit, const InputSequence& inputs, double p
 }  // namespace
 
 std::optional<SlowTone> slowTone(const WhitenedFit& fit, const InputSequence& inputs) {
-  const double bin = binOf(inputs);
+  const double bin = std::max(kBin, medianDuration(inputs));
   const double span = inputs.samples.back().step.time - inputs.first_time;
   if (span / bin > kMaxBinsPerSample * static_cast<double>(inputs.samples.size()))
     return std::nullopt;

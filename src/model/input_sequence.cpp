@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
 
 namespace battery_sof {
@@ -208,6 +210,13 @@ Stretch stretchOf(const Series& series, std::size_t first, std::size_t last) {
 }
 
 }  // namespace
+
+double medianDuration(const InputSequence& inputs) {
+  std::vector<double> durations;
+  for (std::size_t n = 1; n < inputs.samples.size(); ++n)
+    durations.push_back(inputs.samples[n].step.duration);
+  return durations.empty() ? 1.0 : std::max(quantile(std::move(durations), 0.5), kShortestStep);
+}
 
 InputSequence compressedInputs(const Series& series, IndexRange range, double longest,
                                const std::vector<char>& masked) {

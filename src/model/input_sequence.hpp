@@ -148,6 +148,9 @@ InputSequence inputSequence(const Series& series, IndexRange range,
                             const std::vector<char>& masked = {},
                             const std::vector<char>& voltage_controlled = {});
 
+/// @return [s], above 0; 1 of fewer than two samples.
+double medianDuration(const InputSequence& inputs);
+
 inline constexpr double kLongestStretch = 0.5;  ///< [s], see compressedInputs()
 
 /**

@@ -15,13 +15,6 @@ constexpr double kFlat = 1e-9;  // [1], of a regressor's range: it does not move
 // quantile of the overpotential above which side reactions are looked for
 constexpr double kTimesNear = 0.9;
 
-double medianDuration(const InputSequence& inputs) {
-  std::vector<double> durations;
-  for (std::size_t n = 1; n < inputs.samples.size(); ++n)
-    durations.push_back(inputs.samples[n].step.duration);
-  return durations.empty() ? 1.0 : std::max(quantile(std::move(durations), 0.5), 1e-6);
-}
-
 std::size_t samplesPerRow(const InputSequence& inputs) {
   const double interval = medianDuration(inputs);
   return interval < kFast ? static_cast<std::size_t>(std::max(1.0, std::round(kRow / interval)))
