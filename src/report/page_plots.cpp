@@ -265,7 +265,7 @@ std::string keyHtml(const Drawing& drawing) {
   if (!drawing.diagnosis.source.times.empty()) text += operatingModeKey(drawing);
   if (!drawing.diagnosis.mismatch.empty())
     text += element("span.swatch mismatch", "") +
-            " the base model deviates by more than chance explains. ";
+            " the base model deviates far more than in most minutes. ";
   if (drawing.hasHoldout())
     text += element("span.swatch holdout", "") + " hold-out, which no fit has used. ";
   text += drawing.t0 > 0.0 ? "Time [s] counts from the recording\xe2\x80\x99s first sample."
