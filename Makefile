@@ -38,7 +38,10 @@ tests: deps-test
 test: tests
 	@$(CTEST) -LE slow
 
-test-slow: tests
+# The benchmarks are compiled with it, so that a change of the library does not break them unseen.
+test-slow: tests deps-bench
+	@$(CONFIGURE) -DBATTERY_SOF_BENCH=ON
+	@$(COMPILE) --target bench_all
 	@$(CTEST) -L slow
 
 test-all: tests

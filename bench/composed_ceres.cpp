@@ -223,7 +223,7 @@ ceres::CostFunction* dataCost(const BatteryModel& model, const CompositionProble
 ceres::CostFunction* priorCost(const BatteryModel& model, const CompositionProblem& problem) {
   const Eigen::VectorXd mean =
       problem.coordinatesOf({model.typicalParameters(), model.restState()});
-  const Eigen::VectorXd weight = problem.priorWeight() * problem.priorPrecision();
+  const Eigen::VectorXd weight = problem.priorWeight() * problem.priorInformation(mean).diagonal();
   return new ceres::AutoDiffCostFunction<Priors, kUnknowns, kUnknowns>(
       new Priors{mean, weight.cwiseSqrt()});
 }
