@@ -105,8 +105,8 @@ std::vector<fs::path> writtenFiles() {
       files.push_back(entry.path());
   };
   for (const auto& entry : fs::directory_iterator(kRoot)) add(entry);
-  for (const char* folder : {"action", "bench", "cmake", "config", "docs", "experiments", "include",
-                             "launch", "msg", "scripts", "simulator", "src", "srv", "test"})
+  for (const char* folder : {"action", "benchmark", "cmake", "config", "docs", "include", "launch",
+                             "msg", "scripts", "src", "srv", "test"})
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
       if (entry.path().string().find("__pycache__") == std::string::npos) add(entry);
   return files;

@@ -162,7 +162,7 @@ std::vector<Function> functionsOf(const fs::path& file, const std::string& text)
 std::vector<fs::path> ownFiles() {
   std::vector<fs::path> files;
   for (const char* folder :
-       {"src", "include", "simulator", "tools", "scripts", "test/architecture"})
+       {"src", "include", "benchmark", "tools", "scripts", "test/architecture"})
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
       if (entry.is_regular_file() && entry.path().extension() != ".pyc")
         files.push_back(entry.path());

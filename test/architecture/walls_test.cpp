@@ -12,6 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 const fs::path kRoot = BATTERY_SOF_SOURCE_DIR;
+const fs::path kBenchmark = kRoot / "benchmark";
 
 /// Stages in the order of the data flow: each may include itself and those before it.
 const std::vector<std::string> kStages = {"util",      "recording", "model",      "regression",
@@ -93,7 +94,7 @@ TEST(Architecture, TheCoreReadsNoRosHeaderAtAll) {
 }
 
 TEST(Architecture, BagsAndTheCommandNameNoRosHeader) {
-  for (const auto& folder : {"src/bag", "src/cli", "simulator", "python"})
+  for (const auto& folder : {"src/bag", "src/cli", "benchmark/simulator", "python"})
     for (const auto& file : sourcesIn(kRoot / folder))
       for (const auto& include : includesOf(file))
         EXPECT_FALSE(std::regex_search("/" + include, kRosHeader)) << file << ": " << include;
@@ -136,10 +137,10 @@ TEST(Architecture, PublicHeadersAreFewAndReadNoOthers) {
 }
 
 TEST(Architecture, TheSimulatorIncludesNothingOfTheProductButTheFormatOfBags) {
-  ASSERT_FALSE(sourcesIn(kRoot / "simulator").empty());
-  for (const auto& file : sourcesIn(kRoot / "simulator"))
+  ASSERT_FALSE(sourcesIn(kBenchmark / "simulator").empty());
+  for (const auto& file : sourcesIn(kBenchmark / "simulator"))
     for (const auto& include : includesOf(file)) {
-      const bool own = (include.rfind("simulator/", 0) == 0 && fs::exists(kRoot / include)) ||
+      const bool own = (include.rfind("simulator/", 0) == 0 && fs::exists(kBenchmark / include)) ||
                        include.rfind("bag/format/", 0) == 0;
       EXPECT_TRUE(own || !(fs::exists(kRoot / include) || fs::exists(kRoot / "src" / include) ||
                            fs::exists(kRoot / "include" / include)))
@@ -158,7 +159,7 @@ TEST(Architecture, NothingOfTheProductIncludesTheSimulator) {
 
 TEST(Architecture, MainFilesOnlyWire) {
   auto files = sourcesIn(kRoot / "src");
-  for (const auto& file : sourcesIn(kRoot / "simulator")) files.push_back(file);
+  for (const auto& file : sourcesIn(kBenchmark / "simulator")) files.push_back(file);
   for (const auto& file : files) {
     if (file.string().find("_main.cpp") == std::string::npos) continue;
     std::ifstream in(file);

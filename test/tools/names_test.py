@@ -7,7 +7,7 @@ import unittest
 
 from battery_sof_tools.files import ROOT, read_text
 
-FOLDERS = ("src", "include", "simulator", "experiments", "msg", "srv", "action", "launch", "tools", "config", "python", "live", "scripts", "examples", "completion")
+FOLDERS = ("src", "include", "benchmark", "msg", "srv", "action", "launch", "tools", "config", "python", "live", "scripts", "examples", "completion")
 
 
 class Names(unittest.TestCase):

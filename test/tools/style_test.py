@@ -10,8 +10,8 @@ import subprocess
 import sys
 
 ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-SHELL_FOLDERS = ("scripts", ".ci", "test", "tools", "bench", "cmake", "completion", "debian")
-CODE_FOLDERS = ("src", "include", "simulator", "test", "bench", "experiments", "examples", "python")
+SHELL_FOLDERS = ("scripts", ".ci", "test", "tools", "benchmark", "cmake", "completion", "debian")
+CODE_FOLDERS = ("src", "include", "benchmark", "test", "examples", "python")
 SHELL = re.compile(rb"#!.*\b(ba)?sh\b")
 CLANG = 14  # two versions neither format alike nor find the same
 BUILD = os.environ.get("BATTERY_SOF_BUILD", os.path.join(ROOT, "build"))

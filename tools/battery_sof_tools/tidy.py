@@ -55,7 +55,7 @@ def without_precompiled(command):
 
 def database(build):
     """How each source of src is compiled, as clang-tidy reads it: the folder of the file, and the sources."""
-    folders = tuple(os.path.join(ROOT, name) + os.sep for name in ("src", "simulator"))
+    folders = tuple(os.path.join(ROOT, name) + os.sep for name in ("src", os.path.join("benchmark", "simulator")))
     entries = [entry for entry in read_json(os.path.join(build, "compile_commands.json")) if entry["file"].startswith(folders)]
     folder = os.path.join(build, "tidy")
     os.makedirs(folder, exist_ok=True)

@@ -28,7 +28,7 @@ LONGEST_S = 3600.0  # of a trip
 PAIRS = (("drive_1a", "drive_1b"), ("drive_1b", "drive_2a"), ("drive_2a", "drive_2b"), ("drive_1a", "drive_2b"), "small_car")
 
 
-# Batteries of the simulated cars: what differs from the simulator's own (simulator/battery_elements.hpp, additions.hpp).
+# Batteries of the simulated cars: what differs from the simulator's own (benchmark/simulator/battery_elements.hpp, additions.hpp).
 CARS = {
     "agm_50": {"effects": {"gassing": "tafel", "charge_acceptance": True}},
     "flooded_70": {"effects": {"charge_acceptance": True}, "battery": {"capacity_ah": 70.0, "r_ohmic_ohm": 0.0026, "r1_charge_ohm": 0.0038, "r1_discharge_ohm": 0.0026, "cpe2_capacitance_f": 1400.0, "u0_v": 12.6}},

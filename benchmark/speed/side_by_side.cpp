@@ -86,7 +86,7 @@ void requireSameAsIdentify(const DriveWindow& window, const Optimum& searched) {
   if (a.r_discharge != b.r_discharge || a.r_charge != b.r_charge || a.c2 != b.c2 ||
       a.beta != b.beta || a.u_dc != b.u_dc)
     throw std::runtime_error(
-        "searchOnly() is no longer the search of identify(): bench/side_by_side.cpp");
+        "searchOnly() is no longer the search of identify(): benchmark/speed/side_by_side.cpp");
 }
 
 /// One line of the table.
