@@ -93,7 +93,7 @@ std::optional<ExplanationState> EffectSearch::with(const ExplanationState& state
   ExplanationState next = withMember(state, grid_[*best], gains[*best]);
   if (!std::isfinite(next.evidence)) return std::nullopt;
   fits_.optimize(next);
-  addWeighed(id, next.evidence - state.evidence);
+  addWeighed(weighed_, id, next.evidence - state.evidence);
   return next;
 }
 
@@ -192,7 +192,7 @@ std::vector<ExplanationState> EffectSearch::withMembers(const ExplanationState& 
   });
   std::stable_sort(fitted.begin(), fitted.end(), best_first);
   for (const ExplanationState& one : fitted)
-    addWeighed(one.members.back(), one.evidence - state.evidence);
+    addWeighed(weighed_, one.members.back(), one.evidence - state.evidence);
   return fitted;
 }
 
@@ -224,15 +224,6 @@ std::vector<DetectionLimit> EffectSearch::minStrengths(
     if (const auto one = minStrength(point, times)) least.push_back(*one);
   }
   return least;
-}
-
-void EffectSearch::addWeighed(const std::string& id, double gain) {
-  for (WeighedMember& known : weighed_)
-    if (known.id == id) {
-      known.gain = std::max(known.gain, gain);
-      return;
-    }
-  weighed_.push_back({id, gain});
 }
 
 double EffectSearch::rankOf(const ExplanationState& state) const {

@@ -53,7 +53,6 @@ class EffectSearch {
   const std::vector<WeighedMember>& weighed() const { return weighed_; }
 
  private:
-  void addWeighed(const std::string& id, double gain);
   /// The base circuit with an effect at its magnitudes.
   CompositionPoint magnitudesOf(const BatteryModel& model) const;
   std::vector<CompositionPoint> gridOf(const BatteryModel& model) const;

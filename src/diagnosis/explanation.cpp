@@ -17,20 +17,12 @@ constexpr double kSettled = 0.1;  // ln evidence
 constexpr int kMaxTerms = 5;
 constexpr int kSwaps = 3;  // rounds in which places may be taken by what does better
 
-/// Ids in the catalogue's order: what is given is one set, however it was written.
-std::vector<std::string> inOrder(const std::vector<std::string>& given) {
-  std::vector<std::string> ids;
-  for (const EffectInfo& effect : effectCatalogue())
-    if (contains(given, effect.id)) ids.push_back(effect.id);
-  return ids;
-}
-
 class StepwiseSelection {
  public:
   StepwiseSelection(ExplanationFits& fits, const std::vector<std::string>& ids,
                     const DiagnoseOptions& options)
       : options_(options),
-        given_(inOrder(options.given)),
+        given_(inCatalogueOrder(options.given)),
         fits_(fits),
         search_(fits_, options.given.empty() ? ids : options.given, options.threads) {}
 
@@ -404,6 +396,15 @@ class StepwiseSelection {
 };
 
 }  // namespace
+
+void addWeighed(std::vector<WeighedMember>& weighed, const std::string& id, double gain) {
+  for (WeighedMember& known : weighed)
+    if (known.id == id) {
+      known.gain = std::max(known.gain, gain);
+      return;
+    }
+  weighed.push_back({id, gain});
+}
 
 MechanismEvidence mechanismEvidence(ExplanationFits& fits, const std::vector<std::string>& ids) {
   const DiagnoseOptions options;

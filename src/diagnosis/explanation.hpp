@@ -38,6 +38,9 @@ struct WeighedMember {
   std::optional<ScoreGain> score = std::nullopt;
 };
 
+/// Notes the gain of an effect, of one that was fitted before the larger of the two.
+void addWeighed(std::vector<WeighedMember>& weighed, const std::string& id, double gain);
+
 /// A battery's own law is never quite the catalogue's: a smaller share of what something explains
 /// is not reported of anything else [1].
 constexpr double kCatalogueTolerance = 0.1;

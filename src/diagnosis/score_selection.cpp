@@ -23,13 +23,6 @@ constexpr int kFurtherSteps = 8;  // of one that is scored, or that isOfDeep()
 
 using Effects = std::vector<std::string>;
 
-Effects inOrder(const Effects& some) {
-  Effects ids;
-  for (const EffectInfo& effect : effectCatalogue())
-    if (contains(some, effect.id)) ids.push_back(effect.id);
-  return ids;
-}
-
 bool holdsAll(const Effects& larger, const Effects& smaller) {
   return std::all_of(smaller.begin(), smaller.end(),
                      [&](const std::string& id) { return contains(larger, id); });
@@ -75,8 +68,8 @@ class Selection {
   ScoreSelection run(const Effects& ids) {
     Effects members;
     if (!options_.given.empty()) {
-      for (const std::string& id : inOrder(options_.given)) {
-        members = inOrder(enlarged(BatteryModel(members), id).effects());
+      for (const std::string& id : inCatalogueOrder(options_.given)) {
+        members = inCatalogueOrder(enlarged(BatteryModel(members), id).effects());
         scoreAll({members}, nullptr);
       }
     } else {
@@ -164,7 +157,7 @@ class Selection {
     for (const std::string& id : ids)
       if (!contains(members, id))
         additions.push_back(
-            {id, inOrder(enlarged(BatteryModel(members), id).effects()), {}, {}, {}});
+            {id, inCatalogueOrder(enlarged(BatteryModel(members), id).effects()), {}, {}, {}});
     const FittedModel& model = at(members).model;
     const FittedCost cost = fittedCost(model, series_, train_, fit_);
     parallelFor(additions.size(), options_.threads, [&](std::size_t k) {
@@ -174,7 +167,7 @@ class Selection {
           promiseOf(model, cost, additions[k].effects, series_, train_, fit_, steps);
     });
     fitAcceptanceToTheEnd(model, cost, additions);
-    for (const Addition& one : additions) addWeighed(one.id, one.promise.gain);
+    for (const Addition& one : additions) addWeighed(weighed_, one.id, one.promise.gain);
     std::stable_sort(additions.begin(), additions.end(), [](const Addition& a, const Addition& b) {
       return a.promise.gain > b.promise.gain;
     });
@@ -267,7 +260,7 @@ class Selection {
     Effects cycle =
         moved.physicsOfDepth(nominalCapacity(options_.capacity), isVoltageControlled(fit_, train_));
     if (holdsAll(cycle, {kFilledUp, kUsedUp})) cycle.push_back(kLeftByCharge);
-    cycle = inOrder(cycle);
+    cycle = inCatalogueOrder(cycle);
     if (cycle.empty() || !holdsAll(withDeepOnes(ids), cycle)) return;
     scoreAll({cycle}, nullptr);
     if (gain(cycle, members).isAbove(least_)) members = cycle;
@@ -312,14 +305,6 @@ class Selection {
   WeighedMember& weighed(const std::string& id) {
     return *std::find_if(weighed_.begin(), weighed_.end(),
                          [&](const WeighedMember& one) { return one.id == id; });
-  }
-  void addWeighed(const std::string& id, double promised) {
-    for (WeighedMember& known : weighed_)
-      if (known.id == id) {
-        known.gain = std::max(known.gain, promised);
-        return;
-      }
-    weighed_.push_back({id, promised, std::nullopt});
   }
 
   const Series& series_;

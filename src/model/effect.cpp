@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "effects/effect_definition.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 
@@ -35,6 +36,13 @@ const std::vector<EffectInfo>& effectCatalogue() {
     return infos;
   }();
   return catalogue;
+}
+
+std::vector<std::string> inCatalogueOrder(const std::vector<std::string>& ids) {
+  std::vector<std::string> ordered;
+  for (const EffectInfo& effect : effectCatalogue())
+    if (contains(ids, effect.id)) ordered.push_back(effect.id);
+  return ordered;
 }
 
 const EffectInfo* catalogued(const std::string& id) {

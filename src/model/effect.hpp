@@ -56,6 +56,9 @@ struct EffectInfo {
 /// applied.
 const std::vector<EffectInfo>& effectCatalogue();
 
+/// @return ids in the catalogue's order: what is given is one set, however it was written.
+std::vector<std::string> inCatalogueOrder(const std::vector<std::string>& ids);
+
 /// @return the effect of the catalogue; nullptr where it cannot be composed (clipping, dropouts).
 const EffectInfo* catalogued(const std::string& id);
 /// @return its title there; the id where there is none.
