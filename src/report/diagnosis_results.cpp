@@ -56,7 +56,10 @@ std::vector<MismatchSegment> largest(std::vector<MismatchSegment> segments) {
 }
 
 std::string mismatchText(const Diagnosis& d) {
-  if (d.mismatch.empty()) return "";
+  if (d.mismatch.empty()) {
+    const std::string sentence = noStretchText(d);
+    return sentence.empty() ? "" : "\n" + wrapped("", sentence);
+  }
   std::string text =
       format("\nwhere measurement and base model deviate (%zu stretches%s), measured minus model\n",
              d.mismatch.size(),

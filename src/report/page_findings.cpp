@@ -143,7 +143,10 @@ std::string parameterBiasTable(const Diagnosis& d) {
 }
 
 std::string segmentTable(const Diagnosis& d, double clock_origin) {
-  if (d.mismatch.empty()) return "";
+  if (d.mismatch.empty()) {
+    const std::string sentence = noStretchText(d);
+    return sentence.empty() ? "" : element("p.note", sentence);
+  }
   std::vector<std::vector<Cell>> rows;
   for (const MismatchSegment& s : d.mismatch) {
     if (rows.size() == kSegmentsListed) break;

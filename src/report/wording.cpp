@@ -71,6 +71,13 @@ std::string likelyMechanismsText(const std::vector<MechanismProbability>& mechan
   return join(parts);
 }
 
+std::string noStretchText(const Diagnosis& diagnosis) {
+  const Verdict verdict = diagnosis.verdict;
+  const bool is_missing = verdict != Verdict::kNoMismatch && verdict != Verdict::kInsufficientData;
+  if (!is_missing || !diagnosis.mismatch.empty()) return "";
+  return "No minute stands out: the base model deviates about as much in most of them.";
+}
+
 std::string plainName(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');
   return name;

@@ -48,6 +48,9 @@ std::string confidenceText(double confidence);
 /// @return "acid 0.62, structure 0.30": the likely mechanisms with their probabilities.
 std::string likelyMechanismsText(const std::vector<MechanismProbability>& mechanisms);
 
+/// @return a sentence where something is missing and no stretch stands out; empty elsewhere.
+std::string noStretchText(const Diagnosis& diagnosis);
+
 /// @return a code name as words: "long_charge" reads "long charge".
 std::string plainName(std::string name);
 

@@ -89,6 +89,15 @@ TEST(DiagnosisJson, HoldsWhatWasLearnt) {
   EXPECT_EQ(discrepancy["terms"].at(0), "memory of charging over 10 s");
 }
 
+TEST(DiagnosisText, SaysWhereNoMinuteStandsOut) {
+  const std::string sentence = "No minute stands out";
+  test::MadeDiagnosis made = test::madeUnknown();
+  EXPECT_EQ(resultText(made.diagnosis).find(sentence), std::string::npos);
+  made.diagnosis.mismatch.clear();
+  EXPECT_NE(resultText(made.diagnosis).find(sentence), std::string::npos);
+  EXPECT_EQ(resultText(test::madeNoMismatch().diagnosis).find(sentence), std::string::npos);
+}
+
 TEST(DiagnosisJson, HasNullForWhatIsAbsentOrNotFinite) {
   test::MadeDiagnosis made = test::madeUnknown();
   made.diagnosis.mismatch[0].peak_error = std::numeric_limits<double>::infinity();
