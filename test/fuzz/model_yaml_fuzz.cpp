@@ -11,10 +11,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         parseModelYaml(std::string(reinterpret_cast<const char*>(data), size), "fuzzed.yaml");
     fuzz::require(
         test::brokenLaw(predictCranking(model, {-20.0, 10.0, -200.0, 0.5, 7.2}), model.fit));
+    const double capacity = capacityFor(model.fit, std::nullopt);
     const StopTimeQuery stop{-20.0, -200.0, 0.5, 7.2};
-    fuzz::require(test::brokenLaw(predictStopTime(model, stop), stop, 50.0));
+    fuzz::require(test::brokenLaw(predictStopTime(model, stop), stop, capacity));
     const ChargeAcceptanceQuery charge{14.4, 10.0};
-    fuzz::require(test::brokenLaw(predictChargeAcceptance(model, charge), charge, 50.0));
+    fuzz::require(test::brokenLaw(predictChargeAcceptance(model, charge), charge, capacity));
     const std::string text = modelYaml(model);
     fuzz::require(modelYaml(parseModelYaml(text, "written.yaml")) == text,
                   "a model reads back as it was written");

@@ -93,11 +93,12 @@ class FuzzedDrive {
     const Fit fit = session_.live().model().value_or(FittedModel()).fit;
     fuzz::require(
         test::brokenLaw(session_.live().predictCranking({-20.0, 10.0, -200.0, 0.5, 7.2}), fit));
+    const double capacity = capacityFor(fit, options().capacity);
     const StopTimeQuery stop{-20.0, -200.0, 0.5, 7.2};
-    fuzz::require(test::brokenLaw(session_.live().predictStopTime(stop), stop, options().capacity));
+    fuzz::require(test::brokenLaw(session_.live().predictStopTime(stop), stop, capacity));
     const ChargeAcceptanceQuery charge{14.4, 10.0};
-    fuzz::require(test::brokenLaw(session_.live().predictChargeAcceptance(charge), charge,
-                                  options().capacity));
+    fuzz::require(
+        test::brokenLaw(session_.live().predictChargeAcceptance(charge), charge, capacity));
     fuzz::require(!session_.status().reason.empty(), "a status has a reason");
   }
 
