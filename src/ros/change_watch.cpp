@@ -119,7 +119,8 @@ ChangeWatch::Outcome ChangeWatch::setReference(const Series& series, const std::
   const auto table = withDrive(nullptr, series);
   if (!table) return {false, whyNoReference(series)};
   const std::string said = format(
-      "%zu samples, from %.0f to %.0f s, are the first of the %zu drives that make up the reference "
+      "%zu samples, from %.0f to %.0f s, are the first of the %zu drives that make up the "
+      "reference "
       "for changes",
       table->samples, table->from, table->to, kSoundDrives);
   {
