@@ -61,8 +61,8 @@ std::string mismatchText(const Diagnosis& d) {
     return sentence.empty() ? "" : "\n" + wrapped("", sentence);
   }
   std::string text =
-      format("\nwhere measurement and base model deviate (%zu stretches%s), measured minus model\n",
-             d.mismatch.size(),
+      format("\nwhere measurement and base model deviate (%zu stretch%s%s), measured minus model\n",
+             d.mismatch.size(), d.mismatch.size() == 1 ? "" : "es",
              d.mismatch.size() > kSegmentsTold ? ", of which the largest are listed" : "");
   text += format("%s%10s %10s  %-22s %10s %10s %9s\n", kIndent, "from [s]", "to [s]", "regime",
                  "mean [mV]", "peak [mV]", "p");

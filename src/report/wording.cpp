@@ -75,7 +75,8 @@ std::string noStretchText(const Diagnosis& diagnosis) {
   const Verdict verdict = diagnosis.verdict;
   const bool is_missing = verdict != Verdict::kNoMismatch && verdict != Verdict::kInsufficientData;
   if (!is_missing || !diagnosis.mismatch.empty()) return "";
-  return "No minute stands out: the base model deviates about as much in most of them.";
+  return "No stretch of time stands out: the base model deviates about as much in most of the "
+         "recording.";
 }
 
 std::string plainName(std::string name) {

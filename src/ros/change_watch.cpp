@@ -116,10 +116,13 @@ void ChangeWatch::publish(const std::shared_ptr<const ResponseTable>& reference,
 
 ChangeWatch::Outcome ChangeWatch::setReference(const Series& series, const std::string& topic) {
   if (series.empty()) return {false, "no samples are buffered yet"};
-  auto table = responseTable(series);
+  const auto table = withDrive(nullptr, series);
   if (!table) return {false, whyNoReference(series)};
-  const std::string said = format("%zu samples, from %.0f to %.0f s, are the reference for changes",
-                                  table->samples, table->from, table->to);
+  const std::string said = format(
+      "%zu samples, from %.0f to %.0f s, are the first of the %zu drives that make up the "
+      "reference "
+      "for changes",
+      table->samples, table->from, table->to, kSoundDrives);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     reference_ = table;

@@ -17,8 +17,8 @@ namespace battery_sof {
  * @brief What has changed in the battery or its instruments since a reference, over drives.
  *
  * Stretches of `period` [s] of driving are drives. The reference is the mean of the first five that
- * can serve (kSoundDrives), or what setReference() is given; the state file keeps it together with
- * the responses of the drives since. What these come to is published after each of them on ~change (latched, std_msgs/String) as the JSON of `sof diagnose --reference`. Models are not run:
+ * can serve (kSoundDrives), of which setReference() may give the first; the state file keeps it
+ * together with the responses of the drives since. What these come to is published after each of them on ~change (latched, std_msgs/String) as the JSON of `sof diagnose --reference`. Models are not run:
  * another battery is known by its serial number alone.
  *
  * May be called from any thread; the work is a thread's own.
@@ -43,8 +43,8 @@ class ChangeWatch {
     bool success = false;
     std::string message;
   };
-  /// Makes a recording the reference, whatever was before; nothing can be said until a drive was
-  /// compared with it. @return why not, where it cannot serve.
+  /// Begins a reference with a recording as its first drive, whatever was before; nothing can be
+  /// said until it is complete. @return why not, where it cannot serve.
   Outcome setReference(const Series& series, const std::string& topic);
 
  private:

@@ -69,7 +69,7 @@ class ChangeWhileDriving(NodeTest):
 
         again = set_reference()
         self.assertTrue(again.success, again.message)
-        self.assertIn("are the reference for changes", again.message)
+        self.assertIn("are the first of the 5 drives that make up the reference", again.message)
         change.wait(lambda c: said(c) == "insufficient_data", 20, "what was said of the old reference taken back")
         wait_until(lambda: "responses:" in self.saved(state_file), 20, "the reference on the disk")
         node.stop()

@@ -298,7 +298,7 @@ def drives_of(program, data, options):
 
 def measure_drives(program, args):
     lines, sound = [], {}
-    for reference, options in (("five drives", []), ("one drive, as ~set_reference makes it", ["--one-drive"])):
+    for reference, options in (("five drives", []), ("one drive, for comparison", ["--one-drive"])):
         rows = sound[reference] = drives_of(program, args.data, options)
         changed = [row for row in rows if row["verdict"] == "changed"]
         runs = lambda some: len({(row["recording"], row["reference"]) for row in some})

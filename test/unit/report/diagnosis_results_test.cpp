@@ -89,8 +89,8 @@ TEST(DiagnosisJson, HoldsWhatWasLearnt) {
   EXPECT_EQ(discrepancy["terms"].at(0), "memory of charging over 10 s");
 }
 
-TEST(DiagnosisText, SaysWhereNoMinuteStandsOut) {
-  const std::string sentence = "No minute stands out";
+TEST(DiagnosisText, SaysWhereNoStretchStandsOut) {
+  const std::string sentence = "No stretch of time stands out";
   test::MadeDiagnosis made = test::madeUnknown();
   EXPECT_EQ(resultText(made.diagnosis).find(sentence), std::string::npos);
   made.diagnosis.mismatch.clear();
