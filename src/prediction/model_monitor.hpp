@@ -53,7 +53,9 @@ class ModelMonitor {
   /// Answers nothing valid (denialOf()); looked at once a second of samples and at every crank.
   bool isDenied() const { return tracker_ && is_denied_; }
   /// Whether its numbers are; one that is not cannot be followed further.
-  bool isFinite() const { return !tracker_ || std::isfinite(tracker_->error()); }
+  bool isFinite() const {
+    return !tracker_ || (std::isfinite(tracker_->error()) && tracker_->state().states.allFinite());
+  }
 
   /// Moves on to a sample; nothing happens without a model, or at or before its state. @return what
   /// ended with it.

@@ -226,6 +226,7 @@ void OnlineSession::tryWaiting() {
   const Sample last = waiting[waiting.size() - 1];
   if (!here.monitor.holdsModel() && !startSaved(last)) return;
   here.monitor.follow(last, here.stream.maxGap());
+  if (!here.monitor.isFinite()) loseModel(kLostNumbers);
 }
 
 void OnlineSession::offerRefusedAgain() {

@@ -10,6 +10,7 @@
 #include "estimation/window.hpp"
 #include "state/state_estimator.hpp"
 #include "support/base_circuit.hpp"
+#include "support/known_model.hpp"
 
 namespace battery_sof {
 namespace {
@@ -452,6 +453,29 @@ TEST(OnlineSession, RestoredModelAnswersWhileTheRateIsStillMeasured) {
                 before.live().predictCranking(kQuery).u_min->value, 0.2)
         << n;
   }
+}
+
+/// A state file may hold a model that is far from the battery: learning from its first samples may
+/// overflow, and a crank among them is not compared with what is left of it.
+TEST(OnlineSession, ARestoredModelThatOverflowsIsDroppedWhileTheRateIsStillMeasured) {
+  FittedModel model = test::uncertainModel(0.966, {"ocv_soc", "acceptance_soc", "surface_charge"});
+  for (ParameterEstimate& one : model.fit.estimates) {
+    if (one.name == "u_dc") one.value = 56.6;
+    if (one.name == "ocv_slope") one.value = 0.0842;
+    if (one.name == "acceptance_fall") one.value = 5.0;
+    if (one.name == "overcharge_current") one.value = 1.81;
+    if (one.name == "surface_decay_time") one.value = 2.89e5;
+    if (one.name == "surface_capacity") one.value = 8.06;
+  }
+  test::takeEstimates(model.fit);
+  model.state.states[0] = -0.6;
+  OnlineSession session;
+  session.restore(model);
+  const double currents[] = {0.0, 0.0, 0.0, -25.0, -25.0, -25.0, -260.0, -40.0, -40.0};
+  double time = model.state.time + 900.0;
+  for (const double current : currents)
+    EXPECT_NO_THROW(session.push({time += 0.1, current, 12.5 + 0.006 * current, std::nullopt}));
+  EXPECT_FALSE(session.live().predictCranking(kQuery).valid);
 }
 
 TEST(OnlineSession, RestoredModelOfAnotherClockIsRefusedWithTheReason) {
