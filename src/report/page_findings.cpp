@@ -102,7 +102,7 @@ std::string regimeTable(const Diagnosis& d) {
          element("p.note",
                  "Measured minus base model, with 95 % intervals. A value is marked if it is "
                  "larger than chance explains, given the number of values that were tested. A "
-                 "regime with fewer than seven episodes is never marked.") +
+                 "regime with fewer than five episodes is not listed.") +
          table({"regime", "episodes", "mean [mV]", "slope [mV/s]", "at its end [mV]"}, rows);
 }
 

@@ -198,6 +198,23 @@ TEST(MismatchSegments, AnErrorOfTheWholeRecordingIsNoStretch) {
   EXPECT_TRUE(segmentsOf(measured(ground, effect, 7), ground.regimes).empty());
 }
 
+/// In half an hour a minute stands out from four times the usual error on: P(F(1, 29) > 16) is
+/// 0.0004, of which there are thirty.
+TEST(MismatchSegments, TwoMinutesOfSixTimesTheUsualErrorStandOutAndOfThreeTimesDoNot) {
+  const Ground& ground = halfAnHour();
+  const NoiseModel white{0.01, 0.0, 1.0, 0.0};
+  const Eigen::VectorXd noise = test::drawnNoise(white, ground.inputs, 11);
+  for (const double times : {3.0, 6.0}) {
+    InputSequence inputs = ground.inputs;
+    for (std::size_t n = 0; n < inputs.samples.size(); ++n) {
+      const double time = inputs.samples[n].step.time;
+      const bool is_inside = time >= 700.0 && time < 820.0;
+      inputs.samples[n].voltage += (is_inside ? times : 1.0) * noise[static_cast<Eigen::Index>(n)];
+    }
+    EXPECT_EQ(segmentsOf(inputs, ground.regimes).empty(), times < 4.0) << times;
+  }
+}
+
 TEST(MismatchSegments, OneWildSampleMakesNone) {
   InputSequence inputs = measured(
       tenMinutes(), between(tenMinutes(), 0.0, 0.0, [](const InputStep&) { return 0.0; }), 9);
