@@ -215,6 +215,19 @@ TEST(MismatchSegments, TwoMinutesOfSixTimesTheUsualErrorStandOutAndOfThreeTimesD
   }
 }
 
+/// What is no measurement belongs to no stretch, however near.
+TEST(MismatchSegments, MaskedSamplesBeforeAStretchAreNoPartOfIt) {
+  const Ground& ground = halfAnHour();
+  InputSequence inputs =
+      measured(ground, between(ground, 700.0, 900.0, [](const InputStep&) { return 0.04; }), 5);
+  for (InputSample& sample : inputs.samples)
+    if (sample.step.time >= 640.0 && sample.step.time < 700.0) sample.count = 0.0;
+  const auto segments = segmentsOf(inputs, ground.regimes);
+  expectStretch(segments, 700.0, 900.0);
+  ASSERT_FALSE(segments.empty());
+  EXPECT_GE(segments[0].from, 700.0);
+}
+
 TEST(MismatchSegments, OneWildSampleMakesNone) {
   InputSequence inputs = measured(
       tenMinutes(), between(tenMinutes(), 0.0, 0.0, [](const InputStep&) { return 0.0; }), 9);
