@@ -214,9 +214,9 @@ constexpr double kTolerance = 1e-4;  // of the search
 /// Some seconds of the rows.
 struct Unit {
   IndexRange range;
-  double from = 0.0, to = 0.0;  // [s]
-  double cost = 0.0;            // of their errors [1]
-  double count = 0.0;           // of samples
+  double from = 0.0;   // [s]
+  double cost = 0.0;   // of their errors [1]
+  double count = 0.0;  // of samples
   double level() const { return std::sqrt(cost / count); }
 };
 
@@ -227,10 +227,9 @@ std::vector<Unit> unitsOf(const InputSequence& inputs, double length,
     const InputSample& sample = inputs.samples[n];
     if (!(sample.count > 0.0)) continue;
     const double time = sample.step.time;
-    if (units.empty() || time >= units.back().from + length) units.push_back({{n, n}, time, time});
+    if (units.empty() || time >= units.back().from + length) units.push_back({{n, n}, time});
     Unit& unit = units.back();
     unit.range.last = n + 1;
-    unit.to = time;
     unit.cost += problem.costOf(n, error[n]);
     unit.count += sample.count;
   }
@@ -307,14 +306,15 @@ std::vector<double> significanceOf(const std::vector<Unit>& units,
 }
 
 /// The runs of units that are in a significant window, each from its first to its last unit above
-/// the edge level.
+/// the edge level. @param gap [s] between units, which ends a run.
 std::vector<Window> runsOf(const std::vector<Unit>& units, const std::vector<double>& p_values,
-                           double edge) {
+                           double edge, double gap) {
   std::vector<Window> runs;
   for (std::size_t first = 0, end; first < units.size(); first = end) {
     end = first + 1;
     if (p_values[first] >= 1.0) continue;
-    while (end < units.size() && p_values[end] < 1.0) ++end;
+    while (end < units.size() && p_values[end] < 1.0 && units[end].from - units[end - 1].from < gap)
+      ++end;
     std::size_t last = end;
     while (first < last && units[first].level() <= edge) ++first;
     while (first < last && units[last - 1].level() <= edge) --last;
@@ -349,7 +349,8 @@ std::vector<MismatchSegment> mismatchSegments(const InputSequence& inputs,
   const double usual = quantile(std::move(levels), 0.5);
   const std::vector<double> p_values = significanceOf(units, windows, usual);
   std::vector<MismatchSegment> segments;
-  for (const auto& [first, last, level] : runsOf(units, p_values, kEdgeLevel * usual)) {
+  for (const auto& [first, last, level] :
+       runsOf(units, p_values, kEdgeLevel * usual, kWindowUnits * length)) {
     double rms = 0.0;
     MismatchSegment segment = describedSegment(
         {units[first].range.first, units[last - 1].range.last}, inputs, error, regimes, rms);

@@ -45,7 +45,7 @@ std::vector<RegimeFinding> regimeFindings(const WhitenedFit& fit, const InputSeq
  *     L = sqrt(mean rho(e / sigma)),   p = m P(F(1, m - 1) > (L / median of L)^2),   m minutes
  *
  * counts a minute as one independent error. Minutes with p up to 0.02 make stretches, which begin and
- * end with ten seconds whose own level is twice the median.
+ * end with ten seconds whose own level is twice the median; a gap of a minute ends one.
  *
  * @param inputs each row with what controls it.  @param start of the circuit's search.
  * @param regimes of the rows.  @param least [V], RMS error of a stretch that is reported.

@@ -228,6 +228,18 @@ TEST(MismatchSegments, MaskedSamplesBeforeAStretchAreNoPartOfIt) {
   EXPECT_GE(segments[0].from, 700.0);
 }
 
+TEST(MismatchSegments, AStretchEndsAtAGap) {
+  const Ground& ground = halfAnHour();
+  InputSequence inputs =
+      measured(ground, between(ground, 700.0, 900.0, [](const InputStep&) { return 0.04; }), 5);
+  for (InputSample& sample : inputs.samples)
+    if (sample.step.time >= 760.0 && sample.step.time < 840.0) sample.count = 0.0;
+  const auto segments = segmentsOf(inputs, ground.regimes);
+  ASSERT_EQ(segments.size(), 2u);
+  EXPECT_LT(segments[0].to, 760.0);
+  EXPECT_GE(segments[1].from, 840.0);
+}
+
 TEST(MismatchSegments, OneWildSampleMakesNone) {
   InputSequence inputs = measured(
       tenMinutes(), between(tenMinutes(), 0.0, 0.0, [](const InputStep&) { return 0.0; }), 9);
