@@ -154,14 +154,14 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Mismatch:
-    """A stretch of the recording in which base model and measurement deviate."""
+    """A stretch of the recording in which the base model deviates far more than in most minutes."""
 
     from_s: float  #: [s], its first sample
     to_s: float  #: [s], its last sample
     regime: str  #: what the battery was doing
-    mean_error_v: float  #: [V], measured minus modelled
+    mean_error_v: float  #: [V], measured minus modelled; while a source controls the voltage, the current's times -10 mOhm
     peak_error_v: float  #: [V], the error of largest magnitude, with its sign
-    p_value: Optional[float]  #: [0, 1], probability of such an error if the model were right
+    p_value: Optional[float]  #: [0, 1], that the worst minute of a recording stands out so far by chance
 
 
 @dataclass(frozen=True)
