@@ -56,6 +56,7 @@ ANSWERS = {
     "map of both": ("map", "map", "model.yaml", *MAP, "--u-required", "11", "--u-boost", "13,15", "--t-sof2", "10"),
     "diagnose": ("diagnose", "diagnose", "drive.csv", "--hypotheses", "current_dependent_resistance,cpe2"),
     "diagnose with a charger": ("diagnose", "diagnose", "charger.csv", "--hypotheses", "fresh_sulphate,cpe2"),
+    "diagnose a contact that is worse for a minute": ("diagnose", "diagnose", "for_a_minute.csv", *ONE),
     "diagnose without a verdict": ("diagnose", "diagnose", "again.csv"),
     "diagnose with a reference": ("diagnose-reference", "diagnose", "changed.csv", "--reference", "drive.csv"),
     "diagnose by responses": ("diagnose-reference", "diagnose", "again.csv", "--reference", "drive.csv", "--responses-only"),
@@ -96,12 +97,21 @@ def charger_drive(seconds=1500, seed=3):
     return rows
 
 
+def worse_for_a_minute(recording):
+    """The rows with a contact of 10 mOhm in a minute."""
+    for line in read_text(recording).splitlines()[1:]:
+        t, i, u = map(float, line.split(","))
+        yield t, i, round(u + 0.01 * i * (300.0 <= t < 360.0), 4)
+
+
 def make_recordings(folder):
     path = lambda name: os.path.join(folder, name)
     call([SOF, "demo", path("drive.csv"), "--duration", "400"])
     call([SOF, "demo", path("short.csv"), "--duration", "150"])
+    call([SOF, "demo", path("quarter.csv"), "--duration", "900"])
     rows = [line.split(",") for line in read_text(path("drive.csv")).splitlines()[1:]]
     write_rows(path("changed.csv"), ((t, i, round(float(u) + 0.01 * float(i), 4)) for t, i, u in rows))
+    write_rows(path("for_a_minute.csv"), worse_for_a_minute(path("quarter.csv")))
     write_rows(path("warm.csv"), ((*row, 21.5) for row in rows[:5000]), "time_s,current_a,voltage_v,temperature_c")
     # the wrong sign, a gap, a value that is missing, a stamp that is there twice
     faulty = [[t, str(-float(i)), u] for t, i, u in rows[::10] if not 100 < float(t) < 130]
