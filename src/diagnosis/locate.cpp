@@ -307,9 +307,9 @@ std::vector<double> significanceOf(const std::vector<Unit>& units,
 
 /// The runs of units that are in a significant window, each from its first to its last unit above
 /// the edge level. @param gap [s] between units, which ends a run.
-std::vector<Window> runsOf(const std::vector<Unit>& units, const std::vector<double>& p_values,
-                           double edge, double gap) {
-  std::vector<Window> runs;
+std::vector<IndexRange> runsOf(const std::vector<Unit>& units, const std::vector<double>& p_values,
+                               double edge, double gap) {
+  std::vector<IndexRange> runs;
   for (std::size_t first = 0, end; first < units.size(); first = end) {
     end = first + 1;
     if (p_values[first] >= 1.0) continue;
@@ -318,7 +318,7 @@ std::vector<Window> runsOf(const std::vector<Unit>& units, const std::vector<dou
     std::size_t last = end;
     while (first < last && units[first].level() <= edge) ++first;
     while (first < last && units[last - 1].level() <= edge) --last;
-    if (first < last) runs.push_back({first, last, 0.0});
+    if (first < last) runs.push_back({first, last});
   }
   return runs;
 }
@@ -349,7 +349,7 @@ std::vector<MismatchSegment> mismatchSegments(const InputSequence& inputs,
   const double usual = quantile(std::move(levels), 0.5);
   const std::vector<double> p_values = significanceOf(units, windows, usual);
   std::vector<MismatchSegment> segments;
-  for (const auto& [first, last, level] :
+  for (const auto& [first, last] :
        runsOf(units, p_values, kEdgeLevel * usual, kWindowUnits * length)) {
     double rms = 0.0;
     MismatchSegment segment = describedSegment(
