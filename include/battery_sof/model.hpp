@@ -71,8 +71,8 @@ class Model {
  * @brief Fits the model to a window of a recording, as `sof identify` does (paper, section IV).
  * @return the model. If the window determines none, it is not usable() and message() has the
  * reason.
- * @throws std::invalid_argument for a range without samples, an unknown effect, or an option that
- * is out of range.
+ * @throws std::invalid_argument for a recording that breaks an invariant of Series, a range without
+ * samples, an unknown effect, or an option that is out of range.
  */
 Model identify(const Recording& recording, const IdentifyRequest& request = {});
 
@@ -131,8 +131,8 @@ class DiagnosisReport {
 };
 
 /// Diagnoses a recording, as `sof diagnose` does. This takes minutes on long recordings.
-/// @throws std::invalid_argument for a range without samples, an unknown id, or an option that is
-/// out of range.
+/// @throws std::invalid_argument for a recording that breaks an invariant of Series, a range without
+/// samples, an unknown id, or an option that is out of range.
 DiagnosisReport diagnose(const Recording& recording, const DiagnosisRequest& request);
 
 }  // namespace battery_sof

@@ -75,6 +75,10 @@ struct Recording {
   std::size_t rejected_temperatures = 0;  ///< that no battery has; their samples are kept
 };
 
+/// @throws std::invalid_argument unless a series keeps its three invariants; the message names the
+/// first sample that does not, and what it is.
+void requireInvariants(const Series& series);
+
 /// @return median of the sampling intervals [s]; 0 for fewer than two samples.
 double medianInterval(const Series& series);
 /// The same for the samples of a range.

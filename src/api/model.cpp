@@ -25,6 +25,7 @@ void requireUsable(const Fit& fit) {
 /// A recording as models are fitted to it: at the design rate, with the voltage of one block of the
 /// row.
 Series fittedSeries(const Recording& recording, double series_blocks) {
+  requireInvariants(recording.series);
   requireThat(areSeriesBlocks(series_blocks), "series_blocks", series_blocks, kAllowedSeriesBlocks);
   return perBlock(atDesignRate(recording.series), series_blocks);
 }

@@ -1,9 +1,12 @@
 #include "battery_sof/series.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "recording/channel_statistics.hpp"
+#include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
@@ -45,6 +48,26 @@ bool isMedian(double value, const double* time, std::size_t n) {
 }
 
 }  // namespace
+
+void requireInvariants(const Series& series) {
+  const std::size_t n = series.size();
+  if (series.current.size() != n || series.voltage.size() != n)
+    throw std::invalid_argument(
+        format("series: %zu times, %zu currents and %zu voltages, expected as many of each", n,
+               series.current.size(), series.voltage.size()));
+  for (std::size_t k = 0; k < n; ++k) {
+    const Sample at = series[k];
+    for (const auto& [name, value] :
+         {std::pair{"time", at.time}, {"current", at.current}, {"voltage", at.voltage}})
+      if (!std::isfinite(value))
+        throw std::invalid_argument(
+            format("series: %s of sample %zu is %g, expected a finite number", name, k, value));
+    if (k > 0 && !(at.time > series.time[k - 1]))
+      throw std::invalid_argument(
+          format("series: time of sample %zu is %.17g s, expected more than the %.17g s before it",
+                 k, at.time, series.time[k - 1]));
+  }
+}
 
 double medianInterval(const Series& series) {
   return medianInterval(series.time, {0, series.size()});

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
 
+#include "battery_sof/model.hpp"
 #include "support/synthetic_recording.hpp"
 
 namespace battery_sof {
@@ -15,6 +19,43 @@ Series seriesAt(const std::vector<double>& time) {
   series.current.assign(time.size(), -1.0);
   for (std::size_t k = 0; k < time.size(); ++k) series.voltage.push_back(12.0 + 0.1 * k);
   return series;
+}
+
+std::string complaintAbout(const Series& series) {
+  try {
+    requireInvariants(series);
+  } catch (const std::invalid_argument& refusal) {
+    return refusal.what();
+  }
+  return "";
+}
+
+TEST(Invariants, HoldForASoundSeriesAndAnEmptyOne) {
+  EXPECT_EQ(complaintAbout(seriesAt({0.0, 1.0, 5.0})), "");
+  EXPECT_EQ(complaintAbout(Series()), "");
+}
+
+TEST(Invariants, AreSaidToBeBrokenByASampleThatIsNotLaterThanTheOneBefore) {
+  EXPECT_EQ(complaintAbout(seriesAt({0.0, 1.0, 1.0, 2.0})),
+            "series: time of sample 2 is 1 s, expected more than the 1 s before it");
+  EXPECT_NE(complaintAbout(seriesAt({0.0, 2.0, 1.0})), "");
+}
+
+TEST(Invariants, AreSaidToBeBrokenByAChannelThatIsTooShortOrNotFinite) {
+  Series series = seriesAt({0.0, 1.0, 2.0});
+  series.current[1] = std::nan("");
+  EXPECT_EQ(complaintAbout(series), "series: current of sample 1 is nan, expected a finite number");
+  series.current.pop_back();
+  EXPECT_EQ(complaintAbout(series),
+            "series: 3 times, 2 currents and 3 voltages, expected as many of each");
+}
+
+// Without this check a clock that steps back ends in memory that is not there.
+TEST(Invariants, AreLookedAtBeforeARecordingOfACallerIsFittedOrDiagnosed) {
+  Recording recording;
+  recording.series = seriesAt({0.0, 1.0, 1.0, 2.0});
+  EXPECT_THROW(identify(recording), std::invalid_argument);
+  EXPECT_THROW(diagnose(recording, DiagnosisRequest()), std::invalid_argument);
 }
 
 TEST(MedianInterval, IsTheMiddleOneOfAnOddCount) {
