@@ -1,6 +1,8 @@
 #include "diagnosis/change.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -9,6 +11,7 @@
 #include "estimation/identification.hpp"
 #include "model/mechanism.hpp"
 #include "prediction/scores.hpp"
+#include "recording/channel_statistics.hpp"
 #include "recording/checks.hpp"
 #include "util/text.hpp"
 
@@ -17,8 +20,12 @@ namespace {
 
 // of D; see docs/decisions/0021-changes-against-a-reference.md
 constexpr double kLeastGain = 7.0;
-constexpr double kAlike = 6.0;           // of D: a likelihood twenty times less
-constexpr double kAnotherBattery = 1.0;  // mean of ln ratios of errors
+constexpr double kAlike = 6.0;  // of D: a likelihood twenty times less
+// of ln ratios of errors: the length at which two sound recordings may be 1 apart, and twice the
+// error, which two long ones in different weather may have
+constexpr double kDistanceTime = 6000.0;  // [s]
+constexpr double kLeastDistance = 0.7;
+constexpr std::size_t kDistanceBlocks = 8;
 // of D, what a shift of the channels may leave where they look as if the sign were wrong: five times
 // what chance leaves of twelve quantities
 constexpr double kExplained = 60.0;
@@ -113,10 +120,6 @@ ModelShare shareOf(const FittedModel& model, const Series& series, IndexRange ra
   return {mixed.share_percent, mixed.current_share_percent, mixed.voltage_share_percent};
 }
 
-ModelShare shareOf(const FittedModel& model, const Series& series) {
-  return shareOf(model, series, {0, series.size()});
-}
-
 std::size_t lastQuarterOf(const Series& series) { return series.size() - series.size() / 4; }
 
 ModelShare lastQuarter(const FittedModel& model, const Series& series) {
@@ -129,21 +132,61 @@ ModelShare ownLastQuarter(const Series& series) {
   return model ? lastQuarter(*model, series) : ModelShare();
 }
 
-/// ln of the error of another model over that of the own one, where a source is seen of the current.
-std::optional<double> lossOf(const ModelShare& other, const ModelShare& own) {
-  const bool of_current = other.current_share_percent && own.current_share_percent;
-  const auto& theirs = of_current ? other.current_share_percent : other.voltage_share_percent;
-  const auto& ours = of_current ? own.current_share_percent : own.voltage_share_percent;
-  if (!theirs || !ours) return std::nullopt;
-  constexpr double kLeast = 0.01;
-  return std::log(std::max(kLeast, 1.0 - 0.01 * *theirs) / std::max(kLeast, 1.0 - 0.01 * *ours));
+double varianceOf(const std::vector<double>& values) {
+  const Eigen::Map<const Eigen::ArrayXd> x(values.data(), static_cast<Eigen::Index>(values.size()));
+  return values.empty() ? 0.0 : (x - x.mean()).square().mean();
 }
 
-std::optional<double> modelDistance(const Modelled& now, const Modelled& then) {
-  const auto one = lossOf(shareOf(then.model, now.series), shareOf(now.model, now.series));
-  const auto other = lossOf(shareOf(now.model, then.series), shareOf(then.model, then.series));
-  if (!one || !other) return std::nullopt;
-  return 0.5 * (*one + *other);
+/// Mean squared error of a model in each block of a recording, in units of the variance of the
+/// quantity that responds there [1].
+std::vector<double> blockErrors(const FittedModel& model, const Series& series) {
+  const std::size_t n = series.size();
+  const FollowedPrediction course = predictRange(model, series, {0, n}).course;
+  const auto isCurrent = [&](std::size_t k) {
+    return !course.current.empty() && static_cast<bool>(course.voltage_controlled[k]);
+  };
+  std::array<std::vector<double>, 2> measured;  // [V], [A]
+  for (std::size_t k = 0; k < n; ++k)
+    measured[isCurrent(k)].push_back(isCurrent(k) ? series.current[k] : series.voltage[k]);
+  const std::array<double, 2> variance = {varianceOf(measured[0]), varianceOf(measured[1])};
+  std::vector<double> errors;
+  for (std::size_t block = 0; block < kDistanceBlocks; ++block) {
+    double sum = 0.0, rows = 0.0;
+    for (std::size_t k = n * block / kDistanceBlocks; k < n * (block + 1) / kDistanceBlocks; ++k) {
+      if (!(variance[isCurrent(k)] > 0.0)) continue;
+      const double error = isCurrent(k) ? course.current[k] - series.current[k]
+                                        : course.voltage[k] - series.voltage[k];
+      sum += error * error / variance[isCurrent(k)];
+      rows += 1.0;
+    }
+    errors.push_back(rows > 0.0 ? sum / rows : 0.0);
+  }
+  return errors;
+}
+
+/// Adds ln(error of another model / error of the own one), one a block.
+void addLosses(std::vector<double>& losses, const FittedModel& other, const Modelled& own) {
+  constexpr double kLeast = 1e-6;  // [1], an error that no sensor shows
+  const std::vector<double> theirs = blockErrors(other, own.series);
+  const std::vector<double> ours = blockErrors(own.model, own.series);
+  for (std::size_t k = 0; k < ours.size(); ++k)
+    losses.push_back(0.5 * std::log(std::max(theirs[k], kLeast) / std::max(ours[k], kLeast)));
+}
+
+/// The blocks' median: a battery in other conditions for an hour is no other battery.
+double modelDistance(const Modelled& now, const Modelled& then) {
+  std::vector<double> losses;
+  addLosses(losses, then.model, now);
+  addLosses(losses, now.model, then);
+  return medianOf(std::move(losses));
+}
+
+/// The largest distance of one battery's models [1]. What a recording is in (temperature, charge)
+/// averages over its duration.
+double largestDistance(const Series& now, const Series& then) {
+  const auto duration = [](const Series& of) { return of.time.back() - of.time.front(); };
+  return std::max(kLeastDistance,
+                  std::sqrt(kDistanceTime / std::min(duration(now), duration(then))));
 }
 
 std::vector<Series> changed(std::vector<Series> all, const WeighedChange& by) {
@@ -210,6 +253,7 @@ void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
   if (!with_change) return;
   diagnosis.changed_model = lastQuarter(with_change->model, present->series);
   diagnosis.model_distance = modelDistance(*present, *with_change);
+  diagnosis.largest_model_distance = largestDistance(present->series, with_change->series);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -348,6 +392,27 @@ void state(ChangeDiagnosis& diagnosis, const ResponseComparison& comparison,
   conclude(diagnosis, ChangeVerdict::kChanged, changedText(diagnosis.changes.front()));
 }
 
+/// In what one of several recordings differs most from the other references, if by more than sound
+/// trips do; empty for none. It moves what all of them are averaged to.
+std::string disagreementText(const ResponseReference& reference) {
+  ChangeDiagnosis most;
+  std::string text;
+  for (std::size_t k = 0; k < reference.recordings.size() && reference.size() > 1; ++k) {
+    ResponseReference others = reference;
+    others.recordings.erase(others.recordings.begin() + static_cast<std::ptrdiff_t>(k));
+    const ResponseComparison comparison({reference.recordings[k]}, others);
+    ChangeDiagnosis one;
+    const std::vector<WeighedChange> candidates = weighed(one, comparison);
+    if (candidates.empty() || !hasChanged(one) || one.gain < most.gain) continue;
+    most = one;
+    text =
+        format(" The references do not agree: in recording %zu of them, compared with the others, ",
+               k + 1) +
+        clauseOf(changesOf(comparison, candidates).front()) + ".";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string toString(ChangeVerdict verdict) {
@@ -401,7 +466,7 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
     stage("fitting the recording");
     runReferenceModel(diagnosis, now, then.models.front(), stated);
   }
-  if (diagnosis.model_distance && *diagnosis.model_distance > kAnotherBattery) {
+  if (diagnosis.model_distance > diagnosis.largest_model_distance) {
     conclude(diagnosis, ChangeVerdict::kAnotherBattery,
              format("This is another battery, or another vehicle: the model of each recording "
                     "misses the other recording by %.1f times as much as its own.",
@@ -409,6 +474,7 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
     return diagnosis;
   }
   state(diagnosis, comparison, candidates);
+  diagnosis.summary += disagreementText(*reference);
   return diagnosis;
 }
 

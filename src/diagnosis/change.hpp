@@ -57,7 +57,7 @@ struct ModelShare {
 
 struct ChangeDiagnosis {
   ChangeVerdict verdict = ChangeVerdict::kInsufficientData;
-  std::string summary;          ///< one sentence
+  std::string summary;          ///< one sentence, and one where the references do not agree
   std::vector<Change> changes;  ///< likeliest first; empty but for kChanged
   std::vector<ComparedFeature> compared;
   std::vector<ChangeLimit> detection_limits;
@@ -66,8 +66,9 @@ struct ChangeDiagnosis {
   ModelShare reference_model, changed_model, own_model;
   /// [1], distance of what was compared from the reference, and by how much the best change lowers it
   double distance = 0.0, gain = 0.0;
-  /// [1], mean of ln(error of the other's model / error of the own one), both ways
-  std::optional<double> model_distance;
+  /// [1], median of ln(error of the other's model / error of the own one) over blocks of both
+  /// recordings, and the largest that two sound recordings as long as the shorter one have
+  std::optional<double> model_distance, largest_model_distance;
   /// fitted to the longest recording of now, which is number `modelled` of them; none where no model
   /// could be, or was to be, fitted
   std::optional<FittedModel> model;
@@ -106,8 +107,8 @@ struct ChangeReference {
  * ohmic one, an offset like a load that the sensor does not see, always.
  *
  * Two models are fitted, of THEN (with the change in it) and of NOW, and run on each other's
- * recording. Where they miss it by more than those of one battery do (kAnotherBattery) it is another
- * battery, or another vehicle. A reference that is a model alone has no recording to run the other
+ * recording. Where they miss it by more than those of one battery do it is another battery, or
+ * another vehicle. A reference that is a model alone has no recording to run the other
  * one on, and no change is put into it: it runs on NOW, and on NOW with the change taken out. That
  * says how much it explains, and not whether it is another battery.
  *

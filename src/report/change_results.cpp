@@ -116,12 +116,14 @@ nlohmann::json resultJson(const ChangeDiagnosis& diagnosis,
   visit("verdict", toString(diagnosis.verdict));
   visit("summary", diagnosis.summary);
   visit("changes", changes);
-  visit("explained", nlohmann::json{{"reference_model", jsonOf(diagnosis.reference_model)},
-                                    {"changed_model", jsonOf(diagnosis.changed_model)},
-                                    {"own_model", jsonOf(diagnosis.own_model)},
-                                    {"distance", jsonOf(diagnosis.distance)},
-                                    {"gain", jsonOf(diagnosis.gain)},
-                                    {"model_distance", jsonOf(diagnosis.model_distance)}});
+  visit("explained",
+        nlohmann::json{{"reference_model", jsonOf(diagnosis.reference_model)},
+                       {"changed_model", jsonOf(diagnosis.changed_model)},
+                       {"own_model", jsonOf(diagnosis.own_model)},
+                       {"distance", jsonOf(diagnosis.distance)},
+                       {"gain", jsonOf(diagnosis.gain)},
+                       {"model_distance", jsonOf(diagnosis.model_distance)},
+                       {"largest_model_distance", jsonOf(diagnosis.largest_model_distance)}});
   visit("compared", diagnosis.compared);
   visit("detection_limits", diagnosis.detection_limits);
   return visit.json;

@@ -16,7 +16,8 @@ namespace battery_sof {
  * - changes: a list of id, kind ("parameter", "effect"), mechanism, then, now, unit, interval
  *   ([low, high], 90 %), probability, indistinguishable (ids);
  * - explained: reference_model, changed_model, own_model, each share_percent, current_share_percent,
- *   voltage_share_percent on the last quarter; distance, gain, model_distance [1];
+ *   voltage_share_percent on the last quarter; distance, gain, model_distance,
+ *   largest_model_distance [1];
  * - compared: a list of id, unit, then, now, with_change (null but for changed), std_error, spread;
  * - detection_limits: a list of id, strength, unit.
  *

@@ -153,7 +153,8 @@ def told(pair, change, answer, seconds):
         holds = low - 1e-9 <= wanted <= high + 1e-9
     return {"pair": pair.name, "vehicle": pair.vehicle, "kind": change and change.kind, "strength": change and change.strength, "unit": change and change.unit,
             "verdict": answer["verdict"], "first": first and first["id"], "named": bool(change) and is_named(answer, change.effect), "interval_holds": holds,
-            "gain": answer["explained"]["gain"], "model_distance": answer["explained"]["model_distance"], "compared": answer["compared"], "seconds": seconds,
+            "gain": answer["explained"]["gain"], "model_distance": answer["explained"]["model_distance"],
+            "largest_model_distance": answer["explained"]["largest_model_distance"], "compared": answer["compared"], "seconds": seconds,
             "last_quarter": {model: answer["explained"][model + "_model"]["share_percent"] for model in MODELS}}
 
 
@@ -216,10 +217,10 @@ def report(rows, others, with_spread):
               f"Not judged: {len(controls) - len(judged)} of {len(controls)} pairs",
               "Another vehicle as the reference, called another battery: " + rate(sum(row["verdict"] == "another_battery" for row in others), len(others)),
               f"Time of an answer: median {np.median([row['seconds'] for row in rows + others]):.1f} s, longest {max(row['seconds'] for row in rows + others):.1f} s"]
-    lines += ["", *table(("control", "verdict", "first", "gain", "model distance"),
-                         [[row["pair"], row["verdict"], row["first"], f"{row['gain']:.1f}" if row["gain"] is not None else "-",
-                           f"{row['model_distance']:.2f}" if row["model_distance"] is not None else "-"] for row in controls + others])]
-    if others:
+    text = lambda value, digits: "-" if value is None else f"{value:.{digits}f}"
+    lines += ["", *table(("control", "verdict", "first", "gain", "model distance", "largest of one battery"),
+                         [[row["pair"], row["verdict"], row["first"], text(row["gain"], 1), text(row["model_distance"], 2), text(row["largest_model_distance"], 2)] for row in controls + others])]
+    if any("diagnosed_s" in row for row in rows):
         lines += ["", *models_table(rows), "", *times_table(rows)]
     return lines + (["", *spread_table(rows)] if with_spread else [])
 
@@ -326,12 +327,14 @@ def measure_real(binary, args):
     pairs = quarter_pairs(whole) if args.pairs == "quarters" else [pair for pair in pairs if pair.few or not is_few]
     changes = [None] + [change for change in CHANGES if not args.controls and (change.few or not is_few)]
     firsts = {vehicle: next(one for (of, _), one in whole.items() if of == vehicle) for vehicle in VEHICLES}
-    other = [Pair(f"{now} against {then}", now, part(firsts[then], 0.0, 0.5), part(firsts[now], 0.0, 0.5), True)
-             for then, now in itertools.permutations(VEHICLES, 2) if not is_few or list(VEHICLES).index(now) == (list(VEHICLES).index(then) + 1) % len(VEHICLES)]
+    is_every = args.controls or not is_few
+    share = 0.25 if args.pairs == "quarters" else 0.5
+    other = [Pair(f"{now} against {then}", now, part(firsts[then], 0.0, share), part(firsts[now], 0.0, share), True)
+             for then, now in itertools.permutations(VEHICLES, 2) if is_every or list(VEHICLES).index(now) == (list(VEHICLES).index(then) + 1) % len(VEHICLES)]
     cases = [(pair, change) for pair in pairs for change in changes]
     options = ["--responses-only"] * args.responses_only
     rows = [row_of(binary, *case, options, args.reference_models) for case in followed(cases, "compared")]
-    if not args.responses_only:
+    if not args.responses_only and not args.controls:
         for row, (pair, change) in followed(list(zip(rows, cases)), "diagnosed"):
             if change is None:
                 row["diagnosed_s"] = diagnosed_s(binary, pair.now)
@@ -350,7 +353,7 @@ def main():
     parser.add_argument("--drives", action="store_true", help="messages of a node over the recordings' stretches; needs --data")
     parser.add_argument("--responses-only", action="store_true", help="as of sof: no models, so other vehicles are left out")
     parser.add_argument("--reference-models", action="store_true", help="the references are model files")
-    parser.add_argument("--controls", action="store_true", help="nothing put in and other vehicles alone")
+    parser.add_argument("--controls", action="store_true", help="nothing put in and other vehicles alone, without the times of a diagnosis")
     parser.add_argument("--spread", action="store_true", help="what the quantities differ by between trips, beside what is assumed")
     parser.add_argument("--json", help="file to write every case to")
     args = parser.parse_args()

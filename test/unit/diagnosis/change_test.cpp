@@ -18,16 +18,22 @@ namespace {
 using test::startStopDrive;
 using test::StartStopOptions;
 
-/// A trip of 45 minutes at 1 Hz of a battery with fresh sulphate; about thirty engine starts.
-Series trip(std::uint64_t seed) {
+/// A trip at 1 Hz of a battery with fresh sulphate, of 45 minutes with about thirty engine starts.
+/// @param other a battery of half the resistances, which takes a third of the charge current.
+Series trip(std::uint64_t seed, double duration = 2700.0, bool other = false) {
   const BatteryModel model({"fresh_sulphate"});
   StartStopOptions options;
-  options.duration = 2700.0;
+  options.duration = duration;
   options.lowest = 12.6;
   options.current_noise = 0.1;
   options.voltage_noise = 0.01;
   options.seed = seed;
-  return startStopDrive(model, test::freshBattery(model), options).series;
+  Eigen::VectorXd battery = test::freshBattery(model);
+  if (other) {
+    for (const char* name : {"r_discharge", "r_charge"}) battery[*model.parameterRow(name)] *= 0.5;
+    battery[*model.parameterRow("fresh_exchange_current")] /= 3.0;
+  }
+  return startStopDrive(model, battery, options).series;
 }
 
 Series withContact(Series series, double resistance) {
@@ -328,6 +334,26 @@ TEST(Changes, AreShownBesideAModelThatHasNotSeenTheLastQuarter) {
   EXPECT_GT(std::abs(shareOf(*of_all.model).value() - shareOf(*of_before).value()), 2.0);
 }
 
+TEST(Changes, AreNotSaidOfAnotherBatteryWhoseModelMissesTheRecording) {
+  constexpr double kDuration = 7200.0;
+  const ChangeReference then{{trip(1, kDuration)}, {}};
+  const ChangeDiagnosis other = diagnoseChange({trip(2, kDuration, true)}, then);
+  EXPECT_EQ(other.verdict, ChangeVerdict::kAnotherBattery) << other.summary;
+  EXPECT_TRUE(other.changes.empty());
+  EXPECT_GT(other.model_distance.value(), other.largest_model_distance.value());
+  const ChangeDiagnosis same = diagnoseChange({trip(2, kDuration)}, then);
+  EXPECT_EQ(same.verdict, ChangeVerdict::kNoChange) << same.summary;
+  EXPECT_LT(same.model_distance.value(), 0.3);
+}
+
+TEST(Changes, OfAModelMayBeLargerWhereARecordingIsShort) {
+  const Series now = trip(2, 600.0, true);
+  const ChangeDiagnosis other = diagnoseChange({now}, {{trip(1)}, {}});
+  EXPECT_GT(other.model_distance.value(), 0.5);
+  EXPECT_NEAR(other.largest_model_distance.value(), std::sqrt(6000.0 / now.time.back()), 1e-9);
+  EXPECT_NE(other.verdict, ChangeVerdict::kAnotherBattery) << other.summary;
+}
+
 TEST(Changes, OfAContactAreNamedWithTheirStrength) {
   const Named named = namedOf("contact_resistance", 0.004,
                               [](const Series& series) { return withContact(series, 0.004); });
@@ -361,6 +387,20 @@ TEST(Changes, OfAContactCannotBeToldFromTheBatterysOwnResistance) {
   EXPECT_EQ(found.changes.front().mechanism, "instrument");
   const auto& alike = found.changes.front().indistinguishable;
   EXPECT_NE(std::find(alike.begin(), alike.end(), "r_discharge"), alike.end());
+}
+
+TEST(Changes, AmongTheReferencesAreSaidOfTheOneThatDiffersMost) {
+  ChangeOptions options;
+  options.runs_models = false;
+  const auto summaryOf = [&](const Series& third) {
+    return diagnoseChange({trip(2)}, {{trip(1), trip(4), third}, {}}, options).summary;
+  };
+  EXPECT_EQ(summaryOf(trip(5)).find("do not agree"), std::string::npos) << summaryOf(trip(5));
+  const std::string summary = summaryOf(withContact(trip(5), 0.006));
+  EXPECT_NE(summary.find("in recording 3 of them, compared with the others, the ohmic resistance"),
+            std::string::npos)
+      << summary;
+  EXPECT_NE(summary.find("higher"), std::string::npos) << summary;
 }
 
 TEST(Changes, OfSeveralTripsAreNamedAtASmallerStrength) {
