@@ -41,8 +41,8 @@ std::vector<std::string> alwaysAlike(ChangeKind kind, double strength) {
   return {};
 }
 
-std::vector<Change> changesOf(const ResponseComparison& comparison,
-                              std::vector<WeighedChange> weighed) {
+/// The first of the candidates, with those that look like it.
+Change changeOf(const ResponseComparison& comparison, const std::vector<WeighedChange>& weighed) {
   const double nothing = comparison.nothing();
   const WeighedChange best = weighed.front();
   double all = std::exp(-0.5 * (nothing - kLeastGain - best.distance)), alike = 0.0;
@@ -64,7 +64,7 @@ std::vector<Change> changesOf(const ResponseComparison& comparison,
   change.lower = unit * best.lower;
   change.upper = unit * best.upper;
   change.probability = alike / all;
-  return {change};
+  return change;
 }
 
 std::vector<ChangeLimit> limitsOf(const ResponseComparison& comparison) {
@@ -189,11 +189,14 @@ double largestDistance(const Series& now, const Series& then) {
                   std::sqrt(kDistanceTime / std::min(duration(now), duration(then))));
 }
 
-std::vector<Series> changed(std::vector<Series> all, const WeighedChange& by) {
+using StatedChanges = std::vector<WeighedChange>;
+
+std::vector<Series> changed(std::vector<Series> all, const StatedChanges& by) {
   for (Series& series : all) {
     ResponseRows rows{series.time, series.current, series.voltage, {}, medianInterval(series)};
     rows.excluded.assign(rows.size(), 0);
-    rows = withChange(std::move(rows), by.candidate->kind, by.strength);
+    for (const WeighedChange& one : by)
+      rows = withChange(std::move(rows), one.candidate->kind, one.strength);
     series.current = rows.current;
     series.voltage = rows.voltage;
   }
@@ -213,17 +216,18 @@ Series without(const WeighedChange& change, const Series& now, double reference_
   double opposite = -change.strength;
   if (kind == ChangeKind::kGain) opposite = 1.0 / (1.0 + change.strength) - 1.0;
   if (change.candidate->isInRows()) opposite *= reference_interval / medianInterval(now);
-  return changed({now}, {change.candidate, opposite}).front();
+  return changed({now}, {{change.candidate, opposite}}).front();
 }
 
 /// Fits NOW and runs the reference's model on it, without the change too.
 void runReferenceModel(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
-                       const FittedModel& reference, const WeighedChange* change) {
+                       const FittedModel& reference, const StatedChanges& stated) {
   const auto present = fitted(now);
   keep(diagnosis, present, now);
   if (!present || !isUsable(reference.fit)) return;
   Series as_then = present->series;
-  if (change) as_then = without(*change, present->series, reference.responses->interval);
+  for (const WeighedChange& change : stated)
+    as_then = without(change, as_then, reference.responses->interval);
   diagnosis.own_model = ownLastQuarter(present->series);
   diagnosis.reference_model = lastQuarter(reference, present->series);
   diagnosis.changed_model = lastQuarter(reference, as_then);
@@ -231,7 +235,7 @@ void runReferenceModel(ChangeDiagnosis& diagnosis, const std::vector<Series>& no
 
 /// Fits both, the reference with the change in it too, and runs them on each other's recording.
 void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
-               const std::vector<Series>& then, const WeighedChange* change,
+               const std::vector<Series>& then, const StatedChanges& stated,
                const ChangeOptions& options) {
   const auto stage = [&](const char* what) {
     if (options.progress) options.progress(what);
@@ -242,9 +246,9 @@ void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
   const auto present = fitted(now);
   keep(diagnosis, present, now);
   std::optional<Modelled> with_change = reference;
-  if (change) {
+  if (!stated.empty()) {
     stage("fitting the reference with the change");
-    with_change = fitted(changed(then, *change));
+    with_change = fitted(changed(then, stated));
   }
   if (!present) return;
   stage("running the models on each other's recording");
@@ -348,8 +352,7 @@ std::string nothingText(const ChangeDiagnosis& diagnosis) {
 }
 
 std::string changedText(const Change& change) {
-  std::string text =
-      "Since the reference, " + clauseOf(change) + format(" (%.0f %%)", 100.0 * change.probability);
+  std::string text = clauseOf(change) + format(" (%.0f %%)", 100.0 * change.probability);
   if (!change.indistinguishable.empty())
     text += "; these recordings cannot distinguish it from " + join(change.indistinguishable);
   return text + ".";
@@ -376,6 +379,19 @@ std::vector<WeighedChange> weighed(ChangeDiagnosis& diagnosis,
 
 bool hasChanged(const ChangeDiagnosis& diagnosis) { return diagnosis.gain > kLeastGain; }
 
+/// Adds the first candidate to what has changed. @param comparison with those added before in its
+/// reference.
+void addChange(ChangeDiagnosis& diagnosis, const ResponseComparison& comparison,
+               std::vector<WeighedChange> candidates) {
+  WeighedChange& best = candidates.front();
+  addInterval(comparison, best);
+  const ResponseFeatures with_change = comparison.featuresWith(best.candidate->kind, best.strength);
+  for (ComparedFeature& one : diagnosis.compared)
+    for (const int k : comparison.compared())
+      if (one.id == featureId(k)) one.with_change = with_change.value[k];
+  diagnosis.changes.push_back(changeOf(comparison, candidates));
+}
+
 /// States the likeliest change, or that there is none.
 void state(ChangeDiagnosis& diagnosis, const ResponseComparison& comparison,
            std::vector<WeighedChange> candidates) {
@@ -383,13 +399,28 @@ void state(ChangeDiagnosis& diagnosis, const ResponseComparison& comparison,
     conclude(diagnosis, ChangeVerdict::kNoChange, nothingText(diagnosis));
     return;
   }
-  WeighedChange& best = candidates.front();
-  addInterval(comparison, best);
-  const ResponseFeatures with_change = comparison.featuresWith(best.candidate->kind, best.strength);
-  for (std::size_t k = 0; k < diagnosis.compared.size(); ++k)
-    diagnosis.compared[k].with_change = with_change.value[comparison.compared()[k]];
-  diagnosis.changes = changesOf(comparison, candidates);
-  conclude(diagnosis, ChangeVerdict::kChanged, changedText(diagnosis.changes.front()));
+  addChange(diagnosis, comparison, std::move(candidates));
+  conclude(diagnosis, ChangeVerdict::kChanged,
+           "Since the reference, " + changedText(diagnosis.changes.front()));
+}
+
+/// What is weighed with the likeliest change in the reference, the likeliest of another kind first.
+struct SecondChange {
+  ResponseComparison comparison;
+  std::vector<WeighedChange> candidates;
+};
+
+/// @param then with the first change in it.  @return none where nothing explains more than chance.
+std::optional<SecondChange> secondChange(const std::vector<Series>& now,
+                                         const std::vector<Series>& then,
+                                         const WeighedChange& first) {
+  SecondChange second{ResponseComparison(now, {then, {}}), {}};
+  if (second.comparison.compared().size() < kFewestFeatures) return std::nullopt;
+  for (WeighedChange& one : weighChanges(second.comparison))
+    if (one.candidate != first.candidate) second.candidates.push_back(one);
+  if (second.comparison.nothing() - second.candidates.front().distance <= kLeastGain)
+    return std::nullopt;
+  return second;
 }
 
 /// In what one of several recordings differs most from the other references, if by more than sound
@@ -408,7 +439,7 @@ std::string disagreementText(const ResponseReference& reference) {
     text =
         format(" The references do not agree: in recording %zu of them, compared with the others, ",
                k + 1) +
-        clauseOf(changesOf(comparison, candidates).front()) + ".";
+        clauseOf(changeOf(comparison, candidates)) + ".";
   }
   return text;
 }
@@ -459,7 +490,12 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
     return refused(problemText(problems.sign, kNow));
   diagnosis.detection_limits = limitsOf(comparison);
 
-  const WeighedChange* stated = hasChanged(diagnosis) ? &best : nullptr;
+  StatedChanges stated;
+  if (hasChanged(diagnosis)) stated.push_back(best);
+  std::optional<SecondChange> second;
+  if (!stated.empty() && then.models.empty())
+    second = secondChange(now, changed(then.recordings, stated), best);
+  if (second) stated.push_back(second->candidates.front());
   if (options.runs_models && !then.recordings.empty()) {
     runModels(diagnosis, now, then.recordings, stated, options);
   } else if (options.runs_models) {
@@ -474,6 +510,10 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
     return diagnosis;
   }
   state(diagnosis, comparison, candidates);
+  if (second) {
+    addChange(diagnosis, second->comparison, second->candidates);
+    diagnosis.summary += " Besides, " + changedText(diagnosis.changes.back());
+  }
   diagnosis.summary += disagreementText(*reference);
   return diagnosis;
 }

@@ -39,7 +39,7 @@ struct Change {
 struct ComparedFeature {
   std::string id, unit;
   double then = 0.0, now = 0.0;
-  std::optional<double> with_change;  ///< the reference's with the change that is stated put in
+  std::optional<double> with_change;  ///< the reference's with the changes that are stated put in
   double std_error = 0.0;             ///< of the difference, from both recordings
   double spread = 0.0;                ///< standard deviation of the difference of two sound trips
 };
@@ -58,7 +58,7 @@ struct ModelShare {
 struct ChangeDiagnosis {
   ChangeVerdict verdict = ChangeVerdict::kInsufficientData;
   std::string summary;          ///< one sentence, and one where the references do not agree
-  std::vector<Change> changes;  ///< likeliest first; empty but for kChanged
+  std::vector<Change> changes;  ///< at most two, likeliest first; empty but for kChanged
   std::vector<ComparedFeature> compared;
   std::vector<ChangeLimit> detection_limits;
   /// of the reference's model, of the model of the reference with the change in it, and of a model
@@ -103,7 +103,8 @@ struct ChangeReference {
  * V_between is the spread between sound trips of one battery (docs/changes.md); D counts from ln det
  * V with nothing changed.
  * The change of least D is stated where it lowers D(nothing) by more than kLeastGain; changes
- * within kAlike of it are indistinguishable. A contact's resistance looks like the battery's own
+ * within kAlike of it are indistinguishable. Recordings of the reference are then compared again
+ * with that change put in, and one of another kind is stated beside it in the same way. A contact's resistance looks like the battery's own
  * ohmic one, an offset like a load that the sensor does not see, always.
  *
  * Two models are fitted, of THEN (with the change in it) and of NOW, and run on each other's

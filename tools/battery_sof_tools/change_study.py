@@ -51,6 +51,7 @@ CHANGES = [
     *(Injected("current late", n, "rows", "time_skew", n == 2) for n in (1, 2)),
     *(Injected("voltage late", n, "rows", "time_skew", n == 2) for n in (1, 2)),
     Injected("current lags", 2, "s", "sensor_lag", True),
+    Injected("contact 4 mOhm, offset", 1.0, "A", "contact_resistance+current_offset", True),
     Injected("voltage lags", 2, "s", "sensor_lag", True),
 ]
 Pair = collections.namedtuple("Pair", "name vehicle then now few")
@@ -73,7 +74,7 @@ def injected(recording, change):
     """The recording as it would read had the change come before it."""
     t, i, u = recording
     s = change.strength
-    return {"contact": lambda: (t, i, u + 1e-3 * s * i), "gain": lambda: (t, i * (1.0 + 0.01 * s), u), "offset": lambda: (t, i + s, u),
+    return {"contact": lambda: (t, i, u + 1e-3 * s * i), "contact 4 mOhm, offset": lambda: (t, i + s, u + 4e-3 * i), "gain": lambda: (t, i * (1.0 + 0.01 * s), u), "offset": lambda: (t, i + s, u),
             "unseen load": lambda: (t, i + s, u), "current late": lambda: (t, late(i, s), u), "voltage late": lambda: (t, i, late(u, s)),
             "current lags": lambda: (t, lagging(t, i, s), u), "voltage lags": lambda: (t, i, lagging(t, u, s))}[change.kind]()
 
@@ -133,6 +134,9 @@ def diagnosed_s(binary, now):
 
 
 def is_named(answer, effect):
+    """Whether an effect is the first change or looks like it; of two effects, whether they are those that are stated."""
+    if "+" in effect:
+        return set(effect.split("+")) == {one["id"] for one in answer["changes"]}
     first = answer["changes"][0] if answer["changes"] else {"id": None, "indistinguishable": []}
     return effect == first["id"] or effect in first["indistinguishable"]
 
@@ -152,7 +156,7 @@ def told(pair, change, answer, seconds):
         low, high = (sorted((abs(low), abs(high))) if change.unit in ("rows", "s") else (low, high))
         holds = low - 1e-9 <= wanted <= high + 1e-9
     return {"pair": pair.name, "vehicle": pair.vehicle, "kind": change and change.kind, "strength": change and change.strength, "unit": change and change.unit,
-            "verdict": answer["verdict"], "first": first and first["id"], "named": bool(change) and is_named(answer, change.effect), "interval_holds": holds,
+            "verdict": answer["verdict"], "stated": len(answer["changes"]), "first": first and first["id"], "named": bool(change) and is_named(answer, change.effect), "interval_holds": holds,
             "gain": answer["explained"]["gain"], "model_distance": answer["explained"]["model_distance"],
             "largest_model_distance": answer["explained"]["largest_model_distance"], "compared": answer["compared"], "seconds": seconds,
             "last_quarter": {model: answer["explained"][model + "_model"]["share_percent"] for model in MODELS}}
@@ -167,9 +171,9 @@ def power_table(rows):
     for (kind, strength, unit), some in groups.items():
         held = [row["interval_holds"] for row in some if row["interval_holds"] is not None]
         cells.append([f"{kind} {strength:g} {unit}", rate(sum(row["named"] for row in some), len(some)),
-                      sum(row["verdict"] == "changed" and not row["named"] for row in some), sum(row["verdict"] == "another_battery" for row in some),
+                      sum(row["verdict"] == "changed" and not row["named"] for row in some), sum(row["stated"] == 2 for row in some), sum(row["verdict"] == "another_battery" for row in some),
                       f"{sum(held)} of {len(held)}"])
-    return table(("put in", "named first or among its look-alikes", "another change named", "another battery", "90 % interval holds"), cells)
+    return table(("put in", "named first or among its look-alikes", "another change named", "a second one stated", "another battery", "90 % interval holds"), cells)
 
 
 def spread_table(rows):

@@ -344,6 +344,8 @@ TEST(Changes, AreNotSaidOfAnotherBatteryWhoseModelMissesTheRecording) {
   const ChangeDiagnosis same = diagnoseChange({trip(2, kDuration)}, then);
   EXPECT_EQ(same.verdict, ChangeVerdict::kNoChange) << same.summary;
   EXPECT_LT(same.model_distance.value(), 0.3);
+  const ChangeDiagnosis reverse = diagnoseChange(then.recordings, {{trip(2, kDuration)}, {}});
+  EXPECT_NEAR(reverse.model_distance.value(), same.model_distance.value(), 1e-9);
 }
 
 TEST(Changes, OfAModelMayBeLargerWhereARecordingIsShort) {
@@ -387,6 +389,23 @@ TEST(Changes, OfAContactCannotBeToldFromTheBatterysOwnResistance) {
   EXPECT_EQ(found.changes.front().mechanism, "instrument");
   const auto& alike = found.changes.front().indistinguishable;
   EXPECT_NE(std::find(alike.begin(), alike.end(), "r_discharge"), alike.end());
+}
+
+TEST(Changes, OfTwoKindsAtOnceAreBothNamed) {
+  int both = 0, second_of_one = 0;
+  const Series then = trip(1);
+  for (std::uint64_t seed = 2; seed < 2 + kTrips; ++seed) {
+    const ChangeDiagnosis two = responsesOf(withOffset(withContact(trip(seed), 0.006), 1.5), then);
+    const auto isNamed = [&](const char* id) {
+      return std::any_of(two.changes.begin(), two.changes.end(),
+                         [&](const Change& one) { return one.id == id; });
+    };
+    both += isNamed("contact_resistance") && isNamed("current_offset");
+    EXPECT_LE(two.changes.size(), 2u);
+    second_of_one += responsesOf(withContact(trip(seed), 0.006), then).changes.size() == 2;
+  }
+  EXPECT_GE(both, 8);
+  EXPECT_LE(second_of_one, 1);
 }
 
 TEST(Changes, AmongTheReferencesAreSaidOfTheOneThatDiffersMost) {
