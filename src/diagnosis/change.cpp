@@ -1,17 +1,15 @@
 #include "diagnosis/change.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "diagnosis/model_distance.hpp"
 #include "diagnosis/response_comparison.hpp"
 #include "estimation/identification.hpp"
 #include "model/mechanism.hpp"
 #include "prediction/scores.hpp"
-#include "recording/channel_statistics.hpp"
 #include "recording/checks.hpp"
 #include "util/text.hpp"
 
@@ -21,11 +19,7 @@ namespace {
 // of D; see docs/decisions/0021-changes-against-a-reference.md
 constexpr double kLeastGain = 7.0;
 constexpr double kAlike = 6.0;  // of D: a likelihood twenty times less
-// of ln ratios of errors: the length at which two sound recordings may be 1 apart, and twice the
-// error, which two long ones in different weather may have
-constexpr double kDistanceTime = 6000.0;  // [s]
-constexpr double kLeastDistance = 0.7;
-constexpr std::size_t kDistanceBlocks = 8;
+constexpr double kClearGain = 2.0 * kLeastGain;
 // of D, what a shift of the channels may leave where they look as if the sign were wrong: five times
 // what chance leaves of twelve quantities
 constexpr double kExplained = 60.0;
@@ -81,11 +75,6 @@ std::vector<ChangeLimit> limitsOf(const ResponseComparison& comparison) {
 // ---------------------------------------------------------------------------------------------
 // models
 
-struct Modelled {
-  Series series;
-  FittedModel model;
-};
-
 std::size_t longestOf(const std::vector<Series>& all) {
   const auto longest = std::max_element(
       all.begin(), all.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
@@ -130,63 +119,6 @@ ModelShare lastQuarter(const FittedModel& model, const Series& series) {
 ModelShare ownLastQuarter(const Series& series) {
   const auto model = modelUpTo(series, lastQuarterOf(series) - 1);
   return model ? lastQuarter(*model, series) : ModelShare();
-}
-
-double varianceOf(const std::vector<double>& values) {
-  const Eigen::Map<const Eigen::ArrayXd> x(values.data(), static_cast<Eigen::Index>(values.size()));
-  return values.empty() ? 0.0 : (x - x.mean()).square().mean();
-}
-
-/// Mean squared error of a model in each block of a recording, in units of the variance of the
-/// quantity that responds there [1].
-std::vector<double> blockErrors(const FittedModel& model, const Series& series) {
-  const std::size_t n = series.size();
-  const FollowedPrediction course = predictRange(model, series, {0, n}).course;
-  const auto isCurrent = [&](std::size_t k) {
-    return !course.current.empty() && static_cast<bool>(course.voltage_controlled[k]);
-  };
-  std::array<std::vector<double>, 2> measured;  // [V], [A]
-  for (std::size_t k = 0; k < n; ++k)
-    measured[isCurrent(k)].push_back(isCurrent(k) ? series.current[k] : series.voltage[k]);
-  const std::array<double, 2> variance = {varianceOf(measured[0]), varianceOf(measured[1])};
-  std::vector<double> errors;
-  for (std::size_t block = 0; block < kDistanceBlocks; ++block) {
-    double sum = 0.0, rows = 0.0;
-    for (std::size_t k = n * block / kDistanceBlocks; k < n * (block + 1) / kDistanceBlocks; ++k) {
-      if (!(variance[isCurrent(k)] > 0.0)) continue;
-      const double error = isCurrent(k) ? course.current[k] - series.current[k]
-                                        : course.voltage[k] - series.voltage[k];
-      sum += error * error / variance[isCurrent(k)];
-      rows += 1.0;
-    }
-    errors.push_back(rows > 0.0 ? sum / rows : 0.0);
-  }
-  return errors;
-}
-
-/// Adds ln(error of another model / error of the own one), one a block.
-void addLosses(std::vector<double>& losses, const FittedModel& other, const Modelled& own) {
-  constexpr double kLeast = 1e-6;  // [1], an error that no sensor shows
-  const std::vector<double> theirs = blockErrors(other, own.series);
-  const std::vector<double> ours = blockErrors(own.model, own.series);
-  for (std::size_t k = 0; k < ours.size(); ++k)
-    losses.push_back(0.5 * std::log(std::max(theirs[k], kLeast) / std::max(ours[k], kLeast)));
-}
-
-/// The blocks' median: a battery in other conditions for an hour is no other battery.
-double modelDistance(const Modelled& now, const Modelled& then) {
-  std::vector<double> losses;
-  addLosses(losses, then.model, now);
-  addLosses(losses, now.model, then);
-  return medianOf(std::move(losses));
-}
-
-/// The largest distance of one battery's models [1]. What a recording is in (temperature, charge)
-/// averages over its duration.
-double largestDistance(const Series& now, const Series& then) {
-  const auto duration = [](const Series& of) { return of.time.back() - of.time.front(); };
-  return std::max(kLeastDistance,
-                  std::sqrt(kDistanceTime / std::min(duration(now), duration(then))));
 }
 
 using StatedChanges = std::vector<WeighedChange>;
@@ -241,23 +173,29 @@ void runModels(ChangeDiagnosis& diagnosis, const std::vector<Series>& now,
     if (options.progress) options.progress(what);
   };
   stage("fitting the reference");
-  const auto reference = fitted(then);
+  std::vector<std::optional<Modelled>> references = {fitted(then)};
   stage("fitting the recording");
   const auto present = fitted(now);
   keep(diagnosis, present, now);
-  std::optional<Modelled> with_change = reference;
   if (!stated.empty()) {
     stage("fitting the reference with the change");
-    with_change = fitted(changed(then, stated));
+    references.push_back(fitted(changed(then, stated)));
   }
   if (!present) return;
   stage("running the models on each other's recording");
+  const auto lastQuarterBy = [&](const std::optional<Modelled>& reference) {
+    return reference ? lastQuarter(reference->model, present->series) : ModelShare();
+  };
   diagnosis.own_model = ownLastQuarter(present->series);
-  if (reference) diagnosis.reference_model = lastQuarter(reference->model, present->series);
-  if (!with_change) return;
-  diagnosis.changed_model = lastQuarter(with_change->model, present->series);
-  diagnosis.model_distance = modelDistance(*present, *with_change);
-  diagnosis.largest_model_distance = largestDistance(present->series, with_change->series);
+  diagnosis.reference_model = lastQuarterBy(references.front());
+  diagnosis.changed_model = lastQuarterBy(references.back());
+  for (const auto& reference : references) {
+    if (!reference) continue;
+    const double distance = modelDistance(*present, *reference);
+    diagnosis.model_distance = std::min(distance, diagnosis.model_distance.value_or(distance));
+    diagnosis.largest_model_distance =
+        largestDistance(present->series, reference->series, diagnosis.gain > kClearGain);
+  }
 }
 
 // ---------------------------------------------------------------------------------------------

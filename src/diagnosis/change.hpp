@@ -67,7 +67,8 @@ struct ChangeDiagnosis {
   /// [1], distance of what was compared from the reference, and by how much the best change lowers it
   double distance = 0.0, gain = 0.0;
   /// [1], median of ln(error of the other's model / error of the own one) over blocks of both
-  /// recordings, and the largest that two sound recordings as long as the shorter one have
+  /// recordings, the smaller one of the reference and of it with the changes, and the largest that
+  /// two sound recordings have that are as long as the shorter one
   std::optional<double> model_distance, largest_model_distance;
   /// fitted to the longest recording of now, which is number `modelled` of them; none where no model
   /// could be, or was to be, fitted
@@ -104,14 +105,15 @@ struct ChangeReference {
  * V with nothing changed.
  * The change of least D is stated where it lowers D(nothing) by more than kLeastGain; changes
  * within kAlike of it are indistinguishable. Recordings of the reference are then compared again
- * with that change put in, and one of another kind is stated beside it in the same way. A contact's resistance looks like the battery's own
- * ohmic one, an offset like a load that the sensor does not see, always.
+ * with that change put in, and one of another kind is stated beside it in the same way. A contact's
+ * resistance looks like the battery's own ohmic one, an offset like a load that the sensor does not
+ * see, always.
  *
- * Two models are fitted, of THEN (with the change in it) and of NOW, and run on each other's
- * recording. Where they miss it by more than those of one battery do it is another battery, or
- * another vehicle. A reference that is a model alone has no recording to run the other
- * one on, and no change is put into it: it runs on NOW, and on NOW with the change taken out. That
- * says how much it explains, and not whether it is another battery.
+ * Models are fitted, of THEN, of THEN with the changes in it and of NOW, and run on each other's
+ * recording. Where neither one of THEN is as near to that of NOW as those of one battery are, it is
+ * another battery, or another vehicle. A reference that is a model alone has no recording to run the
+ * other one on, and no change is put into it: it runs on NOW, and on NOW with the change taken out.
+ * That says how much it explains, and not whether it is another battery.
  *
  * @param now recordings at the rate models are fitted at (atDesignRate()), of one battery.
  * @param then of the same battery, at least one; recordings at that rate, too.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "diagnosis/model_distance.hpp"
 #include "diagnosis/response_comparison.hpp"
 #include "diagnosis/response_table.hpp"
 #include "prediction/scores.hpp"
@@ -346,6 +347,22 @@ TEST(Changes, AreNotSaidOfAnotherBatteryWhoseModelMissesTheRecording) {
   EXPECT_LT(same.model_distance.value(), 0.3);
   const ChangeDiagnosis reverse = diagnoseChange(then.recordings, {{trip(2, kDuration)}, {}});
   EXPECT_NEAR(reverse.model_distance.value(), same.model_distance.value(), 1e-9);
+}
+
+TEST(Changes, ThatAreClearAreNoOtherBattery) {
+  constexpr double kDuration = 7200.0;
+  const ChangeReference then{{trip(1, kDuration)}, {}};
+  const ChangeDiagnosis late = diagnoseChange({withLateCurrent(trip(2, kDuration), 3)}, then);
+  EXPECT_EQ(late.verdict, ChangeVerdict::kChanged) << late.summary;
+  EXPECT_LT(late.model_distance.value(), 0.5);
+}
+
+TEST(ModelDistance, OfOneBatteryMayBeLargerWhereARecordingIsShort) {
+  const auto lasting = [](double duration) { return Series{{0.0, duration}, {}, {}, {}, {}}; };
+  EXPECT_DOUBLE_EQ(largestDistance(lasting(1500.0), lasting(6000.0), false), 2.0);
+  EXPECT_DOUBLE_EQ(largestDistance(lasting(6000.0), lasting(1500.0), true), 2.0);
+  EXPECT_DOUBLE_EQ(largestDistance(lasting(60000.0), lasting(70000.0), false), 0.7);
+  EXPECT_DOUBLE_EQ(largestDistance(lasting(60000.0), lasting(70000.0), true), 1.0);
 }
 
 TEST(Changes, OfAModelMayBeLargerWhereARecordingIsShort) {
