@@ -175,27 +175,32 @@ std::string featureChart(const std::vector<ComparedFeature>& compared, const std
                                kChartWidth, height, escaped(what).c_str())));
 }
 
-std::string changeHtml(const ChangeDiagnosis& diagnosis, const Change& change) {
-  const std::vector<std::vector<Cell>> rows = {
-      {{element("code", escaped(change.id))},
-       {escaped(change.mechanism)},
-       numberCell(changeStrengthText(change.then, change.unit)),
-       numberCell(changeStrengthText(change.now, change.unit)),
-       numberCell(changeStrengthText(change.lower, change.unit) + " to " +
-                  changeStrengthText(change.upper, change.unit)),
-       numberCell(format("%.2f", change.probability)),
-       {escaped(join(change.indistinguishable))}}};
-  return element("h3", escaped(change.id)) +
-         table({"change", "mechanism", "then", "now", "90 % interval", "probability",
-                "indistinguishable from"},
-               rows) +
-         featureChart(diagnosis.compared, "What " + change.id + " explains");
+std::vector<Cell> changeRow(const Change& change) {
+  return {{element("code", escaped(change.id))},
+          {escaped(change.mechanism)},
+          numberCell(changeStrengthText(change.then, change.unit)),
+          numberCell(changeStrengthText(change.now, change.unit)),
+          numberCell(changeStrengthText(change.lower, change.unit) + " to " +
+                     changeStrengthText(change.upper, change.unit)),
+          numberCell(format("%.2f", change.probability)),
+          {escaped(join(change.indistinguishable))}};
 }
 
+/// The picture shows all changes in the reference at once, as they were compared.
 std::string changesSection(const ChangeDiagnosis& diagnosis) {
-  std::string html;
-  for (const Change& change : diagnosis.changes) html += changeHtml(diagnosis, change);
-  return section("changes", "What has changed", html);
+  if (diagnosis.changes.empty()) return "";
+  std::vector<std::vector<Cell>> rows;
+  std::vector<std::string> ids;
+  for (const Change& change : diagnosis.changes) {
+    rows.push_back(changeRow(change));
+    ids.push_back(change.id);
+  }
+  const char* verb = ids.size() == 1 ? " explains" : " explain together";
+  return section("changes", "What has changed",
+                 table({"change", "mechanism", "then", "now", "90 % interval", "probability",
+                        "indistinguishable from"},
+                       rows) +
+                     featureChart(diagnosis.compared, "What " + join(ids) + verb));
 }
 
 // ---------------------------------------------------------------------------------------------

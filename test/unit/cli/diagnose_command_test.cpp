@@ -259,8 +259,8 @@ TEST_F(SofDiagnose, WritesThePageOfAChangeAndTheModelOfTheRecording) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const std::string page = textOf(path("page.html"));
   for (const char* part :
-       {"<!DOCTYPE html>", "Something has changed", "<h3>contact_resistance</h3>", "<h3>Then</h3>",
-        "<h3>Now</h3>", "What contact_resistance explains", "then.csv", "now.csv",
+       {"<!DOCTYPE html>", "Something has changed", "<code>contact_resistance</code>",
+        "<h3>Then</h3>", "<h3>Now</h3>", "What contact_resistance explains", "then.csv", "now.csv",
         "the reference with the change", "edge_resistance"})
     EXPECT_NE(page.find(part), std::string::npos) << part;
   EXPECT_EQ(page.find("<script"), std::string::npos);
