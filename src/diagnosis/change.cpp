@@ -364,7 +364,7 @@ std::optional<SecondChange> secondChange(const std::vector<Series>& now,
 /// In what one of several recordings differs most from the other references, if by more than sound
 /// trips do; empty for none. It moves what all of them are averaged to.
 std::string disagreementText(const ResponseReference& reference) {
-  ChangeDiagnosis most;
+  double most = kLeastGain;
   std::string text;
   for (std::size_t k = 0; k < reference.recordings.size() && reference.size() > 1; ++k) {
     ResponseReference others = reference;
@@ -372,8 +372,8 @@ std::string disagreementText(const ResponseReference& reference) {
     const ResponseComparison comparison({reference.recordings[k]}, others);
     ChangeDiagnosis one;
     const std::vector<WeighedChange> candidates = weighed(one, comparison);
-    if (candidates.empty() || !hasChanged(one) || one.gain < most.gain) continue;
-    most = one;
+    if (candidates.empty() || one.gain <= most) continue;
+    most = one.gain;
     text =
         format(" The references do not agree: in recording %zu of them, compared with the others, ",
                k + 1) +

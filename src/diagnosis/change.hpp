@@ -57,7 +57,8 @@ struct ModelShare {
 
 struct ChangeDiagnosis {
   ChangeVerdict verdict = ChangeVerdict::kInsufficientData;
-  std::string summary;          ///< one sentence, and one where the references do not agree
+  /// one sentence, and one each for a second change and for references that do not agree
+  std::string summary;
   std::vector<Change> changes;  ///< at most two, likeliest first; empty but for kChanged
   std::vector<ComparedFeature> compared;
   std::vector<ChangeLimit> detection_limits;

@@ -50,13 +50,18 @@ std::vector<double> blockErrors(const FittedModel& model, const Series& series) 
   return errors;
 }
 
+/// An error as it can be compared: one that no sensor shows, or one that is not finite, is at an end.
+double bounded(double error) {
+  constexpr double kLeast = 1e-6, kMost = 1e6;  // [1]
+  return error < kMost ? std::max(error, kLeast) : kMost;
+}
+
 /// Adds ln(error of another model / error of the own one), one a block.
 void addLosses(std::vector<double>& losses, const FittedModel& other, const Modelled& own) {
-  constexpr double kLeast = 1e-6;  // [1], an error that no sensor shows
   const std::vector<double> theirs = blockErrors(other, own.series);
   const std::vector<double> ours = blockErrors(own.model, own.series);
   for (std::size_t k = 0; k < ours.size(); ++k)
-    losses.push_back(0.5 * std::log(std::max(theirs[k], kLeast) / std::max(ours[k], kLeast)));
+    losses.push_back(0.5 * std::log(bounded(theirs[k]) / bounded(ours[k])));
 }
 
 }  // namespace
