@@ -79,10 +79,11 @@ int runIdentify(const CommandLine& line, const IdentifyArguments& arguments) {
   nlohmann::json json = resultJson(model);
   json["operating_mode"] = {{"seen", mode.seen}, {"share", mode.share}, {"summary", mode.summary}};
   emit(line, resultText(model, mode), json, arguments.json);
-  const std::string why_none = is_usable ? whyNoCrank(model) : "";
+  const Reasons why_none = is_usable ? whyNoCrank(model) : Reasons();
   if (!why_none.empty())
     line.err
-        << "warning: this model gives no valid answer on a crank or a stop: " << why_none
+        << "warning: this model gives no valid answer on a crank or a stop: "
+        << toString(why_none, model.fit.series_blocks)
         << (detectCranks(series, {0, series.size()}, EventLimits{model.fit.crank_current}).empty()
                 ? "; the recording has no engine start\n"
                 : "; choose a window with engine starts (sof check has their times)\n");

@@ -91,23 +91,24 @@ ExpectedCurrent expectedCurrent(const FittedModel& model, const std::vector<Volt
 
 /// @param answered of the answer: it says nothing where it is as wide as the largest charge of the
 /// window (1.25 times), of past charges like it and of the source.
-QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query,
+/// @param u_boost [V], of one block.
+QueryRange rangeOf(const FittedModel& model, const ChargeAcceptanceQuery& query, double u_boost,
                    const ExpectedCurrent& mean, const Interval& answered) {
   QueryRange range;
   range.charges = true;
   range.max_current = mean.highest;
   range.beyond_identified = mean.beyond_identified;
-  range.max_voltage = query.u_boost;
+  range.max_voltage = u_boost;
   range.charge_duration = query.t_sof2;
   range.charge_moved = std::abs(mean.current.value) * query.t_sof2 / kSecondsPerHour;
   range.temperature = query.temperature;
-  range.evidence = chargeEvidence(model.intervals.event_history,
-                                  query.u_boost / model.fit.series_blocks, query.t_sof2);
+  range.evidence = chargeEvidence(model.intervals.event_history, u_boost, query.t_sof2);
   range.answered_current = answered;
   const double seen = std::max(kCurrentReach * std::max(model.fit.excited.max_current, 0.0),
                                range.evidence.typical);
-  range.says_nothing = widthSaysNothing(answered, std::min(seen, query.i_limit), "A",
-                                        "the largest charge of window and source");
+  range.says_nothing =
+      widthSaysNothing(ReasonKind::kWideCurrent, answered, std::min(seen, query.i_limit),
+                       "the largest charge of window and source");
   return range;
 }
 
@@ -140,13 +141,13 @@ ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request) {
   return request;
 }
 
-std::string faultsOf(const ChargeAcceptanceQuery& q) {
-  std::string faults;
-  addReason(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost,
+Faults faultsOf(const ChargeAcceptanceQuery& q) {
+  Faults faults;
+  requireOf(faults, q.u_boost > 0.0 && q.u_boost <= 100.0, "u_boost [V]", q.u_boost,
             "above 0, up to 100");
-  addReason(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2,
+  requireOf(faults, q.t_sof2 > 0.0 && q.t_sof2 <= kLongest, "t_sof2 [s]", q.t_sof2,
             "above 0, up to 3600");
-  addReason(faults, q.i_limit > 0.0 && q.i_limit <= kMaxCurrent, "i_limit [A]", q.i_limit,
+  requireOf(faults, q.i_limit > 0.0 && q.i_limit <= kMaxCurrent, "i_limit [A]", q.i_limit,
             "above 0, up to 5000");
   return faults;
 }
@@ -162,7 +163,7 @@ ChargeAcceptanceAnswer predictChargeAcceptance(const FittedModel& model,
         answer.i_boost =
             chargeAnswer(model, {u_boost, u_boost, query.t_sof2}, mean.current, query.i_limit);
         if (!areNumbers(*answer.i_boost)) return std::nullopt;
-        const QueryRange range = rangeOf(model, query, mean, *answer.i_boost);
+        const QueryRange range = rangeOf(model, query, u_boost, mean, *answer.i_boost);
         answer.message =
             format("mean current %.1f A over %.1f s at %.2f V, 90 %% between %.1f and %.1f A",
                    answer.i_boost->value, query.t_sof2, query.u_boost, answer.i_boost->lower,

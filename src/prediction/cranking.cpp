@@ -69,8 +69,8 @@ QueryRange rangeOf(const CrankingQuery& query) {
   return range;
 }
 
-/// Lowest voltage of a crank, of the model's series string, that begins where a simulation stands,
-/// `ahead` [s] after the model's state. @param fall openCircuitFall() until then.
+/// Lowest voltage of a crank [V], of one block, that begins where a simulation stands, `ahead` [s]
+/// after the model's state. @param fall openCircuitFall() until then.
 /// @param beyond_identified raised to Simulation::beyondIdentified() [V]; nullptr: not needed.
 Interval lowestOfCrank(Simulation simulation, const FittedModel& model, const CrankingQuery& query,
                        double ahead, const ErrorForecast& fall,
@@ -107,29 +107,30 @@ CrankingQuery asked(CrankingQuery request) {
   return request;
 }
 
-std::string faultsOf(const CrankingQuery& q) {
-  std::string faults;
+Faults faultsOf(const CrankingQuery& q) {
+  Faults faults;
   if (q.load.empty()) {
-    addReason(faults, q.i_load <= 0.0 && q.i_load >= -kMaxCurrent, "i_load [A]", q.i_load,
+    requireOf(faults, q.i_load <= 0.0 && q.i_load >= -kMaxCurrent, "i_load [A]", q.i_load,
               "-5000 to 0 (negative: out of the battery)");
-    addReason(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestQuery, "t_stop [s]", q.t_stop,
+    requireOf(faults, q.t_stop >= 0.0 && q.t_stop <= kLongestQuery, "t_stop [s]", q.t_stop,
               "0 to 86400");
   }
   if (q.crank.empty()) {
-    addReason(faults, q.i_cranking < 0.0 && q.i_cranking >= -kMaxCurrent, "i_cranking [A]",
+    requireOf(faults, q.i_cranking < 0.0 && q.i_cranking >= -kMaxCurrent, "i_cranking [A]",
               q.i_cranking, "-5000 to below 0 (negative: out of the battery)");
-    addReason(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]",
+    requireOf(faults, q.t_cranking > 0.0 && q.t_cranking <= kLongestCrank, "t_cranking [s]",
               q.t_cranking, "above 0, up to 60");
   }
-  addReason(faults, faultOf(q.load.time, q.load.current, "load", kMaxPoints));
-  addReason(faults, faultOf(q.crank.time, q.crank.current, "crank", kMaxPoints));
-  addReason(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(),
+  for (const auto& fault : {faultOf(q.load.time, q.load.current, "load", kMaxPoints),
+                            faultOf(q.crank.time, q.crank.current, "crank", kMaxPoints)})
+    if (fault) faults.push_back(*fault);
+  requireOf(faults, q.crank.duration() <= kLongestCrank, "last crank time [s]", q.crank.duration(),
             "up to 60");
   if (faults.empty() && !q.crank.empty())
-    addReason(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q),
+    requireOf(faults, lowestCurrent(q) < 0.0, "lowest crank current [A]", lowestCurrent(q),
               "below 0");
   if (q.u_required)
-    addReason(faults, *q.u_required > 0.0 && *q.u_required <= 100.0, "u_required [V]",
+    requireOf(faults, *q.u_required > 0.0 && *q.u_required <= 100.0, "u_required [V]",
               *q.u_required, "above 0, up to 100");
   return faults;
 }
@@ -153,11 +154,11 @@ CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& qu
           run(simulation, query.load, [](const Simulation&, double) {});
         const double t_stop = query.load.empty() ? query.t_stop : query.load.duration();
         QueryRange range = rangeOf(query);
-        answer.u_min = lowestOfCrank(std::move(simulation), model, query, t_stop,
-                                     openCircuitFall(model.fit, drawnInStop(query), capacity),
-                                     &range.beyond_identified);
-        if (!areNumbers(*answer.u_min)) return std::nullopt;
-        range.answered_voltage = answer.u_min;
+        range.answered_voltage = lowestOfCrank(
+            std::move(simulation), model, query, t_stop,
+            openCircuitFall(model.fit, drawnInStop(query), capacity), &range.beyond_identified);
+        if (!areNumbers(*range.answered_voltage)) return std::nullopt;
+        answer.u_min = ofSeries(*range.answered_voltage, model.fit.series_blocks);
         if (query.u_required) answer.capable = answer.u_min->lower >= *query.u_required;
         answer.message = sentenceOf(answer, query.u_required);
         return range;
@@ -177,9 +178,11 @@ constexpr double kRelative = 0.01;   // of the stop time
 constexpr double kRise = 1e-4;       // [V] a block, below it a rise is rounding
 constexpr double kEver = std::numeric_limits<double>::infinity();
 
-CrankingQuery crankOf(const StopTimeQuery& query) {
-  return {query.i_load,     0.0, query.i_cranking, query.t_cranking,
-          query.u_required, {},  query.crank,      query.temperature};
+/// @param series_blocks of the voltage that is required; the crank's is of one block.
+CrankingQuery crankOf(const StopTimeQuery& query, double series_blocks) {
+  const double u_required = query.u_required / series_blocks;
+  return {query.i_load, 0.0, query.i_cranking, query.t_cranking,
+          u_required,   {},  query.crank,      query.temperature};
 }
 
 constexpr double Interval::*kBounds[] = {&Interval::lower, &Interval::value, &Interval::upper};
@@ -200,7 +203,7 @@ double stopThatDraws(double charge, double i_load) {
 /// Follows the stop phase and predicts cranks along it.
 class StopScan {
  public:
-  /// @param longest [s], where the stop phase ends.
+  /// @param crank with what is required of one block.  @param longest [s], where the stop phase ends.
   StopScan(const FittedModel& model, const CrankingQuery& crank, double longest, double capacity)
       : model_(model),
         crank_(crank),
@@ -248,7 +251,7 @@ class StopScan {
     const Interval u = crankAfter(here_, t);
     has_numbers_ = has_numbers_ && areNumbers(u);
     if (!at_once_) at_once_ = u;
-    if (before_ && u.value > *before_ + kRise * model_.fit.series_blocks) monotone_ = false;
+    if (before_ && u.value > *before_ + kRise) monotone_ = false;
     before_ = u.value;
     for (int bound = 0; bound < 3; ++bound) note(crossings_[bound], t, spareOf(u, bound), before);
     if (crossings_[1].failed && spareOf(u, 1) >= 0.0 && !holds_again_) holds_again_ = t;
@@ -403,15 +406,16 @@ std::string toString(StopTimeOutcome outcome) {
   return kNames.at(static_cast<std::size_t>(outcome));
 }
 
-std::string faultsOf(const StopTimeQuery& query) {
-  const std::string faults = faultsOf(crankOf(query));
-  return askedFor(query.u_required) ? faults
-                                    : "no limit is given that the crank has to keep: " + faults;
+Faults faultsOf(const StopTimeQuery& query) {
+  Faults faults = faultsOf(crankOf(query, 1.0));
+  if (!askedFor(query.u_required))
+    faults.insert(faults.begin(), "no limit is given that the crank has to keep");
+  return faults;
 }
 
 StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& query,
                                double capacity) {
-  const CrankingQuery crank = crankOf(query);
+  const CrankingQuery crank = crankOf(query, model.fit.series_blocks);
   return answered<StopTimeAnswer>(
       model, faultsOf(query), capacity, [&](StopTimeAnswer& answer) -> std::optional<QueryRange> {
         const bool draws = query.i_load < 0.0;
@@ -439,10 +443,10 @@ StopTimeAnswer predictStopTime(const FittedModel& model, const StopTimeQuery& qu
           range.beyond_identified = beyondIdentifiedAfter(model, crank, t_stop);
         range.answered_voltage = scan.atOnce();
         // Ends closer than the search resolves are the same.
-        range.says_nothing =
-            widthSaysNothing({value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)},
-                             longest - kResolution, "s",
-                             draws ? "the stop that discharges the whole battery" : "a day");
+        range.says_nothing = widthSaysNothing(
+            ReasonKind::kWideStop,
+            {value, answer.t_stop->lower, std::min(answer.t_stop->upper, longest)},
+            longest - kResolution, draws ? "the stop that discharges the whole battery" : "a day");
         return range;
       });
 }

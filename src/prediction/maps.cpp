@@ -4,9 +4,10 @@
 namespace battery_sof {
 namespace {
 
-std::string faultOf(const std::vector<double>& side, const char* name) {
-  if (!side.empty() && side.size() <= kMaxMapSide) return "";
-  return format("%s has %zu values, expected 1 to %zu", name, side.size(), kMaxMapSide);
+void requireSide(Faults& faults, const std::vector<double>& side, const char* name) {
+  if (side.empty() || side.size() > kMaxMapSide)
+    faults.push_back(
+        format("%s has %zu values, expected 1 to %zu", name, side.size(), kMaxMapSide));
 }
 
 /// Fills a map, or says why not.
@@ -43,10 +44,12 @@ std::size_t takeMap(MapVerdict& verdict, const std::optional<Map>& map) {
 
 }  // namespace
 
-std::string faultsOfMap(const std::vector<double>& rows, const char* row_name,
-                        const std::vector<double>& columns, const char* column_name) {
-  const std::string fault = faultOf(rows, row_name);
-  return fault.empty() ? faultOf(columns, column_name) : fault;
+Faults faultsOfMap(const std::vector<double>& rows, const char* row_name,
+                   const std::vector<double>& columns, const char* column_name) {
+  Faults faults;
+  requireSide(faults, rows, row_name);
+  requireSide(faults, columns, column_name);
+  return faults;
 }
 
 std::optional<Assurance> assuranceOf(const MapVerdict& verdict) {

@@ -14,13 +14,12 @@ constexpr double kDenialLookInterval = 1.0;  // [s], whether a model is denied
 }  // namespace
 
 void ModelMonitor::install(const FittedModel& model, double max_gap) {
-  model_ = model;
   watch_.reset();
   compared_.clear();
   is_denied_ = false;
   looked_at_ = -HUGE_VAL;
-  if (!steps_.event_history) model_->intervals.event_history = {};
-  tracker_.emplace(*model_, max_gap, steps_.residual_filter);
+  tracker_.emplace(model, max_gap, steps_.residual_filter);
+  if (!steps_.event_history) tracker_->intervals().event_history = {};
 }
 
 void ModelMonitor::learnFrom(const FittedModel& model, double max_gap) {
@@ -29,14 +28,12 @@ void ModelMonitor::learnFrom(const FittedModel& model, double max_gap) {
 }
 
 void ModelMonitor::accept(const FittedModel& model, const IntervalCalibrations& calibrations) {
-  model_ = model;
   compared_.clear();
   tracker_->setKnown(model);
   setCalibrations(calibrations);
 }
 
 void ModelMonitor::drop() {
-  model_.reset();
   tracker_.reset();
   compared_.clear();
 }
@@ -47,11 +44,10 @@ void ModelMonitor::lookBack(const Series& series) {
 }
 
 void ModelMonitor::restartClock(const Sample& first, double moved, double max_gap) {
-  if (!model_) return;
-  FittedModel there = *model_;
+  if (!tracker_) return;
+  FittedModel there = accepted();
   there.fit.window.from += moved;
   there.fit.window.to += moved;
-  there.intervals.event_history = tracker_->intervals().event_history;
   there.intervals.event_history.moveBy(moved);
   setStateFromVoltage(there, first.time, first.current, first.voltage);
   const IntervalCalibrations kept = calibrations();
@@ -91,7 +87,7 @@ SessionEvents ModelMonitor::compareEvents(const Sample& sample, double max_gap) 
   const WatchedSample at = watch_.advance(sample, *tracker_, max_gap);
   const auto take = [&](EventComparison event, IntervalCalibration& calibration,
                         std::vector<EventComparison>& of_kind) {
-    event.baseline = expectedBy(model_->fit.baseline, event);
+    event.baseline = expectedBy(accepted().fit.baseline, event);
     of_kind.push_back(event);
     if (steps_.calibration) update(calibration, event.measured, event.expected);
     updateFrom(event);
@@ -102,7 +98,7 @@ SessionEvents ModelMonitor::compareEvents(const Sample& sample, double max_gap) 
   }
   if (const auto charge = watch_.charges.add(at))
     take(*charge, intervals.calibrations.charges, events.charges);
-  if (!model_->fit.source) return events;
+  if (!accepted().fit.source) return events;
   if (const auto stop = watch_.stops.add(at)) {
     events.stops.push_back(*stop);
     if (stop->duration == PastEvent::kStopAge) updateFrom(*stop);
@@ -112,7 +108,7 @@ SessionEvents ModelMonitor::compareEvents(const Sample& sample, double max_gap) 
 }
 
 void ModelMonitor::updateFrom(const PastEvent& event) {
-  if (model_->fit.source && steps_.event_history) tracker_->updateFrom(event);
+  if (accepted().fit.source && steps_.event_history) tracker_->updateFrom(event);
 }
 
 BacktestScore ModelMonitor::backtest() const {

@@ -70,11 +70,12 @@ class ModelMonitor {
   void setCalibrations(const IntervalCalibrations& calibrations);  ///< needs a model
 
   // These need a model.
-  const FittedModel& accepted() const { return *model_; }  ///< as it was installed
+  /// As the tracker has it: what is learnt is in it, the state is where it began.
+  const FittedModel& accepted() const { return tracker_->model(); }
   FittedModel now() const { return tracker_->modelNow(); }
   const StateTracker& tracker() const { return *tracker_; }  ///< where it stands
   /// [s], from the end of the model's window to its state.
-  double age() const { return tracker_->state().time - model_->fit.window.to; }
+  double age() const { return tracker_->state().time - accepted().fit.window.to; }
 
   BacktestScore backtest() const;
 
@@ -88,7 +89,6 @@ class ModelMonitor {
   void updateFrom(const PastEvent& event);
   AnswerSteps steps_;
   EventWatch watch_;
-  std::optional<FittedModel> model_;
   std::optional<StateTracker> tracker_;
   double looked_at_ = -HUGE_VAL;  // [s]
   bool is_denied_ = false;

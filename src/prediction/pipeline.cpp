@@ -47,18 +47,14 @@ double halfWidthOf(const ErrorForecast& error) {
   return kNinetyPercent * std::sqrt(error.variance);
 }
 
-/// Whether it keeps missing the voltage of the present load by more than the whole interval in which
-/// that was expected. A crank's own error is MissedAnswer's.
-std::string presentlyMissed(const FittedModel& model) {
+/// It keeps missing the voltage of the present load by more than the whole interval in which that
+/// was expected. A crank's own error is MissedAnswer's.
+void addPresentlyMissed(Reasons& reasons, const FittedModel& model) {
   const PresentError& present = model.state.residual_state.present;
-  if (!present.current || present.since < kKeepsMissing) return "";
+  if (!present.current || present.since < kKeepsMissing) return;
   const ErrorForecast expected = expectedPresentError(model);
   const double missed = present.level - expected.mean, width = 2.0 * halfWidthOf(expected);
-  if (std::abs(missed) <= width) return "";
-  return format(
-      "the model misses the present voltage by %+.2f V, more than the %.2f V of its "
-      "interval",
-      model.fit.series_blocks * missed, model.fit.series_blocks * width);
+  if (std::abs(missed) > width) reasons.push_back({ReasonKind::kMissedVoltage, {missed, width}});
 }
 
 const ParameterEstimate* estimateOf(const Fit& fit, const char* name) {
@@ -76,58 +72,46 @@ bool knowsOpenCircuitSlope(const Fit& fit, double capacity) {
   return of_block >= kMinSlope && of_block <= kMaxSlope;
 }
 
-/// Blocks in series: those that were given, times those that the voltage shows.
-double blocksOf(const Fit& fit) { return fit.series_blocks * seriesBlocksAt(fit.parameters.u_dc); }
-
-/// Why the equations are no description of the window's own cranks; empty when they are.
-std::string missesItsCranks(const Fit& fit) {
+/// The equations are no description of the window's own cranks.
+void addMissedCranks(Reasons& reasons, const Fit& fit) {
   const auto& line = fit.baseline.cranks;
-  if (fit.scores.cranks < static_cast<int>(kCranksThatSupport) || !line) return "";
+  if (fit.scores.cranks < static_cast<int>(kCranksThatSupport) || !line) return;
   const double of_line = 0.5 * (line->error.upper - line->error.lower) / kNinetyPercent;
-  if (!(fit.scores.crank_error_std > of_line)) return "";
-  return format(
-      "it misses the lowest voltages of the window's %d cranks by %.0f mV RMS, the baseline "
-      "by %.0f mV",
-      fit.scores.cranks, 1e3 * fit.scores.crank_error_std, 1e3 * of_line);
+  if (fit.scores.crank_error_std > of_line)
+    reasons.push_back({ReasonKind::kMissedCranks,
+                       {1.0 * fit.scores.cranks, fit.scores.crank_error_std, of_line}});
 }
 
-/// The voltage above which no battery of as many blocks is [V].
-double maxVoltage(const Fit& fit) { return kMaxOfBlock * blocksOf(fit); }
+/// The voltage above which no battery of as many blocks as the voltage shows is [V].
+double maxVoltage(const Fit& fit) { return kMaxOfBlock * seriesBlocksAt(fit.parameters.u_dc); }
 
-/// Why so much charge is too much; empty when it is not.
-std::string excessiveCharge(const Fit& fit, const QueryRange& range, double capacity) {
+/// So much charge is too much.
+void addMovedCharge(Reasons& reasons, const Fit& fit, const QueryRange& range, double capacity) {
   const double moved = range.charge_moved;
-  if (moved > capacity)
-    return format("it moves %.0f Ah, more than the battery's %g Ah", moved, capacity);
   const double supported = supportedCharge(fit, capacity, range.charges);
-  if (moved <= supported) return "";
-  return format(
-      "it moves %.2f Ah but the model supports at most %.2f Ah (%d %% of %g Ah, or what the window "
-      "moved if it determined how the open-circuit voltage follows the charge)",
-      moved, supported, range.charges ? 1 : 2, capacity);
+  if (moved > capacity)
+    reasons.push_back({ReasonKind::kCapacity, {moved, capacity}});
+  else if (moved > supported)
+    reasons.push_back(
+        {ReasonKind::kMovedCharge,
+         {moved, supported, 100.0 * (range.charges ? kConstantCharge : kSlopedCharge), capacity}});
 }
 
-void addCharging(std::string& reasons, const Fit& fit, const QueryRange& range) {
+void addCharging(Reasons& reasons, const Fit& fit, const QueryRange& range) {
   const ExcitedRange& seen = fit.excited;
   const ChargeEvidence& evidence = range.evidence;
   if (evidence.is_supported || !range.charges) return;
-  if (fit.window.samples == 0)
-    addReason(reasons, "no window has been fitted yet, and charges need one");
+  if (fit.window.samples == 0) reasons.push_back({ReasonKind::kNoWindow});
   if (fit.source) {
     const double enough = std::max(kUsefulWidth, kUsefulShare * seen.max_current);
     const double width = range.answered_current->upper - range.answered_current->lower;
-    if (width > enough)
-      addReason(reasons, format("its 90 %% interval is %.1f A wide, but at most %.1f A is useful",
-                                width, enough));
+    if (width > enough) reasons.push_back({ReasonKind::kUselessCurrent, {width, enough}});
     return;
   }
   if (!range.charge_duration || *range.charge_duration <= kShortCharge) return;
-  if (!contains(fit.effects, "charge_acceptance"))
-    addReason(reasons, "the model lacks a limit of charge acceptance (effect charge_acceptance)");
+  if (!contains(fit.effects, "charge_acceptance")) reasons.push_back({ReasonKind::kNoAcceptance});
   if (seen.longest_charge < kShortCharge)
-    addReason(reasons,
-              format("the window's longest charge lasted %.1f s, but at least %.0f s are needed",
-                     seen.longest_charge, kShortCharge));
+    reasons.push_back({ReasonKind::kShortCharges, {seen.longest_charge, kShortCharge}});
 }
 
 /// Whether a window held one load: what it determined is the voltage under that load.
@@ -160,18 +144,14 @@ std::optional<double> askedFor(std::optional<double> given) {
   return given && (*given == 0.0 || std::isnan(*given)) ? std::nullopt : given;
 }
 
-void addReason(std::string& reasons, const std::string& reason) {
-  if (!reason.empty()) reasons += (reasons.empty() ? "" : "; ") + reason;
-}
-
-void addReason(std::string& reasons, bool ok, const char* name, double value,
-               const char* expected) {
+void requireOf(Faults& faults, bool ok, const char* name, double value, const char* expected) {
   if (!ok)
-    addReason(reasons, format("%s is %s, expected %s", name, exactly(value).c_str(), expected));
+    faults.push_back(format("%s is %s, expected %s", name, exactly(value).c_str(), expected));
 }
 
-std::string faultOf(const std::vector<double>& time, const std::vector<double>& current,
-                    const char* name, std::size_t most) {
+std::optional<std::string> faultOf(const std::vector<double>& time,
+                                   const std::vector<double>& current, const char* name,
+                                   std::size_t most) {
   if (time.size() != current.size())
     return format("%s has %zu times and %zu currents, expected as many", name, time.size(),
                   current.size());
@@ -191,7 +171,7 @@ std::string faultOf(const std::vector<double>& time, const std::vector<double>& 
     if (!(std::abs(i) <= kMaxCurrent))
       return format("%s current[%zu] is %s A, expected -5000 to 5000", name, n, exactly(i).c_str());
   }
-  return "";
+  return std::nullopt;
 }
 
 double supportedCharge(const Fit& fit, double capacity, bool charges) {
@@ -210,53 +190,53 @@ ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity) {
   return {-kUsualSlope * share, std::pow(kSlopeSpread * share, 2)};
 }
 
-std::string denialOf(const FittedModel& model) {
-  std::string reasons = presentlyMissed(model);
-  if (const auto& missed = model.intervals.missed_answer) {
-    const double blocks = model.fit.series_blocks;
-    addReason(reasons,
-              format("the last crank reached %.2f V, outside the predicted %.2f to %.2f V",
-                     blocks * missed->measured, blocks * missed->lower, blocks * missed->upper));
-  }
+Reasons denialOf(const FittedModel& model) {
+  Reasons reasons;
+  addPresentlyMissed(reasons, model);
+  if (const auto& missed = model.intervals.missed_answer)
+    reasons.push_back({ReasonKind::kMissedCrank, {missed->measured, missed->lower, missed->upper}});
   return reasons;
 }
 
-std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
+namespace {
+
+/// Where a query goes beyond what the window showed, or its result beyond what a battery shows.
+void addBeyondWindow(Reasons& reasons, const FittedModel& model, const QueryRange& range,
+                     double capacity) {
   const Fit& fit = model.fit;
   const ExcitedRange& seen = fit.excited;
-  std::string reasons;
   if (range.min_current && *range.min_current < kCurrentReach * std::min(seen.min_current, 0.0))
-    addReason(reasons, format("it draws %.0f A but the window's largest discharge was %.0f A",
-                              *range.min_current, seen.min_current));
+    reasons.push_back({ReasonKind::kDischarge, {*range.min_current, seen.min_current}});
   if (range.max_current && !range.evidence.is_supported &&
       *range.max_current > kCurrentReach * std::max(seen.max_current, 0.0))
-    addReason(reasons, format("it charges with %.0f A but the window's largest charge was %.0f A",
-                              *range.max_current, seen.max_current));
+    reasons.push_back({ReasonKind::kCharge, {*range.max_current, seen.max_current}});
   if (range.max_voltage &&
-      *range.max_voltage > fit.series_blocks * seen.max_voltage + blocksOf(fit) * kVoltageReach)
-    addReason(reasons, format("it goes to %.2f V but the window's highest voltage was %.2f V",
-                              *range.max_voltage, fit.series_blocks * seen.max_voltage));
-  addReason(reasons, excessiveCharge(fit, range, capacity));
+      *range.max_voltage > seen.max_voltage + seriesBlocksAt(fit.parameters.u_dc) * kVoltageReach)
+    reasons.push_back({ReasonKind::kVoltage, {*range.max_voltage, seen.max_voltage}});
+  addMovedCharge(reasons, fit, range, capacity);
   if (const auto u = range.answered_voltage) {
-    const bool is_possible = u->value >= 0.0 && u->value <= maxVoltage(fit);
-    addReason(reasons, is_possible
-                           ? voltageSaysNothing(fit, *u)
-                           : format("its result is %.2f V, expected 0 to %.0f V for such a battery",
-                                    u->value, maxVoltage(fit)));
+    if (u->value < 0.0 || u->value > maxVoltage(fit))
+      reasons.push_back({ReasonKind::kNoVoltage, {u->value, maxVoltage(fit)}});
+    else if (const auto reason = voltageSaysNothing(fit, *u))
+      reasons.push_back(*reason);
   }
-  addReason(reasons, range.says_nothing);
-  addReason(reasons, denialOf(model));
+  if (range.says_nothing) reasons.push_back(*range.says_nothing);
+}
+
+}  // namespace
+
+Reasons extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity) {
+  const Fit& fit = model.fit;
+  const ExcitedRange& seen = fit.excited;
+  Reasons reasons;
+  addBeyondWindow(reasons, model, range, capacity);
+  for (const Reason& denial : denialOf(model)) reasons.push_back(denial);
   if (range.beyond_identified > kDiscrepancyReach)
-    addReason(
-        reasons,
-        format(
-            "the discrepancy is held at the end of its range, %.0f mV from its extrapolated value",
-            1e3 * fit.series_blocks * range.beyond_identified));
+    reasons.push_back({ReasonKind::kHeldDiscrepancy, {range.beyond_identified}});
   const auto temperature = range.temperature ? range.temperature : model.state.temperature;
   if (temperature && seen.temperature &&
       std::abs(*temperature - *seen.temperature) > kTemperatureReach)
-    addReason(reasons, format("the battery is at %.0f degC but in the window it was at %.0f degC",
-                              *temperature - kZeroCelsius, *seen.temperature - kZeroCelsius));
+    reasons.push_back({ReasonKind::kTemperature, {*temperature, *seen.temperature}});
   addCharging(reasons, fit, range);
   if (range.charges && range.evidence.is_supported) return reasons;
   // With fresh_sulphate one resistance serves both signs.
@@ -264,44 +244,37 @@ std::string extrapolationOf(const FittedModel& model, const QueryRange& range, d
   const std::size_t past_cranks = model.intervals.event_history.cranks.size();
   if (!range.charges && past_cranks >= kCranksThatSupport) return reasons;
   if (isOfHeldLoad(fit, range)) return reasons;
-  if (!range.charges) addReason(reasons, missesItsCranks(fit));
+  if (!range.charges) addMissedCranks(reasons, fit);
   // With a source it is a share of explained variation, and the node's first model has none.
   if (!range.charges && !fit.source && fit.window.samples > 0 &&
       fit.window_quality < kUsefulQuality)
-    addReason(reasons, format("the window quality is %.2f, but at least %.2f is needed",
-                              fit.window_quality, kUsefulQuality));
+    reasons.push_back({ReasonKind::kWindowQuality, {fit.window_quality, kUsefulQuality}});
   std::vector<const char*> needed = {of_charging ? "r_charge" : "r_discharge"};
   if (!range.charges) needed.push_back("u_dc");
   for (const char* name : needed) {
     const ParameterEstimate* estimate = estimateOf(fit, name);
-    if (estimate && !estimate->determined)
-      addReason(reasons, format("the window did not determine %s", name));
+    if (estimate && !estimate->determined) reasons.push_back({ReasonKind::kUndetermined, {}, name});
   }
   return reasons;
 }
 
-std::string whyNoCrank(const FittedModel& model) {
+Reasons whyNoCrank(const FittedModel& model) {
   QueryRange range;
   if (holdsOneLoad(model.fit)) range.min_current = model.fit.excited.min_current;
   return extrapolationOf(model, range, 1.0);
 }
 
-std::string voltageSaysNothing(const Fit& fit, const Interval& u) {
-  const double width = kSpanOfBlock * blocksOf(fit);
-  if (u.lower >= 0.0 && u.upper <= maxVoltage(fit) && u.upper - u.lower < width) return "";
-  return format(
-      "its 90 %% interval of %.2f to %.2f V is of no use, expected inside 0 to %.0f V and narrower "
-      "than %.0f V",
-      u.lower, u.upper, maxVoltage(fit), width);
+std::optional<Reason> voltageSaysNothing(const Fit& fit, const Interval& u) {
+  const double width = kSpanOfBlock * seriesBlocksAt(fit.parameters.u_dc);
+  if (u.lower >= 0.0 && u.upper <= maxVoltage(fit) && u.upper - u.lower < width)
+    return std::nullopt;
+  return Reason{ReasonKind::kWideVoltage, {u.lower, u.upper, maxVoltage(fit), width}};
 }
 
-std::string widthSaysNothing(const Interval& answer, double width, const char* unit,
-                             const std::string& whose) {
-  if (answer.upper - answer.lower < width) return "";
-  return format(
-             "its 90 %% interval of %.1f to %.1f %s is of no use, expected narrower than %.1f %s, ",
-             answer.lower, answer.upper, unit, width, unit) +
-         whose;
+std::optional<Reason> widthSaysNothing(ReasonKind kind, const Interval& answer, double width,
+                                       const std::string& whose) {
+  if (answer.upper - answer.lower < width) return std::nullopt;
+  return Reason{kind, {answer.lower, answer.upper, width}, whose};
 }
 
 bool areNumbers(const Interval& answer) {
@@ -340,9 +313,8 @@ Interval crankAnswer(const FittedModel& model, double current, const LowestVolta
   const Interval u = beginAtPresent(model, correctCrankPrediction(model, current, lowest.by_model),
                                     lowest.equations, current, lowest.ahead);
   const double more = kNinetyPercent * std::sqrt(fall.variance), value = u.value + fall.mean;
-  return ofSeries({value, value - std::hypot(u.value - u.lower, more),
-                   value + std::hypot(u.upper - u.value, more)},
-                  model.fit.series_blocks);
+  return {value, value - std::hypot(u.value - u.lower, more),
+          value + std::hypot(u.upper - u.value, more)};
 }
 
 Interval chargeAnswer(const FittedModel& model, const ChargeBeginning& charge,

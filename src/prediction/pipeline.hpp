@@ -6,6 +6,7 @@
 
 #include "model/simulation.hpp"
 #include "prediction/event_corrections.hpp"
+#include "prediction/reasons.hpp"
 #include "state/fitted_model.hpp"
 #include "state/present_error.hpp"
 #include "state/state_estimator.hpp"
@@ -17,7 +18,8 @@
  *     physics -> residual filter, interval calibration -> event history -> validity
  *
  * cranking and charge_acceptance supply the physics: a simulation with the directions of the
- * covariance, and what it takes the battery through (QueryRange).
+ * covariance, and what it takes the battery through (QueryRange). All of it is of one block of a
+ * row; a query's voltages are divided and an answer's multiplied by Fit::series_blocks there.
  */
 namespace battery_sof {
 
@@ -25,14 +27,17 @@ namespace battery_sof {
 /// filled in, request nothing.
 std::optional<double> askedFor(std::optional<double> given);
 
-/// @return the first fault of a current over time with what was expected; empty when sound. @param
-/// name for the sentence.  @param most points.
-std::string faultOf(const std::vector<double>& time, const std::vector<double>& current,
-                    const char* name, std::size_t most);
+/// What is wrong with a query, a sentence each.
+using Faults = std::vector<std::string>;
 
-/// Appends a reason to those there are; an empty one, and one of a value that is ok, is none.
-void addReason(std::string& reasons, const std::string& reason);
-void addReason(std::string& reasons, bool ok, const char* name, double value, const char* expected);
+/// Adds the fault of a value that is not ok.
+void requireOf(Faults& faults, bool ok, const char* name, double value, const char* expected);
+
+/// @return the first fault of a current over time with what was expected; none when sound. @param
+/// name for the sentence.  @param most points.
+std::optional<std::string> faultOf(const std::vector<double>& time,
+                                   const std::vector<double>& current, const char* name,
+                                   std::size_t most);
 
 /// The longest stop or profile that a query may take [s]: a day.
 inline constexpr double kLongestQuery = 86400.0;
@@ -41,7 +46,7 @@ inline constexpr double kLongestQuery = 86400.0;
 struct QueryRange {
   std::optional<double> min_current;      ///< [A], largest discharge
   std::optional<double> max_current;      ///< [A], largest charge
-  std::optional<double> max_voltage;      ///< [V]
+  std::optional<double> max_voltage;      ///< [V] of one block
   std::optional<double> charge_duration;  ///< [s]
   double charge_moved = 0.0;              ///< [Ah], magnitude
   /// [K], at which it will happen; else the model's state's
@@ -49,9 +54,9 @@ struct QueryRange {
   bool charges = false;                      ///< needs r_charge, else r_discharge
   ChargeEvidence evidence = {};              ///< what past charges say of a charge
   std::optional<Interval> answered_current;  ///< [A], of a charge
-  std::optional<Interval> answered_voltage;  ///< [V], what the model makes of it
+  std::optional<Interval> answered_voltage;  ///< [V] of one block, what the model makes of it
   /// of an interval of another quantity: why, see widthSaysNothing()
-  std::string says_nothing;
+  std::optional<Reason> says_nothing = std::nullopt;
   /// [V] of one block, most by which a discrepancy model was held inside what it was estimated on
   double beyond_identified = 0.0;
 };
@@ -84,12 +89,12 @@ double supportedCharge(const Fit& fit, double capacity, bool charges = false);
 ErrorForecast openCircuitFall(const Fit& fit, double drawn, double capacity);
 
 /**
- * @brief Why a model answers nothing that is valid; empty when it may.
+ * @brief Why a model answers nothing that is valid; none when it may.
  *
  * One rule: it was missed by more than the whole interval that it was given, by the last crank
  * (MissedAnswer) or by the present voltage (expectedPresentError()).
  */
-std::string denialOf(const FittedModel& model);
+Reasons denialOf(const FittedModel& model);
 
 /**
  * @brief Why a model should not be relied on for a query: denialOf(), and what its window did not excite and its
@@ -115,28 +120,27 @@ std::string denialOf(const FittedModel& model);
  * Three past cranks answer for themselves: they correct the answer and make
  * its interval.
  *
- * @return reasons, joined by "; "; empty when there is none.
  */
-std::string extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity);
+Reasons extrapolationOf(const FittedModel& model, const QueryRange& range, double capacity);
 
-/// @return why a model answers no crank and no stop, whatever its current; empty when it answers
+/// @return why a model answers no crank and no stop, whatever its current; none when it answers
 /// some.
-std::string whyNoCrank(const FittedModel& model);
+Reasons whyNoCrank(const FittedModel& model);
 
 /**
- * @brief Why the 90 % interval of a voltage says nothing; empty when it says something.
+ * @brief Why the 90 % interval of a voltage says nothing; none when it says something.
  *
  * It does where it stays inside 0 to 16 V a block of six cells and is narrower than 10 V, from 6 V
  * (1 V a cell: empty under load) to 16 V.
  *
- * @param voltage [V], of the model's series string.
+ * @param voltage [V], of one block.
  */
-std::string voltageSaysNothing(const Fit& fit, const Interval& voltage);
+std::optional<Reason> voltageSaysNothing(const Fit& fit, const Interval& voltage);
 
-/// The same of a quantity whose values lie within a width. @param width in `unit`.  @param whose
-/// what has that width.
-std::string widthSaysNothing(const Interval& answer, double width, const char* unit,
-                             const std::string& whose);
+/// The same of a quantity whose values lie within a width. @param kind kWideCurrent or kWideStop.
+/// @param whose what has that width.
+std::optional<Reason> widthSaysNothing(ReasonKind kind, const Interval& answer, double width,
+                                       const std::string& whose);
 
 /// Whether a value and the ends of its interval are finite.
 bool areNumbers(const Interval& answer);
@@ -161,7 +165,7 @@ struct LowestVoltage {
 
 /// Event history of a crank's lowest voltage (correctCrankPrediction()), the present error
 /// (beginAtPresent()), and the open-circuit voltage's fall. @param current lowest of the crank
-/// [A].  @param fall openCircuitFall().  @return [V] of the model's series string.
+/// [A].  @param fall openCircuitFall().  @return [V] of one block.
 Interval crankAnswer(const FittedModel& model, double current, const LowestVoltage& lowest,
                      const ErrorForecast& fall);
 
@@ -209,12 +213,13 @@ std::string beginningOf(const Answer& answer) {
 }
 
 /// Makes of an answer with numbers one that is valid, or outside the identified range for these
-/// reasons. @param reasons empty for none.
+/// reasons. @param series_blocks whose voltages the message tells.
 template <typename Answer>
-void judge(Answer& answer, const std::string& reasons) {
+void judge(Answer& answer, const Reasons& reasons, double series_blocks) {
   answer.valid = reasons.empty();
   answer.code = answer.valid ? AnswerCode::kOk : AnswerCode::kExtrapolation;
-  if (!answer.valid) answer.message += "; outside the identified range: " + reasons;
+  if (!answer.valid)
+    answer.message += "; outside the identified range: " + toString(reasons, series_blocks);
   answer.message = beginningOf(answer) + answer.message;
 }
 
@@ -227,20 +232,18 @@ void invalidate(Answer& answer, const std::string& why) {
   answer.message = beginningOf(answer) + why + "; " + sentence;
 }
 
-/// An answer where there is no model. @param faults of the query, empty when it is sound.  @param
-/// why there is no model.
+/// An answer where there is no model. @param faults of the query.  @param why there is no model.
 template <typename Answer>
-Answer withoutModel(const std::string& faults, const std::string& why) {
+Answer withoutModel(const Faults& faults, const std::string& why) {
   Answer answer;
   answer.code = faults.empty() ? AnswerCode::kNoModel : AnswerCode::kInvalidQuery;
-  answer.message = faults.empty() ? why : faults;
+  answer.message = faults.empty() ? why : join(faults, "; ");
   return answer;
 }
 
-/// Marks an answer that has none to give. @param faults of the query, empty when it is sound.
-/// @return whether there is none.
+/// Marks an answer that has none to give. @param faults of the query.  @return whether there is none.
 template <typename Answer>
-bool isRefused(Answer& answer, const Fit& fit, const std::string& faults) {
+bool isRefused(Answer& answer, const Fit& fit, const Faults& faults) {
   if (faults.empty() && isUsable(fit)) return false;
   answer = withoutModel<Answer>(faults, "the model cannot be used: " + fit.message);
   return true;
@@ -272,19 +275,18 @@ Answer withoutNumbers() {
 
 /**
  * @brief A question's answer, all steps.
- * @param faults of the query; empty when it is sound.
+ * @param faults of the query.
  * @param expect std::optional<QueryRange>(Answer&): the number by physics, residual filter and
  * event history, its sentence, and what the query takes the battery through; none where a number
  * is not finite.
  */
 template <typename Answer, typename Expect>
-Answer answered(const FittedModel& model, const std::string& faults, double capacity,
-                Expect&& expect) {
+Answer answered(const FittedModel& model, const Faults& faults, double capacity, Expect&& expect) {
   Answer answer;
   if (isRefused(answer, model.fit, faults)) return answer;
   const std::optional<QueryRange> range = expect(answer);
   if (!range) return withoutNumbers<Answer>();
-  judge(answer, extrapolationOf(model, *range, capacity));
+  judge(answer, extrapolationOf(model, *range, capacity), model.fit.series_blocks);
   return answer;
 }
 

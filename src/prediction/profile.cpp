@@ -16,30 +16,21 @@ void append(PredictedVoltage& predicted, const Interval& u) {
   predicted.upper.push_back(u.upper);
 }
 
-std::string extrapolation(const Fit& fit, const std::vector<double>& current) {
+void addBeyondWindow(Reasons& reasons, const ExcitedRange& seen,
+                     const std::vector<double>& current) {
   const auto [low, high] = std::minmax_element(current.begin(), current.end());
-  if (*low >= kCurrentReach * std::min(fit.excited.min_current, 0.0) &&
-      *high <= kCurrentReach * std::max(fit.excited.max_current, 0.0))
-    return "";
-  return format("the profile spans %.1f to %.1f A but the window only %.1f to %.1f A", *low, *high,
-                fit.excited.min_current, fit.excited.max_current);
-}
-
-/// Of the first sample whose interval says nothing.
-std::string emptiness(const Fit& fit, const PredictedVoltage& predicted) {
-  for (std::size_t n = 0; n < predicted.voltage.size(); ++n) {
-    const std::string reason =
-        voltageSaysNothing(fit, {predicted.voltage[n], predicted.lower[n], predicted.upper[n]});
-    if (!reason.empty()) return format("sample %zu: ", n) + reason;
-  }
-  return "";
+  if (*low < kCurrentReach * std::min(seen.min_current, 0.0) ||
+      *high > kCurrentReach * std::max(seen.max_current, 0.0))
+    reasons.push_back({ReasonKind::kProfile, {*low, *high, seen.min_current, seen.max_current}});
 }
 
 }  // namespace
 
-std::string faultsOfProfile(const std::vector<double>& time, const std::vector<double>& current) {
-  if (time.empty() && current.empty()) return "the profile is empty, expected at least one sample";
-  return faultOf(time, current, "profile", kMaxProfileSamples);
+Faults faultsOfProfile(const std::vector<double>& time, const std::vector<double>& current) {
+  if (time.empty() && current.empty())
+    return {"the profile is empty, expected at least one sample"};
+  const auto fault = faultOf(time, current, "profile", kMaxProfileSamples);
+  return fault ? Faults{*fault} : Faults{};
 }
 
 ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double>& time,
@@ -49,6 +40,9 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
   Simulation simulation = uncertainSimulationOf(model);
   const ResidualFilter errors(model);
   const double own = model.fit.noise ? model.fit.noise->white_std : model.fit.scores.rmse;
+  Reasons reasons;
+  addBeyondWindow(reasons, model.fit.excited, current);
+  std::optional<Reason> says_nothing;  // of the first sample whose interval does not
   double time_before = 0.0;
   double current_before = model.state.current;
   for (std::size_t n = 0; n < time.size(); ++n) {
@@ -61,15 +55,18 @@ ProfileAnswer simulateProfile(const FittedModel& model, const std::vector<double
         beginAtPresent(model, voltageAnswer(simulation, errors.forecast(time[n]), own, {}),
                        simulation.voltage(), current[n], time[n]);
     if (!areNumbers(u)) return withoutNumbers<ProfileAnswer>();
+    if (!says_nothing && (says_nothing = voltageSaysNothing(model.fit, u))) {
+      says_nothing->kind = ReasonKind::kWideSample;
+      says_nothing->numbers.back() = static_cast<double>(n);
+    }
     append(answer.predicted, ofSeries(u, model.fit.series_blocks));
     time_before = time[n];
     current_before = current[n];
   }
-  std::string reasons = extrapolation(model.fit, current);
-  addReason(reasons, emptiness(model.fit, answer.predicted));
-  addReason(reasons, denialOf(model));
+  if (says_nothing) reasons.push_back(*says_nothing);
+  for (const Reason& denial : denialOf(model)) reasons.push_back(denial);
   answer.message = format("%zu voltages", time.size());
-  judge(answer, reasons);
+  judge(answer, reasons, model.fit.series_blocks);
   return answer;
 }
 

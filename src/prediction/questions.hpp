@@ -34,14 +34,14 @@ ChargeAcceptanceQuery asked(ChargeAcceptanceQuery request);
 CrankingAnswer predictCranking(const FittedModel& model, const CrankingQuery& query,
                                double capacity = kTypicalCapacity);
 
-/// @return every fault of a query, as one sentence each; empty when there is none.
-std::string faultsOf(const CrankingQuery& query);
-std::string faultsOf(const StopTimeQuery& query);
-std::string faultsOf(const ChargeAcceptanceQuery& query);
-std::string faultsOfProfile(const std::vector<double>& time, const std::vector<double>& current);
+/// @return every fault of a query.
+Faults faultsOf(const CrankingQuery& query);
+Faults faultsOf(const StopTimeQuery& query);
+Faults faultsOf(const ChargeAcceptanceQuery& query);
+Faults faultsOfProfile(const std::vector<double>& time, const std::vector<double>& current);
 /// Of the lists of a map.
-std::string faultsOfMap(const std::vector<double>& rows, const char* row_name,
-                        const std::vector<double>& columns, const char* column_name);
+Faults faultsOfMap(const std::vector<double>& rows, const char* row_name,
+                   const std::vector<double>& columns, const char* column_name);
 
 /// What a crank misses by itself, beyond normal driving [V].
 double crankError(const Fit& fit, double current);

@@ -60,6 +60,8 @@ class StateTracker {
   /// [V], of the last settled sample; 0 before the first.
   double error() const { return last_ ? last_->error : 0.0; }
 
+  /// The model with what was learnt; the state is where it began, or was when it learnt last.
+  const FittedModel& model() const { return model_; }
   /// @return the model with state and covariance moved to the newest sample.
   FittedModel modelNow() const { return modelAt(here()); }
   /// @return the same moved to the last settled sample.

@@ -163,7 +163,7 @@ TEST(PredictCranking, NamesAllFaultsOfAQueryAtOnce) {
   CrankingQuery query = usualQuery();
   query.i_load = 3.0;
   query.t_stop = -1.0;
-  const std::string faults = faultsOf(query);
+  const std::string faults = join(faultsOf(query), "; ");
   EXPECT_NE(faults.find("i_load"), std::string::npos);
   EXPECT_NE(faults.find("t_stop"), std::string::npos);
 }
@@ -233,7 +233,7 @@ TEST(PredictCranking, RefusesProfilesWithAFaultAndSaysWhich) {
   const auto fault = [](auto change) {
     CrankingQuery query = usualQuery();
     change(query);
-    return faultsOf(query);
+    return join(faultsOf(query), "; ");
   };
   EXPECT_NE(fault([](auto& q) {
               q.load = {{0.0, 1.0}, {-5.0}};

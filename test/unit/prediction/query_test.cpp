@@ -19,7 +19,11 @@ std::string reasonFor(const FittedModel& model, void (*change)(QueryRange&)) {
   range.max_current = 50.0;
   range.max_voltage = 14.2;
   change(range);
-  return extrapolationOf(model, range, kCapacity);
+  return toString(extrapolationOf(model, range, kCapacity), 1.0);
+}
+
+std::string textOf(const std::optional<Reason>& reason, double series_blocks = 1.0) {
+  return reason ? toString(*reason, series_blocks) : "";
 }
 
 Interval at(double voltage) { return {voltage, voltage, voltage}; }
@@ -69,21 +73,54 @@ TEST(ExtrapolationOf, NoBatteryHasAVoltageBelowZeroOrAboveSixteenVoltsABlock) {
 
 TEST(VoltageSaysNothing, WhereItsIntervalLeavesABatterysVoltagesOrHoldsAsGoodAsAllOfThem) {
   Fit fit = knownModel().fit;
-  EXPECT_EQ(voltageSaysNothing(fit, {9.0, 6.5, 11.5}), "");
-  EXPECT_EQ(voltageSaysNothing(fit, {1.0, -0.5, 2.5}),
+  EXPECT_FALSE(voltageSaysNothing(fit, {9.0, 6.5, 11.5}));
+  EXPECT_EQ(textOf(voltageSaysNothing(fit, {1.0, -0.5, 2.5})),
             "its 90 % interval of -0.50 to 2.50 V is of no use, expected inside 0 to 16 V and "
             "narrower than 10 V");
-  EXPECT_NE(voltageSaysNothing(fit, {14.0, 11.0, 17.0}), "");
-  EXPECT_NE(voltageSaysNothing(fit, {8.0, 3.0, 13.0}), "");
-  fit.series_blocks = 2.0;
-  EXPECT_EQ(voltageSaysNothing(fit, {18.0, 9.0, 27.0}), "");
+  EXPECT_EQ(textOf(voltageSaysNothing(fit, {1.0, -0.5, 2.5}), 2.0),
+            "its 90 % interval of -1.00 to 5.00 V is of no use, expected inside 0 to 32 V and "
+            "narrower than 20 V")
+      << "told of the row";
+  EXPECT_TRUE(voltageSaysNothing(fit, {14.0, 11.0, 17.0}));
+  EXPECT_TRUE(voltageSaysNothing(fit, {8.0, 3.0, 13.0}));
+  fit.parameters.u_dc = 25.2;  // two blocks fitted as one
+  EXPECT_FALSE(voltageSaysNothing(fit, {18.0, 9.0, 27.0}));
 }
 
 TEST(WidthSaysNothing, WhereAnIntervalIsNotNarrowerThanWhatIsKnownWithoutAModel) {
-  EXPECT_EQ(widthSaysNothing({5.0, 0.0, 9.5}, 10.0, "A", "the limit"), "");
+  const auto reason = [](ReasonKind kind, double upper) {
+    return textOf(widthSaysNothing(kind, {5.0, 0.0, upper}, 10.0, "the limit"), 2.0);
+  };
+  EXPECT_EQ(reason(ReasonKind::kWideCurrent, 9.5), "");
   EXPECT_EQ(
-      widthSaysNothing({5.0, 0.0, 10.0}, 10.0, "A", "the limit"),
+      reason(ReasonKind::kWideCurrent, 10.0),
       "its 90 % interval of 0.0 to 10.0 A is of no use, expected narrower than 10.0 A, the limit");
+  EXPECT_EQ(
+      reason(ReasonKind::kWideStop, 10.0),
+      "its 90 % interval of 0.0 to 10.0 s is of no use, expected narrower than 10.0 s, the limit");
+}
+
+TEST(ExtrapolationOf, ReasonsAreOfOneBlockAndToldOfTheRow) {
+  FittedModel model = uncertainModel(0.002);
+  model.intervals.missed_answer = MissedAnswer{0.0, 8.0, 9.0, 9.5};
+  model.fit.scores.cranks = 3;
+  model.fit.scores.crank_error_std = 0.5;
+  model.fit.baseline.cranks = BaselineCranks{};
+  model.fit.series_blocks = 2.0;
+  const CrankingAnswer answer = predictCranking(model, {-20.0, 30.0, -200.0, 1.0, 14.4});
+  EXPECT_TRUE(holds(answer.message, "reached 16.00 V, outside the predicted 18.00 to 19.00 V"))
+      << answer.message;
+  EXPECT_TRUE(holds(answer.message, "cranks by 1000 mV RMS, the baseline by 0 mV"))
+      << answer.message;
+}
+
+TEST(ExtrapolationOf, TheFirstSampleOfAProfileThatSaysNothingIsNamed) {
+  FittedModel model = uncertainModel(0.002);
+  const double std = 1.0;  // [Ohm]
+  model.fit.estimates[kRowRDischarge].std = std;
+  model.fit.covariance(kRowRDischarge, kRowRDischarge) = std * std;
+  const ProfileAnswer answer = simulateProfile(model, {60.0, 120.0, 180.0}, {0.0, -20.0, -20.0});
+  EXPECT_TRUE(holds(answer.message, "sample 1: its 90 % interval of ")) << answer.message;
 }
 
 /// Their covariances are those of files that are read; answers with them were called valid.
@@ -238,12 +275,12 @@ TEST(ExtrapolationOf, JoinsSeveralReasons) {
 TEST(FaultOf, NamesTheFirstFaultOfAProfileAndWhatWasExpected) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto faultOf = [](const CurrentProfile& profile, const char* name) {
-    return battery_sof::faultOf(profile.time, profile.current, name, 2);
+    return battery_sof::faultOf(profile.time, profile.current, name, 2).value_or("none");
   };
   EXPECT_EQ(faultOf({{0.0, 1.0, 2.0}, {-5.0, -5.0, -5.0}}, "load"),
             "load has 3 points, expected at most 2");
-  EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0, -5.0}}, "load"), "");
-  EXPECT_EQ(faultOf({}, "load"), "");
+  EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0, -5.0}}, "load"), "none");
+  EXPECT_EQ(faultOf({}, "load"), "none");
   EXPECT_EQ(faultOf({{0.0, 1.0}, {-5.0}}, "load"),
             "load has 2 times and 1 currents, expected as many");
   EXPECT_TRUE(holds(faultOf({{0.0, nan}, {-5.0, -5.0}}, "load"),
@@ -258,7 +295,7 @@ TEST(FaultOf, NamesTheFirstFaultOfAProfileAndWhatWasExpected) {
 
 TEST(FaultOf, AValueJustBeyondItsLimitDoesNotReadAsTheLimit) {
   const auto faultOf = [](const CurrentProfile& profile) {
-    return battery_sof::faultOf(profile.time, profile.current, "load", 2);
+    return battery_sof::faultOf(profile.time, profile.current, "load", 2).value_or("none");
   };
   const double close = 1.2e-6 - 1.1e-6;
   ASSERT_LT(close, 1e-7);
