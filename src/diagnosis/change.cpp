@@ -241,16 +241,17 @@ Problems problemsOf(const std::vector<Series>& all) {
   return problems;
 }
 
-std::string tooShort(const std::vector<Series>& all, const char* which) {
+std::optional<std::string> tooShort(const std::vector<Series>& all, const char* which) {
   for (const Series& series : all)
     if (series.size() < kFewestRows)
       return format("%s has %zu samples, a comparison needs %zu", which, series.size(),
                     kFewestRows);
-  return "";
+  return std::nullopt;
 }
 
-std::string problemText(const std::vector<Finding>& problems, const char* which) {
-  return problems.empty() ? "" : std::string(which) + " has a problem: " + format(problems);
+std::optional<std::string> problemText(const std::vector<Finding>& problems, const char* which) {
+  if (problems.empty()) return std::nullopt;
+  return std::string(which) + " has a problem: " + format(problems);
 }
 
 std::vector<ComparedFeature> comparedOf(const ResponseComparison& comparison) {
@@ -407,16 +408,15 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
     refuse(diagnosis, why);
     return diagnosis;
   };
-  for (const std::string& why : {tooShort(now, kNow), tooShort(then.recordings, kThen)})
-    if (!why.empty()) return refused(why);
+  for (const auto& why : {tooShort(now, kNow), tooShort(then.recordings, kThen)})
+    if (why) return refused(*why);
   const auto reference = referenceOf(then);
   if (!reference) return refused(kNoResponses);
   const Problems problems = options.anyway ? Problems() : problemsOf(now);
   const Problems before = options.anyway ? Problems() : problemsOf(then.recordings);
-  for (const std::string& why :
-       {problemText(problems.others, kNow), problemText(before.others, kThen),
-        problemText(before.sign, kThen)})
-    if (!why.empty()) return refused(why);
+  for (const auto& why : {problemText(problems.others, kNow), problemText(before.others, kThen),
+                          problemText(before.sign, kThen)})
+    if (why) return refused(*why);
   stage("comparing responses");
   const ResponseComparison comparison(now, *reference);
   stage("comparing candidate changes");
@@ -425,7 +425,7 @@ ChangeDiagnosis diagnoseChange(const std::vector<Series>& now, const ChangeRefer
   const WeighedChange& best = candidates.front();
   if (!problems.sign.empty() &&
       !(hasChanged(diagnosis) && best.candidate->isInRows() && best.distance < kExplained))
-    return refused(problemText(problems.sign, kNow));
+    return refused(*problemText(problems.sign, kNow));
   diagnosis.detection_limits = limitsOf(comparison);
 
   StatedChanges stated;

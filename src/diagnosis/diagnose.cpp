@@ -57,13 +57,16 @@ Diagnosis diagnose(const Recording& recording, const DiagnoseOptions& given) {
   options.crank_current = crankCurrentOf(recording.series, given.crank_current).current;
   const EventLimits limits{*options.crank_current};
   const Parts parts = partsOf(recording.series, options.holdout_share);
-  std::string lack =
+  std::optional<std::string> lack =
       lackOf(slice(recording.series, parts.train), options.holdout_share, options.anyway);
   // The sign and the units of a file may not show in the training part alone.
-  if (lack.empty() && !options.anyway) lack = format(findProblems(recording));
-  if (!lack.empty()) return insufficient(recording.series, lack, limits);
+  if (!lack && !options.anyway) {
+    const std::vector<Finding> problems = findProblems(recording);
+    if (!problems.empty()) lack = format(problems);
+  }
+  if (lack) return insufficient(recording.series, *lack, limits);
   const Residuals residuals = residualsOf(recording, parts, options);
-  if (!residuals.lack.empty()) return insufficient(recording.series, residuals.lack, limits);
+  if (residuals.lack) return insufficient(recording.series, *residuals.lack, limits);
   Diagnosis found;
   found.outside = outsideWhatSignalsShow();
   found.instrument = residuals.screened.sentences;
@@ -90,9 +93,9 @@ MechanismEvidence mechanismEvidence(const Recording& recording) {
   DiagnoseOptions options;
   options.crank_current = findCrankCurrent(recording.series).current;
   const Parts parts = partsOf(recording.series, options.holdout_share);
-  if (!lackOf(slice(recording.series, parts.train), options.holdout_share).empty()) return {};
+  if (!lackOf(slice(recording.series, parts.train), options.holdout_share)) return {};
   const Residuals residuals = residualsOf(recording, parts, options);
-  return residuals.lack.empty() ? weighMechanisms(residuals) : MechanismEvidence{};
+  return residuals.lack ? MechanismEvidence{} : weighMechanisms(residuals);
 }
 
 }  // namespace battery_sof

@@ -128,7 +128,7 @@ Residuals residualsOf(const Recording& recording, const Parts& parts,
     takeDrives(residuals);
   }
   residuals.lack = lackOfMeasurements(residuals.quiet);
-  if (!residuals.lack.empty()) return residuals;
+  if (residuals.lack) return residuals;
   residuals.search.pulse = options.pulse;
   residuals.search.priors = options.priors;
   fitBase(residuals);

@@ -29,7 +29,7 @@ struct Residuals {
   InputSequence quiet;
   WhitenedSearch search;                 ///< how compositions are fitted to them
   WhitenedFit base;                      ///< the base circuit, to quiet
-  std::string lack;                      ///< lackOfMeasurements(); nothing is fitted then
+  std::optional<std::string> lack;       ///< lackOfMeasurements(); nothing is fitted then
   double crank_current = kCrankCurrent;  ///< [A], DiagnoseOptions::crank_current
 };
 

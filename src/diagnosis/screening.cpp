@@ -41,20 +41,19 @@ bool isCoarse(const Finding& quantisation, const Series& series) {
          static_cast<double>(repeats) > kStillShare * static_cast<double>(values.size());
 }
 
-/// The catalogue's id of a finding of the checks; empty for what is not a fault of an instrument
+/// The catalogue's id of a finding of the checks; none for what is not a fault of an instrument
 /// that spoils a diagnosis. One sleep of the car is not a bus that drops messages, and a gap is no
 /// fault.
-std::string faultOf(const Finding& finding, const Series& series) {
-  if (finding.id == "quantisation") return isCoarse(finding, series) ? finding.id : "";
-  if (finding.severity == Severity::kNote) return "";
+std::optional<std::string> faultOf(const Finding& finding, const Series& series) {
+  if (finding.id == "quantisation" && isCoarse(finding, series)) return finding.id;
+  if (finding.severity == Severity::kNote || finding.id == "quantisation") return std::nullopt;
   if (finding.id == "clipping" || finding.id == "aliasing") return finding.id;
   const bool is_lost = finding.id == "stuck" || finding.id == "missing";
   const bool is_single = finding.id == "stuck" && finding.at.size() < kFewestFreezes;
-  return is_lost && !is_single &&
-                 static_cast<double>(finding.samples) >=
-                     kLostShare * static_cast<double>(series.size())
-             ? "dropouts"
-             : "";
+  if (!is_lost || is_single ||
+      static_cast<double>(finding.samples) < kLostShare * static_cast<double>(series.size()))
+    return std::nullopt;
+  return "dropouts";
 }
 
 /// Measurements of the first and of the second half.
@@ -89,7 +88,7 @@ void alignWholeSamples(Screening& screening, double lag) {
 
 }  // namespace
 
-std::string lackOf(const Series& train, double holdout_share, bool anyway) {
+std::optional<std::string> lackOf(const Series& train, double holdout_share, bool anyway) {
   // A sample lasts until the next.
   const double duration =
       train.size() < 2 ? 0.0 : train.time.back() - train.time.front() + medianInterval(train);
@@ -99,8 +98,8 @@ std::string lackOf(const Series& train, double holdout_share, bool anyway) {
         "the training part has %zu samples in %.0f s; a recording of at least %.0f samples and "
         "%.0f s is needed",
         train.size(), duration, std::ceil(kMinSamples / whole), std::ceil(kMinDuration / whole));
-  const std::string problems = anyway ? "" : format(findProblems(train));
-  if (!problems.empty()) return problems;
+  const auto problems = anyway ? std::vector<Finding>() : findProblems(train);
+  if (!problems.empty()) return format(problems);
   double charge = 0.0, discharge = 0.0;
   const double gap = gapThreshold(train);
   for (std::size_t k = 1; k < train.size(); ++k) {
@@ -111,12 +110,12 @@ std::string lackOf(const Series& train, double holdout_share, bool anyway) {
   }
   if (discharge < kMinCharge) return "the training part hardly discharges the battery";
   if (charge + discharge < 2.0 * kMinCharge) return "the training part hardly moves any charge";
-  return "";
+  return std::nullopt;
 }
 
-std::string lackOfMeasurements(const InputSequence& inputs) {
+std::optional<std::string> lackOfMeasurements(const InputSequence& inputs) {
   const auto [in_first, in_second] = measuredInHalves(inputs);
-  if (in_first + in_second >= kMinSamples) return "";
+  if (in_first + in_second >= kMinSamples) return std::nullopt;
   return format(
       "in the training part only %zu samples of the first half and %zu of the second are "
       "measurements (the others are cut off, stuck, repeated or next to a step of the current), "
@@ -141,11 +140,11 @@ Screening screenInstruments(const Recording& recording, const Series& train, boo
   found.series = withoutSensorNoise(found.series, flicker);
   found.slow = keeps_edges || medianInterval(found.series) > kSlow;
   for (const Finding& finding : checkRecording(part).findings) {
-    const std::string fault = faultOf(finding, part.series);
-    if (finding.severity == Severity::kNote && fault.empty()) continue;
+    const std::optional<std::string> fault = faultOf(finding, part.series);
+    if (finding.severity == Severity::kNote && !fault) continue;
     if (finding.id == "deep_discharge") continue;  // no instrument's, and of the whole recording
     found.sentences.push_back(finding.what + ": " + finding.meaning);
-    if (!fault.empty()) found.faults.push_back(fault);
+    if (fault) found.faults.push_back(*fault);
     if (finding.id != "skew" || !finding.value) continue;
     found.skew = finding.value;
     alignWholeSamples(found, *found.skew);

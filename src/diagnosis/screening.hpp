@@ -27,12 +27,12 @@ struct Screening {
 /// @param holdout_share of the recording, which is not in its training part.
 /// @param anyway problems (findProblems()) are none.
 /// @return why a training part cannot be diagnosed, and how long a recording must be or what is to
-/// be corrected; empty when it can.
-std::string lackOf(const Series& train, double holdout_share, bool anyway = false);
+/// be corrected; none when it can.
+std::optional<std::string> lackOf(const Series& train, double holdout_share, bool anyway = false);
 
 /// @param inputs of a training part, as a fit takes them.
-/// @return why they cannot be fitted: too few are measurements; empty when they can.
-std::string lackOfMeasurements(const InputSequence& inputs);
+/// @return why they cannot be fitted: too few are measurements; none when they can.
+std::optional<std::string> lackOfMeasurements(const InputSequence& inputs);
 
 /// @return whether either half has enough measurements to be fitted by itself.
 bool hasTwoHalves(const InputSequence& inputs);

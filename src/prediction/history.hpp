@@ -23,9 +23,9 @@ std::string toString(AnswerBasis basis);
 /// A model of an earlier trip. It starts at the first sample, where it is not refused.
 struct SavedModel {
   FittedModel model;  ///< of one block
-  /// one sentence: why it did not start at the sample that it was judged by; empty while it waits
+  /// one sentence: why it did not start at the sample that it was judged by; none while it waits
   /// for one
-  std::string refusal = {};
+  std::optional<std::string> refusal = std::nullopt;
 };
 
 /// What a session knows at one moment: all that samples move. Everything is of one block.
@@ -40,8 +40,9 @@ struct Standing {
   bool is_denied = false;  ///< the model, at the newest sample
   ChargerShare source = {};
   DeepDischargeDetector deep_discharges = {};
-  std::deque<double> charge_voltages = {};                ///< [V], means of the last charges
-  std::string last_outcome = {}, missing_for_first = {};  ///< one sentence each, or empty
+  std::deque<double> charge_voltages = {};                      ///< [V], means of the last charges
+  std::string last_outcome = {};                                ///< one sentence, or empty
+  std::optional<std::string> missing_for_first = std::nullopt;  ///< one sentence
 };
 
 /// Moments that a session may go back to.

@@ -129,7 +129,7 @@ void OnlineSession::advance(const Sample& sample) {
   here.deep_discharges.add(sample, here.stream.maxGap());
   here.source.add(sample);
   here.source.forgetBefore(here.stream.series().time.front());
-  if (here.saved && here.saved->refusal.empty() && startSaved(sample)) here.saved.reset();
+  if (here.saved && !here.saved->refusal && startSaved(sample)) here.saved.reset();
   if (!here.monitor.holdsModel()) beginFromPopulation(sample);
   follow(sample);
   watchForSwap(sample);
@@ -194,7 +194,7 @@ bool OnlineSession::startSaved(const Sample& first) {
   Standing& here = now();
   const FittedModel& model = here.saved->model;
   const double since = first.time - model.state.time, blocks = model.fit.series_blocks;
-  std::string refusal;
+  std::optional<std::string> refusal;
   if (since < 0.0)
     refusal = format("its state is %.1f s ahead of the first sample", -since);
   else if (blocks != 1.0)
@@ -202,15 +202,16 @@ bool OnlineSession::startSaved(const Sample& first) {
                      blocks * options_.series_blocks, options_.series_blocks);
   else if (!isUsable(model.fit))
     refusal = "its fit is not usable";
-  if (!refusal.empty()) {
-    here.saved->refusal = here.last_outcome = "the saved model was refused: " + refusal;
+  if (refusal) {
+    here.last_outcome = "the saved model was refused: " + *refusal;
+    here.saved->refusal = here.last_outcome;
     return false;
   }
   here.last_outcome =
       format("the saved model is in use, %.0f s old", first.time - model.fit.window.to);
   here.basis = AnswerBasis::kPreviousTrip;
   here.next_look = here.driving;
-  here.missing_for_first.clear();
+  here.missing_for_first.reset();
   if (model.fit.source) here.source = ChargerShare(*model.fit.source);
   ModelMonitor monitor(options_.events, options_.steps);
   monitor.learnFrom(parked(model, since, temperatureAt(here.stream.series(), first.time)),
@@ -230,7 +231,7 @@ void OnlineSession::tryWaiting() {
 }
 
 void OnlineSession::offerRefusedAgain() {
-  if (now().saved && now().basis == AnswerBasis::kPopulation) now().saved->refusal.clear();
+  if (now().saved && now().basis == AnswerBasis::kPopulation) now().saved->refusal.reset();
 }
 
 // ----------------------------------------------------------------------------------------------------
@@ -252,12 +253,12 @@ std::optional<IdentificationJob> OnlineSession::takeJob() {
 bool OnlineSession::isDue() {
   if (now().monitor.holdsModel() && !now().monitor.learns()) return true;
   now().next_look = now().driving + kLookInterval;
-  const std::string missing = missingForFirst();
-  if (!missing.empty()) now().missing_for_first = missing;
-  return missing.empty();
+  const std::optional<std::string> missing = missingForFirst();
+  if (missing) now().missing_for_first = missing;
+  return !missing;
 }
 
-std::string OnlineSession::missingForFirst() const {
+std::optional<std::string> OnlineSession::missingForFirst() const {
   const Series& series = now().stream.series();
   if (series.size() < 2) return "waiting for samples";
   const double length = options_.window_length.value_or(defaultWindowLength(series));
@@ -272,7 +273,7 @@ std::string OnlineSession::missingForFirst() const {
   }
   if (!hasBothSigns(series, range)) return "the last window contains no charge or no discharge";
   const double window_quality = windowExcitation(series, range);
-  if (window_quality >= options_.min_window_quality) return {};
+  if (window_quality >= options_.min_window_quality) return std::nullopt;
   return format("the quality of the last window is %.2f, below the required %.2f", window_quality,
                 options_.min_window_quality);
 }
@@ -298,12 +299,12 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
     for (std::size_t n = firstAfter(series(), *result.source.until()); n < series().size(); ++n)
       here.source.add(series()[n]);
   }
-  std::string refusal =
+  std::optional<std::string> refusal =
       is_of_run ? refusalOf(result) : "the clock jumped back while the identification ran";
-  if (refusal.empty()) refusal = install(result, *taken);
+  if (!refusal) refusal = install(result, *taken);
   IdentificationOutcome outcome;
-  outcome.accepted = refusal.empty();
-  outcome.message = outcome.accepted ? result.message : refusal;
+  outcome.accepted = !refusal;
+  outcome.message = refusal.value_or(result.message);
   outcome.model = outcome.accepted ? here.monitor.now() : std::move(result.model);
   if (outcome.model) outcome.model->fit.series_blocks = options_.series_blocks;
   here.is_denied = here.monitor.isDenied();
@@ -318,7 +319,7 @@ IdentificationOutcome OnlineSession::finish(IdentificationResult result) {
   return outcome;
 }
 
-std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
+std::optional<std::string> OnlineSession::refusalOf(const IdentificationResult& result) const {
   if (!result.model) return result.message;
   const FittedModel& model = *result.model;
   if (!isUsable(model.fit)) return toString(model.fit.status) + ": " + model.fit.message;
@@ -330,8 +331,8 @@ std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
   if (model.state.time < series().time.front())
     return "the identification took longer than the length of the buffer";
   const bool may_compare = !now().monitor.learns() && (!composition_ || composition_->is_in_use);
-  if (!result.incumbent_rmse || !may_compare) return {};
-  if (result.worsening <= kToleratedWorsening) return {};
+  if (!result.incumbent_rmse || !may_compare) return std::nullopt;
+  if (result.worsening <= kToleratedWorsening) return std::nullopt;
   std::string why = format(
       "on the most recent window the new model's error is %.2f times the old one's, RMSE %.4f V "
       "instead of %.4f V",
@@ -343,7 +344,8 @@ std::string OnlineSession::refusalOf(const IdentificationResult& result) const {
   return why;
 }
 
-std::string OnlineSession::install(const IdentificationResult& result, const Standing& taken) {
+std::optional<std::string> OnlineSession::install(const IdentificationResult& result,
+                                                  const Standing& taken) {
   FittedModel model = *result.model;
   if (taken.monitor.holdsModel()) carryCranks(model.fit, taken.monitor.now().fit);
   ModelMonitor accepted = *result.followed;
@@ -356,7 +358,7 @@ std::string OnlineSession::install(const IdentificationResult& result, const Sta
   }
   now().monitor.setCalibrations(answered);
   if (composition_) composition_->is_in_use = true;
-  return {};
+  return std::nullopt;
 }
 
 void OnlineSession::fitWith(const std::vector<std::string>& effects, double from_driving,
@@ -385,7 +387,7 @@ void OnlineSession::beginDueComposition() {
 std::optional<std::string> OnlineSession::whyNoModel() const {
   if (now().monitor.holdsModel()) return std::nullopt;
   if (now().saved && !now().newest) {
-    if (!now().saved->refusal.empty()) return now().saved->refusal;
+    if (now().saved->refusal) return now().saved->refusal;
     return counts().rejectedTotal() == 0
                ? "the saved model is waiting for the first sample"
                : "the saved model is waiting for the first usable sample: " + toString(counts());
@@ -425,14 +427,14 @@ std::optional<FittedModel> OnlineSession::model() const {
 
 std::optional<FittedModel> OnlineSession::modelToSave() const {
   const bool saved_is_better = now().saved && now().basis != AnswerBasis::kThisTrip;
-  if (saved_is_better || !whyNotValid().empty()) return std::nullopt;
+  if (saved_is_better || whyNotValid()) return std::nullopt;
   return model();
 }
 
 SessionStatus OnlineSession::status() const {
   const Standing& here = now();
   const ModelMonitor& monitor = here.monitor;
-  const bool saved_waits = here.saved && here.saved->refusal.empty();
+  const bool saved_waits = here.saved && !here.saved->refusal;
   SessionStatus status;
   status.reason = here.last_outcome;
   if (monitor.learns()) {
@@ -442,8 +444,8 @@ SessionStatus OnlineSession::status() const {
     status.reason += here.basis != AnswerBasis::kPopulation ? "the previous trip"
                      : has_priors                           ? "the given priors"
                                   : "what is known of lead-acid batteries";
-    status.reason += " and this trip's samples" +
-                     (here.missing_for_first.empty() ? "" : "; " + here.missing_for_first);
+    status.reason +=
+        " and this trip's samples" + (here.missing_for_first ? "; " + *here.missing_for_first : "");
   }
   status.basis = saved_waits ? AnswerBasis::kPreviousTrip : here.basis;
   status.newest_time = newestTime();
@@ -476,7 +478,7 @@ SessionStatus OnlineSession::status() const {
           (here.saved ? ": " + *reason : "");
   } else {
     status.state = SessionState::kReady;
-    status.not_valid = whyNotValid();
+    status.not_valid = whyNotValid().value_or("");
   }
   if (!status.not_valid.empty())
     status.reason = "no answer is valid, because " + status.not_valid +

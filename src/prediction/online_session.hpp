@@ -77,7 +77,7 @@ class ModelSnapshot {
   /// @param why_no_model one sentence where `model` is none.
   /// @param why_not_valid OnlineSession::whyNotValid().
   ModelSnapshot(std::optional<FittedModel> model, const std::optional<std::string>& why_no_model,
-                double capacity, std::string why_not_valid = {})
+                double capacity, std::optional<std::string> why_not_valid = std::nullopt)
       : model_(std::move(model)),
         why_no_model_(why_no_model.value_or("")),
         why_not_valid_(std::move(why_not_valid)),
@@ -126,7 +126,7 @@ class ModelSnapshot {
   Answer judged(Answer answer) const {
     const bool has_numbers =
         answer.code != AnswerCode::kInvalidQuery && answer.code != AnswerCode::kNoModel;
-    if (has_numbers && !why_not_valid_.empty()) invalidate(answer, why_not_valid_);
+    if (has_numbers && why_not_valid_) invalidate(answer, *why_not_valid_);
     return answer;
   }
   template <typename Answer>
@@ -137,7 +137,7 @@ class ModelSnapshot {
 
   std::optional<FittedModel> model_;
   std::string why_no_model_;
-  std::string why_not_valid_;
+  std::optional<std::string> why_not_valid_;
   double capacity_;  // [Ah]
 };
 
@@ -230,8 +230,8 @@ class OnlineSession {
   /// Why nothing is answered; none when queries are.
   std::optional<std::string> whyNoModel() const;
   /// Why no answer is valid at present, though it has numbers: one sentence without a full stop,
-  /// which every answer and the status give. Empty when answers may be valid.
-  std::string whyNotValid() const { return now().stream.whyNotValid(); }
+  /// which every answer and the status give. None when answers may be valid.
+  std::optional<std::string> whyNotValid() const { return now().stream.whyNotValid(); }
   /// [V], at which the battery was charged lately: median over the past charges that the model
   /// knows, a saved one too, else over those that passed; none where none was seen.
   std::optional<double> chargeVoltage() const;
@@ -295,11 +295,11 @@ class OnlineSession {
 
   void beginDueComposition();
   bool isDue();
-  std::string missingForFirst() const;
+  std::optional<std::string> missingForFirst() const;
   IdentificationJob makeJob();
-  std::string refusalOf(const IdentificationResult& result) const;
-  /// Puts a fit in where its job was taken. @return why not; empty when it is in use.
-  std::string install(const IdentificationResult& result, const Standing& taken);
+  std::optional<std::string> refusalOf(const IdentificationResult& result) const;
+  /// Puts a fit in where its job was taken. @return why not; none when it is in use.
+  std::optional<std::string> install(const IdentificationResult& result, const Standing& taken);
 
   SessionOptions options_;
   History history_;

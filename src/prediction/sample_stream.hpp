@@ -71,7 +71,7 @@ class SampleStream {
   /// The model that follows them misses their voltage: StreamWatch::doubt().
   void doubt() { watch_.doubt(series_, max_gap_); }
   /// Why nothing that rests on these samples is valid at present (StreamWatch); empty when it may be.
-  std::string whyNotValid() const { return watch_.whyNotValid(reasonsOf(counts())); }
+  std::optional<std::string> whyNotValid() const { return watch_.whyNotValid(reasonsOf(counts())); }
 
   /// Longest interval that is joined [s]: gapThreshold() of the measured rate; 5 s before it is
   /// known.

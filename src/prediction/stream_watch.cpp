@@ -81,30 +81,30 @@ void StreamWatch::forgetClock() {
   last_taken_.reset();
   otherwise_since_.reset();
   looked_.reset();
-  frozen_.clear();
+  frozen_.reset();
   doubted_current_.reset();
   doubted_voltage_.reset();
   doubted_at_.reset();
 }
 
-std::string StreamWatch::whyNotValid(const std::string& reasons) const {
-  std::string why = whyRefused(reasons);
-  if (why.empty()) why = whyOtherBlocks();
-  if (why.empty()) why = frozen_;
-  return why.empty() ? whyDoubted() : why;
+std::optional<std::string> StreamWatch::whyNotValid(const std::string& reasons) const {
+  std::optional<std::string> why = whyRefused(reasons);
+  if (!why) why = whyOtherBlocks();
+  if (!why) why = frozen_;
+  return why ? why : whyDoubted();
 }
 
-std::string StreamWatch::whyDoubted() const {
+std::optional<std::string> StreamWatch::whyDoubted() const {
   if (doubted_voltage_)
     return format("the voltage of a block has read exactly %g V since the model missed it",
                   *doubted_voltage_);
   if (doubted_current_)
     return format("the current has read exactly %g A since the model missed the voltage",
                   *doubted_current_);
-  return {};
+  return std::nullopt;
 }
 
-std::string StreamWatch::whyRefused(const std::string& reasons) const {
+std::optional<std::string> StreamWatch::whyRefused(const std::string& reasons) const {
   const std::string counts = reasons.empty() ? "" : " (since the start: " + reasons + ")";
   if (refused_ > kMostly * offered_)
     return format("%.0f %% of the samples of the last minutes were rejected",
@@ -112,11 +112,11 @@ std::string StreamWatch::whyRefused(const std::string& reasons) const {
            counts + "; current and voltage are expected in A and V";
   if (last_ && last_taken_ && *last_ - *last_taken_ > longest_joined_)
     return format("every sample of the last %.0f s was rejected", *last_ - *last_taken_) + counts;
-  return {};
+  return std::nullopt;
 }
 
-std::string StreamWatch::whyOtherBlocks() const {
-  if (fits_.value_or(true)) return {};
+std::optional<std::string> StreamWatch::whyOtherBlocks() const {
+  if (fits_.value_or(true)) return std::nullopt;
   const double voltage = battery_.series_blocks * voltage_;
   const auto [blocks, row] = seriesThatFits(voltage);
   return format("the voltage, %.2f V, is not that of a battery with series_blocks %g: ", voltage,

@@ -45,15 +45,15 @@ class StreamWatch {
   void forgetClock();
 
   /// @param reasons of what was refused (reasonsOf()).
-  /// @return one sentence without a full stop; empty when nothing is wrong.
-  std::string whyNotValid(const std::string& reasons) const;
+  /// @return one sentence without a full stop; none when nothing is wrong.
+  std::optional<std::string> whyNotValid(const std::string& reasons) const;
 
  private:
   void pass(double time, double max_gap, bool is_refused);
   void judgeBlocks(const Sample& sample);
-  std::string whyRefused(const std::string& reasons) const;
-  std::string whyOtherBlocks() const;
-  std::string whyDoubted() const;
+  std::optional<std::string> whyRefused(const std::string& reasons) const;
+  std::optional<std::string> whyOtherBlocks() const;
+  std::optional<std::string> whyDoubted() const;
 
   StreamBattery battery_;
   // [s] of stamps, faded by a factor of e in ten minutes
@@ -66,7 +66,7 @@ class StreamWatch {
   std::optional<double> otherwise_since_;  // [s], first sample in a row that says otherwise
   double voltage_ = 0.0;                   // [V] of a block, of the last sample that did not fit
   std::optional<double> looked_;           // [s]
-  std::string frozen_;
+  std::optional<std::string> frozen_;
   std::optional<double> doubted_current_, doubted_voltage_;  // [A], [V], values that are repeated
   std::optional<double> doubted_at_;                         // [s]
 };

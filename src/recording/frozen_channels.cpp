@@ -89,29 +89,29 @@ bool isLong(const Series& series, IndexRange run) {
   return run.size() >= kFewest && durationOf(series, run) >= kShortest;
 }
 
-std::string stuckVoltage(const Series& series, double capacity, double max_gap) {
+std::optional<std::string> stuckVoltage(const Series& series, double capacity, double max_gap) {
   const IndexRange run = lastRun(series, series.voltage, max_gap);
-  if (!isLong(series, run)) return {};
+  if (!isLong(series, run)) return std::nullopt;
   const Recent voltage = recentOf(series.voltage, run.first);
   const Recent current = recentOf(series.current, series.size());
   const double step = voltage.step > 0.0 ? voltage.step : kCoarsestStep;
   const double swing = std::max(
       {kMoveSteps * step * capacity / kLeastResistance,
        std::min(kNoiseSigmas * current.noise, kMostNoise * current.largest), kLoadRate * capacity});
-  if (turnsOf(series.current, run, swing) < kTurns) return {};
+  if (turnsOf(series.current, run, swing) < kTurns) return std::nullopt;
   return format(
       "the voltage is stuck: it has read one exact value for %.0f s while the current went "
       "up and down by more than %.0f A",
       durationOf(series, run), swing);
 }
 
-std::string stuckCurrent(const Series& series, double max_gap) {
+std::optional<std::string> stuckCurrent(const Series& series, double max_gap) {
   const IndexRange run = lastRun(series, series.current, max_gap);
-  if (!isLong(series, run)) return {};
+  if (!isLong(series, run)) return std::nullopt;
   const Recent voltage = recentOf(series.voltage, series.size());
   const double swing = std::max({kSwing, std::min(kNoiseSigmas * voltage.noise, kMostVoltageNoise),
                                  kMoveSteps * voltage.step});
-  if (turnsOf(series.voltage, run, swing) < kTurns) return {};
+  if (turnsOf(series.voltage, run, swing) < kTurns) return std::nullopt;
   return format(
       "the current is stuck: it has read exactly %g A for %.0f s while the voltage of a "
       "block went up and down by more than %.2f V",
@@ -139,20 +139,20 @@ StoodStill stoodStillBefore(const Series& series, std::size_t last, double load,
   return before;
 }
 
-std::string stuckBoth(const Series& series, double capacity, double max_gap) {
+std::optional<std::string> stuckBoth(const Series& series, double capacity, double max_gap) {
   constexpr double kLeast = 60.0;           // [s]
   constexpr double kFarLonger = 10.0;       // times
   constexpr double kEnoughShown = 600.0;    // [s]
   constexpr double kMovesForCertain = 2.0;  // steps' times
   const double load = kLoadRate * capacity, current = std::abs(series.current.back());
-  if (current < load) return {};
+  if (current < load) return std::nullopt;
   const IndexRange run =
       lastRun(series, max_gap, series.time.back() - series.time.front() + 1.0, [&](std::size_t k) {
         return series.current[k] == series.current.back() &&
                series.voltage[k] == series.voltage.back();
       });
   const double duration = durationOf(series, run);
-  if (run.size() < kFewest || duration < kLeast) return {};
+  if (run.size() < kFewest || duration < kLeast) return std::nullopt;
   const StoodStill before = stoodStillBefore(series, run.first, load, max_gap);
   double limit = std::max(kLeast, kFarLonger * before.longest);
   if (before.loaded < kEnoughShown) {
@@ -160,7 +160,7 @@ std::string stuckBoth(const Series& series, double capacity, double max_gap) {
     limit = kMovesForCertain * kSecondsPerHour * (step > 0.0 ? step : kCoarsestStep) * capacity /
             (kLeastSlope * current);
   }
-  if (duration < limit) return {};
+  if (duration < limit) return std::nullopt;
   return format(
       "both channels are stuck: the current has read exactly %g A and the voltage one "
       "exact value for %.0f s; under load both never stood still for longer than %.0f s "
@@ -170,12 +170,11 @@ std::string stuckBoth(const Series& series, double capacity, double max_gap) {
 
 }  // namespace
 
-std::string frozenChannels(const Series& series, double capacity, double max_gap) {
-  if (series.size() < kFewest) return {};
-  std::string found = stuckVoltage(series, capacity, max_gap);
-  if (found.empty()) found = stuckCurrent(series, max_gap);
-  if (found.empty()) found = stuckBoth(series, capacity, max_gap);
-  return found;
+std::optional<std::string> frozenChannels(const Series& series, double capacity, double max_gap) {
+  if (series.size() < kFewest) return std::nullopt;
+  auto found = stuckVoltage(series, capacity, max_gap);
+  if (!found) found = stuckCurrent(series, max_gap);
+  return found ? found : stuckBoth(series, capacity, max_gap);
 }
 
 RepeatingChannels repeatingChannels(const Series& series, double capacity, double max_gap) {

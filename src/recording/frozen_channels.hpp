@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "battery_sof/series.hpp"
@@ -28,9 +29,9 @@ namespace battery_sof {
  *
  * @param series of one block; the past that is kept.  @param capacity [Ah], nominal.
  * @param max_gap [s], longest interval that is joined.
- * @return one sentence without a full stop; empty when nothing is frozen.
+ * @return one sentence without a full stop; none when nothing is frozen.
  */
-std::string frozenChannels(const Series& series, double capacity, double max_gap);
+std::optional<std::string> frozenChannels(const Series& series, double capacity, double max_gap);
 
 /// Which channels have repeated one value under load for 5 s and 10 samples, up to the newest sample,
 /// and the other one moved meanwhile: by itself that is no fault, but where a model begins to miss

@@ -15,11 +15,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Why a path cannot hold a state file; empty when it can.
-std::string faultOf(const fs::path& path) {
+/// Why a path cannot hold a state file; none when it can.
+std::optional<std::string> faultOf(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (status.type() == fs::file_type::not_found || fs::is_regular_file(status)) return "";
+  if (status.type() == fs::file_type::not_found || fs::is_regular_file(status)) return std::nullopt;
   const std::string why = error ? error.message() : "it is not a regular file";
   return printable(path.string()) + " cannot be used: " + why;
 }
@@ -55,8 +55,8 @@ fs::path freeName(const fs::path& file) {
 
 StateFile::Result StateFile::read() const {
   if (path_.empty()) return {};
-  const std::string fault = faultOf(path_), name = printable(path_.string());
-  if (!fault.empty()) return {"no saved model was loaded: " + fault, true};
+  const std::string name = printable(path_.string());
+  if (const auto fault = faultOf(path_)) return {"no saved model was loaded: " + *fault, true};
   try {
     removeDrafts(linkTarget(path_));
     if (!fs::exists(path_)) return {"there is no saved model in " + name + " yet"};
@@ -68,8 +68,7 @@ StateFile::Result StateFile::read() const {
 
 StateFile::Result StateFile::save(const FittedModel& model) const {
   if (path_.empty()) return {};
-  const std::string fault = faultOf(path_);
-  if (!fault.empty()) return {"the model cannot be saved: " + fault, true};
+  if (const auto fault = faultOf(path_)) return {"the model cannot be saved: " + *fault, true};
   try {
     const std::string text = modelYaml(model);
     parseModelYaml(text, path_.string());

@@ -32,7 +32,7 @@ Looked look(const Series& series, double from, double max_gap = kMaxGap) {
     past.append(series[k]);
     if (series.time[k] < due) continue;
     due = series.time[k] + 1.0;
-    looked.last = frozenChannels(past, kCapacity, max_gap);
+    looked.last = frozenChannels(past, kCapacity, max_gap).value_or("");
     ++looked.looks;
     if (!looked.last.empty()) ++looked.frozen;
   }
@@ -168,7 +168,7 @@ class RealFrozenChannels : public ::testing::Test {
       if (past.time.back() - past.time.front() > 2250.0)
         past.dropFirst(firstAfter(past, past.time.back() - 1800.0));
       ++looked.looks;
-      if (!frozenChannels(past, kCapacity, max_gap).empty()) ++looked.frozen;
+      if (frozenChannels(past, kCapacity, max_gap)) ++looked.frozen;
     }
     return looked;
   }
