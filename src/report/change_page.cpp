@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "battery_sof/version.hpp"
@@ -266,7 +267,8 @@ std::string changePage(const ChangeDiagnosis& diagnosis, const ComparedSide& the
       title,
       header + "\n" + changesSection(diagnosis) + sidesSection(then, now) +
           comparedSection(diagnosis) + modelsSection(diagnosis) + limitsSection(diagnosis) +
-          element("footer", "battery_sof " + escaped(version()) + ", sof diagnose --reference"));
+          element("footer", "battery_sof " + escaped(version()) + ", sof diagnose --reference"),
+      dataHtml(resultJson(diagnosis, now.names, then.names)));
 }
 
 }  // namespace battery_sof

@@ -15,8 +15,8 @@ struct ComparedSide {
 };
 
 /**
- * @brief A comparison with a reference as one HTML document that opens from disk: style and drawings
- * inside, no script, no network.
+ * @brief A comparison with a reference as one HTML document that opens from disk: style, drawings and
+ * the result as JSON (dataHtml()) inside, no script, no network.
  *
  * Both sides stand next to each other with the same axes, and each change has a picture: every
  * quantity that was compared, now and in the reference with the change put in, as its distance from

@@ -1,9 +1,11 @@
 #include "report/diagnosis_page.hpp"
 
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "battery_sof/version.hpp"
 #include "page.hpp"
+#include "report/results.hpp"
 #include "util/text.hpp"
 #include "wording.hpp"
 
@@ -113,7 +115,8 @@ std::string diagnosisPage(const Recording& recording, const Diagnosis& diagnosis
       effectsSection(diagnosis) + comparisonSection(diagnosis) + unexplainedSection(diagnosis) +
       detectionLimitsSection(diagnosis) + nextSection(diagnosis) + readingSection() +
       element("footer", "battery_sof " + escaped(version()) + ", sof diagnose");
-  return pageOf("Diagnosis of " + recording.name, body, scripts(zoomable),
+  return pageOf("Diagnosis of " + recording.name, body,
+                dataHtml(resultJson(diagnosis)) + scripts(zoomable),
                 std::string(kDygraphsCss) + "\n");
 }
 
@@ -122,6 +125,12 @@ std::string pageOf(const std::string& title, const std::string& body, const std:
   return std::string(kHead) + element("title", escaped(title)) + "\n" +
          element("style", style + kPageCss) + "\n</head>\n" +
          element("body", "\n" + element("main", "\n" + body) + "\n" + scripts) + "\n</html>\n";
+}
+
+std::string dataHtml(const nlohmann::json& result) {
+  std::string safe;  // no text in it ends the element
+  for (const char c : jsonText(result, 1)) safe += c == '<' ? "\\u003c" : std::string(1, c);
+  return element("script", safe, "type=\"application/json\" id=\"result\"") + "\n";
 }
 
 std::string escaped(const std::string& text) {

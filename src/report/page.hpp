@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,10 @@ std::string unexplainedSection(const Diagnosis& diagnosis);
 std::string discrepancyHtml(const Diagnosis& diagnosis);
 std::string nextSection(const Diagnosis& diagnosis);
 std::string readingSection();
+
+/// @return the result that a page shows as JSON inside it, for a program that has the page alone;
+/// an element that shows and runs nothing, of id "result".
+std::string dataHtml(const nlohmann::json& result);
 
 /// @return a whole document. @param title plain text. @param body, scripts HTML; scripts behind the
 /// body, with what they need of style.

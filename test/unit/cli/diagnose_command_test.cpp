@@ -254,8 +254,9 @@ TEST_F(SofDiagnose, WritesThePageOfAChangeAndTheModelOfTheRecording) {
   for (std::size_t n = 0; n < now.size(); ++n) now.voltage[n] += 0.008 * now.current[n];
   writeCsv(path("then.csv"), then);
   writeCsv(path("now.csv"), now);
-  const Outcome outcome = sof({"diagnose", path("now.csv"), "--reference", path("then.csv"),
-                               "--report", path("page.html"), "--out", path("now.yaml")});
+  const Outcome outcome =
+      sof({"diagnose", path("now.csv"), "--reference", path("then.csv"), "--report",
+           path("page.html"), "--out", path("now.yaml"), "--json", path("change.json")});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const std::string page = textOf(path("page.html"));
   for (const char* part :
@@ -263,7 +264,13 @@ TEST_F(SofDiagnose, WritesThePageOfAChangeAndTheModelOfTheRecording) {
         "<h3>Then</h3>", "<h3>Now</h3>", "What contact_resistance explains", "then.csv", "now.csv",
         "the reference with the change", "edge_resistance"})
     EXPECT_NE(page.find(part), std::string::npos) << part;
-  EXPECT_EQ(page.find("<script"), std::string::npos);
+  const std::string data = "<script type=\"application/json\" id=\"result\">";
+  const std::size_t from = page.find(data);
+  ASSERT_EQ(from, page.find("<script"));
+  ASSERT_EQ(from, page.rfind("<script"));
+  EXPECT_EQ(nlohmann::json::parse(
+                page.substr(from + data.size(), page.find("</script>") - from - data.size())),
+            nlohmann::json::parse(textOf(path("change.json"))));
   EXPECT_EQ(page.find("nan"), std::string::npos);
   // The next comparison takes it as its reference.
   const Outcome next = sof({"diagnose", path("then.csv"), "--reference", path("now.yaml"),

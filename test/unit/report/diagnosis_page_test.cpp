@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <regex>
 
 #include "report/page.hpp"
+#include "report/results.hpp"
 #include "support/made_diagnosis.hpp"
 
 namespace battery_sof {
@@ -253,7 +255,7 @@ TEST(DiagnosisPage, NamesTheNearestEquationOfTheFamilyThatALearntForceFollows) {
 TEST(DiagnosisPage, OfALearntForceThatForetellsNothingSaysThatItIsNotUsed) {
   test::MadeDiagnosis made = test::madeUnknown();
   made.diagnosis.discrepancy->is_used = false;
-  const std::string page = pageOf(made);
+  const std::string page = markupOf(pageOf(made));
   EXPECT_NE(page.find("It is not used."), std::string::npos);
   EXPECT_EQ(page.find("memory of charging over 10 s"), std::string::npos);
 }
@@ -367,9 +369,23 @@ TEST_F(PlottedPage, OfTooLittleDataShowsTheData) {
 
 TEST(DiagnosisPage, DrawsWithoutTheLibraryAndSaysSo) {
   const std::string page = pageOf(test::madeNamed(), false);
-  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(countOf(page, "<script"), countOf(page, "<script type=\"application/json\""));
   EXPECT_NE(page.find("<svg"), std::string::npos);
   EXPECT_NE(page.find("libjs-dygraphs"), std::string::npos);
+}
+
+TEST(DiagnosisPage, HoldsTheResultAsJsonWhateverItsTextsSay) {
+  test::MadeDiagnosis made = test::madeNamed();
+  made.diagnosis.summary = "</script><script>alert(1)</script><!--";
+  for (const bool zoomable : {false, true}) {
+    const std::string page = pageOf(made, zoomable);
+    const std::string begin = "<script type=\"application/json\" id=\"result\">";
+    ASSERT_EQ(countOf(page, begin), 1u);
+    const std::size_t from = page.find(begin) + begin.size();
+    const std::string held = page.substr(from, page.find("</script>", from) - from);
+    EXPECT_EQ(held.find('<'), std::string::npos);
+    EXPECT_EQ(nlohmann::json::parse(held), resultJson(made.diagnosis));
+  }
 }
 
 TEST(DiagnosisPage, RefusesVoltagesOfAnotherRecording) {
