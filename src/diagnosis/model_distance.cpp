@@ -1,6 +1,5 @@
 #include "diagnosis/model_distance.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,11 +17,6 @@ constexpr double kLeastDistance = 0.7;    // twice the error
 constexpr double kLeastBesideChange = 1.0;
 constexpr std::size_t kDistanceBlocks = 8;
 
-double varianceOf(const std::vector<double>& values) {
-  const Eigen::Map<const Eigen::ArrayXd> x(values.data(), static_cast<Eigen::Index>(values.size()));
-  return values.empty() ? 0.0 : (x - x.mean()).square().mean();
-}
-
 /// Mean squared error of a model in each block of a recording, in units of the variance of the
 /// quantity that responds there [1].
 std::vector<double> blockErrors(const FittedModel& model, const Series& series) {
@@ -31,18 +25,18 @@ std::vector<double> blockErrors(const FittedModel& model, const Series& series) 
   const auto isCurrent = [&](std::size_t k) {
     return !course.current.empty() && static_cast<bool>(course.voltage_controlled[k]);
   };
-  std::array<std::vector<double>, 2> measured;  // [V], [A]
+  std::array<RunningVariance, 2> measured;  // [V], [A]
   for (std::size_t k = 0; k < n; ++k)
-    measured[isCurrent(k)].push_back(isCurrent(k) ? series.current[k] : series.voltage[k]);
-  const std::array<double, 2> variance = {varianceOf(measured[0]), varianceOf(measured[1])};
+    measured[isCurrent(k)].add(isCurrent(k) ? series.current[k] : series.voltage[k]);
   std::vector<double> errors;
   for (std::size_t block = 0; block < kDistanceBlocks; ++block) {
     double sum = 0.0, rows = 0.0;
     for (std::size_t k = n * block / kDistanceBlocks; k < n * (block + 1) / kDistanceBlocks; ++k) {
-      if (!(variance[isCurrent(k)] > 0.0)) continue;
+      const double variance = measured[isCurrent(k)].variance();
+      if (!(variance > 0.0)) continue;
       const double error = isCurrent(k) ? course.current[k] - series.current[k]
                                         : course.voltage[k] - series.voltage[k];
-      sum += error * error / variance[isCurrent(k)];
+      sum += error * error / variance;
       rows += 1.0;
     }
     errors.push_back(rows > 0.0 ? sum / rows : 0.0);

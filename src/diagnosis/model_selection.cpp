@@ -7,7 +7,7 @@
 
 #include "diagnosis/timing_jitter_noise.hpp"
 #include "diagnosis/verdict.hpp"
-#include "estimation/moved_charge.hpp"
+#include "estimation/depth_physics.hpp"
 #include "explanation_fits.hpp"
 #include "recording/channel_statistics.hpp"
 #include "util/text.hpp"

@@ -8,8 +8,8 @@
 
 #include "diagnosis/explanation_fits.hpp"
 #include "diagnosis/residuals.hpp"
+#include "estimation/depth_physics.hpp"
 #include "estimation/fit_window.hpp"
-#include "estimation/moved_charge.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -257,8 +257,8 @@ class Selection {
   void weighCycle(const Effects& ids, Effects& members) {
     const MovedCharge moved = movedCharge(series_, train_);
     if (!moved.isOneCycle()) return;
-    Effects cycle =
-        moved.physicsOfDepth(nominalCapacity(options_.capacity), isVoltageControlled(fit_, train_));
+    Effects cycle = physicsOfDepth(moved, nominalCapacity(options_.capacity),
+                                   isVoltageControlled(fit_, train_));
     if (holdsAll(cycle, {kFilledUp, kUsedUp})) cycle.push_back(kLeftByCharge);
     cycle = inCatalogueOrder(cycle);
     if (cycle.empty() || !holdsAll(withDeepOnes(ids), cycle)) return;

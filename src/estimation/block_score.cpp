@@ -1,6 +1,7 @@
 #include "estimation/block_score.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -26,27 +27,16 @@ CompositionSearch searchOf(int iterations) {
   return search;
 }
 
-/// Variances of the two quantities over the rows in which they are compared.
-struct Variances {
-  double current = 0.0, voltage = 0.0;  // [A^2], [V^2]
-  double of(const InputSample& sample) const {
-    return sample.voltage_controlled ? current : voltage;
-  }
-};
+/// Of voltage and current, over the rows in which each responds [V^2], [A^2].
+using ResponseVariances = std::array<RunningVariance, 2>;
 
-Variances variancesOf(const InputSequence& inputs) {
-  const auto variance = [&](bool of_current) {
-    double n = 0.0, sum = 0.0, squares = 0.0;
-    for (const InputSample& sample : inputs.samples) {
-      if (!(sample.count > 0.0) || sample.voltage_controlled != of_current) continue;
-      const double x = of_current ? sample.step.current : sample.voltage;
-      n += 1.0;
-      sum += x;
-      squares += x * x;
-    }
-    return n > 0.0 ? squares / n - std::pow(sum / n, 2) : 0.0;
-  };
-  return {variance(true), variance(false)};
+ResponseVariances variancesOf(const InputSequence& inputs) {
+  ResponseVariances variances;
+  for (const InputSample& sample : inputs.samples)
+    if (sample.count > 0.0)
+      variances[sample.voltage_controlled].add(sample.voltage_controlled ? sample.step.current
+                                                                         : sample.voltage);
+  return variances;
 }
 
 /// Fits to all blocks but one, from one pass with derivatives over all of them.
@@ -129,11 +119,11 @@ ResidualSamples without(const ResidualSamples& course, IndexRange block) {
 
 /// Mean squared error of a block in units of the variances. @param missed double(std::size_t row).
 template <typename Missed>
-double relativeError(const InputSequence& inputs, IndexRange block, const Variances& variances,
-                     Missed&& missed) {
+double relativeError(const InputSequence& inputs, IndexRange block,
+                     const ResponseVariances& variances, Missed&& missed) {
   double sum = 0.0, rows = 0.0;
   for (std::size_t n = block.first; n < block.last; ++n) {
-    const double variance = variances.of(inputs.samples[n]);
+    const double variance = variances[inputs.samples[n].voltage_controlled].variance();
     if (!(inputs.samples[n].count > 0.0) || !(variance > 0.0)) continue;
     rows += 1.0;
     sum += std::pow(missed(n), 2) / variance;
@@ -186,7 +176,7 @@ BlockScore scoreBlocks(const BatteryModel& composition, const CompositionPoint& 
   if (blocks < 2)
     throw std::invalid_argument(format("scoreBlocks: %zu blocks, expected at least 2", blocks));
   const InputSequence inputs = fitWindow(series, range, options).inputs;
-  const Variances variances = variancesOf(inputs);
+  const ResponseVariances variances = variancesOf(inputs);
   const std::size_t rows = inputs.samples.size();
   std::vector<IndexRange> ranges;
   for (std::size_t b = 0; b < blocks; ++b)

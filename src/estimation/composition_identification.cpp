@@ -5,9 +5,9 @@
 #include <stdexcept>
 
 #include "estimation/composition_fit.hpp"
+#include "estimation/depth_physics.hpp"
 #include "estimation/fit_quality.hpp"
 #include "estimation/fit_window.hpp"
-#include "estimation/moved_charge.hpp"
 #include "recording/events.hpp"
 #include "state/state_estimator.hpp"
 #include "util/text.hpp"
@@ -262,8 +262,6 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
 // ---------------------------------------------------------------------------------------------
 // what a window that a charger controls gives in addition
 
-constexpr double kMinForShare = 5.0;  // samples of a quantity, as scoreMixed()
-
 void addCranks(EventHistory& event_history, const Series& series, IndexRange range,
                const std::vector<double>& modelled, const EventLimits& limits) {
   const Series part = slice(series, range);
@@ -316,25 +314,14 @@ void addStops(EventHistory& event_history, const InputSequence& inputs,
 std::optional<double> leftOutShare(const ResidualSamples& samples,
                                    const std::vector<double>& left_out, const Series& series,
                                    IndexRange range) {
-  double relative = 0.0, counted = 0.0;
-  for (const bool of_current : {true, false}) {
-    double n = 0.0, sum = 0.0, squares = 0.0, errors = 0.0;
-    for (std::size_t k = 0; k < samples.error.size(); ++k) {
-      if (static_cast<bool>(samples.voltage_controlled[k]) != of_current) continue;
-      const double x =
-          of_current ? series.current[range.first + k] : series.voltage[range.first + k];
-      n += 1.0;
-      sum += x;
-      squares += x * x;
-      errors += std::pow(samples.error[k] - left_out[k], 2);
-    }
-    const double variance = n > 0.0 ? squares / n - std::pow(sum / n, 2) : 0.0;
-    if (n <= kMinForShare || variance <= 0.0) continue;
-    relative += errors / variance;
-    counted += n;
+  std::vector<AnswerErrors> errors(2);  // of voltage and current
+  for (std::size_t k = 0; k < samples.error.size(); ++k) {
+    const bool is_current = samples.voltage_controlled[k];
+    errors[is_current].add(
+        is_current ? series.current[range.first + k] : series.voltage[range.first + k],
+        samples.error[k] - left_out[k]);
   }
-  if (counted == 0.0) return std::nullopt;
-  return 100.0 * (1.0 - std::sqrt(relative / counted));
+  return explainedPercent(errors);
 }
 
 /// What is estimated takes no current further than the window's own.

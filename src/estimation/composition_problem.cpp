@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "estimation/moved_charge.hpp"
+#include "estimation/depth_physics.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {

@@ -52,6 +52,28 @@ double rootMeanSquareError(const std::vector<double>& measured,
   return std::sqrt(errorOf(measured, predicted).square().mean());
 }
 
+double AnswerErrors::rms() const {
+  return samples() > 0 ? std::sqrt(squares_ / static_cast<double>(samples())) : 0.0;
+}
+
+std::optional<double> AnswerErrors::relative() const {
+  const double variance = measured_.variance();
+  if (!is_predicted_ || !isJudged() || !(variance > 0.0)) return std::nullopt;
+  return squares_ / variance;
+}
+
+std::optional<double> explainedPercent(const std::vector<AnswerErrors>& quantities) {
+  double squares = 0.0, samples = 0.0;
+  for (const AnswerErrors& errors : quantities) {
+    const std::optional<double> relative = errors.relative();
+    if (!relative) continue;
+    squares += *relative;
+    samples += static_cast<double>(errors.samples());
+  }
+  if (samples == 0.0) return std::nullopt;
+  return 100.0 * (1.0 - std::sqrt(squares / samples));
+}
+
 FittedModel unfitted(const Series& series, IndexRange range, const BatteryModel& composition,
                      FitStatus status, const std::string& message,
                      const std::optional<ExcitedRange>& excited) {

@@ -7,6 +7,7 @@
 
 #include "battery_sof/series.hpp"
 #include "estimation/composition_fit.hpp"
+#include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
 #include "state/fitted_model.hpp"
 
@@ -33,6 +34,34 @@ std::optional<double> qDyn(const std::vector<double>& measured,
 /// @return root mean square of the difference [V]. @throws as qDyn().
 double rootMeanSquareError(const std::vector<double>& measured,
                            const std::vector<double>& predicted);
+
+/// Errors of one quantity over the samples in which it is the battery's answer.
+class AnswerErrors {
+ public:
+  /// @param is_predicted false: the quantity has no prediction, and no error counts.
+  explicit AnswerErrors(bool is_predicted = true) : is_predicted_(is_predicted) {}
+  void add(double measured, double error) {
+    measured_.add(measured);
+    squares_ += error * error;
+  }
+  std::size_t samples() const { return measured_.count(); }
+  double rms() const;  ///< 0 of none
+  bool isJudged() const { return samples() >= kFewestJudged; }
+  /// Sum of their squares in units of the variance of what was measured [1]; none where too few
+  /// are there, the quantity never changed, or it has no prediction.
+  std::optional<double> relative() const;
+
+ private:
+  static constexpr std::size_t kFewestJudged = 6;
+
+  bool is_predicted_;
+  RunningVariance measured_;
+  double squares_ = 0.0;
+};
+
+/// @return 100 (1 - RMS of the errors in units of their quantity's spread), of those that have such;
+/// none where none has.
+std::optional<double> explainedPercent(const std::vector<AnswerErrors>& quantities);
 
 /// The model of a window that was not fitted, and why: magnitudes, nothing determined. @param
 /// excited excitedRange() where that is known.

@@ -5,9 +5,9 @@
 #include <stdexcept>
 
 #include "estimation/base_search.hpp"
+#include "estimation/depth_physics.hpp"
 #include "estimation/fit_quality.hpp"
 #include "estimation/fit_window.hpp"
-#include "estimation/moved_charge.hpp"
 #include "estimation/physics_choice.hpp"
 #include "estimation/window.hpp"
 #include "recording/checks.hpp"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "estimation/block_score.hpp"
+#include "estimation/depth_physics.hpp"
 #include "estimation/fit_quality.hpp"
 #include "estimation/fit_window.hpp"
-#include "estimation/moved_charge.hpp"
 
 namespace battery_sof {
 namespace {
@@ -45,7 +45,7 @@ std::vector<Effects> rivalsOf(const Series& series, IndexRange range,
   const Effects shallow =
       showsCharging(series, range, options) ? Effects{kChargingPhysics} : Effects{};
   const Effects deep =
-      moved.physicsOfDepth(nominalCapacity(options.capacity), isVoltageControlled(options, range));
+      physicsOfDepth(moved, nominalCapacity(options.capacity), isVoltageControlled(options, range));
   if (deep.empty()) return {shallow};
   std::vector<Effects> rivals = {deep};
   if (!showsOneLoad(series, range)) {

@@ -7,7 +7,7 @@
 
 #include "estimation/base_normal_equations.hpp"
 #include "recording/events.hpp"
-#include "util/constants.hpp"
+#include "recording/moved_charge.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -201,20 +201,6 @@ void addFlowTimes(const Series& series, IndexRange range, double max_gap, Excite
   }
 }
 
-/// Between the highest and the lowest charge counted over the range [Ah]; what flowed in a gap is
-/// not known.
-double chargeSwing(const Series& series, IndexRange range, double max_gap) {
-  double charge = 0.0, lowest = 0.0, highest = 0.0;
-  for (std::size_t n = range.first + 1; n < range.last; ++n) {
-    const double dt = series.time[n] - series.time[n - 1];
-    if (dt <= max_gap)
-      charge += 0.5 * (series.current[n - 1] + series.current[n]) * dt / kSecondsPerHour;
-    lowest = std::min(lowest, charge);
-    highest = std::max(highest, charge);
-  }
-  return highest - lowest;
-}
-
 }  // namespace
 
 ExcitedRange excitedRange(const Series& series, IndexRange range, std::optional<double> max_gap) {
@@ -229,7 +215,7 @@ ExcitedRange excitedRange(const Series& series, IndexRange range, std::optional<
   excited.min_voltage = values(series.voltage).minCoeff();
   excited.max_voltage = values(series.voltage).maxCoeff();
   addFlowTimes(series, range, *max_gap, excited);
-  excited.charge_swing = chargeSwing(series, range, *max_gap);
+  excited.charge_swing = movedCharge(series, range, *max_gap).span;
   excited.temperature =
       temperatureAt(series, 0.5 * (series.time[range.first] + series.time[range.last - 1]));
   return excited;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "estimation/moved_charge.hpp"
+#include "estimation/depth_physics.hpp"
 #include "prediction/history.hpp"
 #include "prediction/pipeline.hpp"
 #include "prediction/questions.hpp"

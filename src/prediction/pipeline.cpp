@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "battery_sof/intake.hpp"
-#include "estimation/moved_charge.hpp"
+#include "estimation/depth_physics.hpp"
 #include "model/input_sequence.hpp"
 #include "recording/series_blocks.hpp"
 #include "state/posterior.hpp"

@@ -212,47 +212,14 @@ PredictionScores scorePrediction(const Series& series, IndexRange range,
 
 namespace {
 
-constexpr std::size_t kFewestSamples = 6;
-
-/// Squared errors of one quantity over the samples in which it is the battery's answer.
-struct Errors {
-  bool is_predicted;
-  std::size_t samples = 0;
-  double squares = 0.0;   // of the errors
-  double variance = 0.0;  // of what was measured
-  bool judged() const { return samples >= kFewestSamples; }
-  /// squares in units of the variance; none where there is no share
-  std::optional<double> relative() const {
-    if (!is_predicted || !judged() || !(variance > 0.0)) return std::nullopt;
-    return squares / variance;
-  }
-};
-
-Errors errorsOf(const std::vector<double>& measured, const std::vector<double>& predicted,
-                IndexRange range, const std::vector<char>& voltage_controlled, bool of_voltage) {
-  Errors errors{!predicted.empty()};
-  double sum = 0.0;
-  const auto each = [&](auto visit) {
-    for (std::size_t k = range.first; k < range.last; ++k)
-      if ((voltage_controlled[k] != 0) == of_voltage) visit(k);
-  };
-  each([&](std::size_t k) {
-    ++errors.samples;
-    sum += measured[k];
-    if (predicted.empty()) return;
-    const double error = measured[k] - predicted[k - range.first];
-    errors.squares += error * error;
-  });
-  if (errors.samples == 0) return errors;
-  const double mean = sum / static_cast<double>(errors.samples);
-  each([&](std::size_t k) { errors.variance += (measured[k] - mean) * (measured[k] - mean); });
-  errors.variance /= static_cast<double>(errors.samples);
+AnswerErrors errorsOf(const std::vector<double>& measured, const std::vector<double>& predicted,
+                      IndexRange range, const std::vector<char>& voltage_controlled,
+                      bool of_voltage) {
+  AnswerErrors errors(!predicted.empty());
+  for (std::size_t k = range.first; k < range.last; ++k)
+    if ((voltage_controlled[k] != 0) == of_voltage)
+      errors.add(measured[k], predicted.empty() ? 0.0 : measured[k] - predicted[k - range.first]);
   return errors;
-}
-
-/// 100 (1 - sqrt(mean of squared errors in units of the variance)).
-double percent(double relative_squares, std::size_t samples) {
-  return 100.0 * (1.0 - std::sqrt(relative_squares / static_cast<double>(samples)));
 }
 
 /// Of a charge's mean current.
@@ -291,21 +258,19 @@ MixedScores scoreMixed(const Series& series, IndexRange range,
                        const std::vector<char>& voltage_controlled,
                        const MixedPrediction& predicted) {
   requireSizes(series, range, voltage_controlled, predicted);
-  const Errors current =
+  const AnswerErrors current =
       errorsOf(series.current, predicted.current, range, voltage_controlled, true);
-  const Errors voltage =
+  const AnswerErrors voltage =
       errorsOf(series.voltage, predicted.voltage, range, voltage_controlled, false);
-  const auto of_current = current.relative(), of_voltage = voltage.relative();
   MixedScores scores;
-  if (of_current) scores.current_share_percent = percent(*of_current, current.samples);
-  if (of_voltage) scores.voltage_share_percent = percent(*of_voltage, voltage.samples);
-  const bool is_missing = (current.judged() && !of_current) || (voltage.judged() && !of_voltage);
-  if (!is_missing && (of_current || of_voltage))
-    scores.share_percent = percent(of_current.value_or(0.0) + of_voltage.value_or(0.0),
-                                   current.samples + voltage.samples);
-  if (!current.is_predicted) return scores;
-  if (current.samples > 0)
-    scores.current_rmse = std::sqrt(current.squares / static_cast<double>(current.samples));
+  scores.current_share_percent = explainedPercent({current});
+  scores.voltage_share_percent = explainedPercent({voltage});
+  // A quantity that should be judged and cannot leaves nothing to say of both together.
+  const bool is_missing =
+      (current.isJudged() && !current.relative()) || (voltage.isJudged() && !voltage.relative());
+  if (!is_missing) scores.share_percent = explainedPercent({current, voltage});
+  if (predicted.current.empty()) return scores;
+  if (current.samples() > 0) scores.current_rmse = current.rms();
   for (const std::size_t first : chargeBeginnings(series, range, voltage_controlled))
     for (const double duration : kComparedSpans) {
       const auto samples = beginningOfCharge(series, range, first, duration, voltage_controlled);

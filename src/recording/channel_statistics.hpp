@@ -96,6 +96,23 @@ double quantile(std::vector<double> values, double share);
 /// @return the middle of some values, of an even number the mean of both; 0 of none.
 double medianOf(std::vector<double> values);
 
+/// Mean and variance of values that come one by one (Welford 1962).
+class RunningVariance {
+ public:
+  void add(double value) {
+    const double before = value - mean_;
+    mean_ += before / static_cast<double>(++count_);
+    squares_ += before * (value - mean_);
+  }
+  std::size_t count() const { return count_; }
+  /// Mean squared distance from the mean; 0 of none.
+  double variance() const { return count_ > 0 ? squares_ / static_cast<double>(count_) : 0.0; }
+
+ private:
+  std::size_t count_ = 0;
+  double mean_ = 0.0, squares_ = 0.0;
+};
+
 /// Two ends of a range.
 struct Bounds {
   double lower = 0.0, upper = 0.0;

@@ -4,6 +4,7 @@
 
 #include "check_parts.hpp"
 #include "recording/channel_statistics.hpp"
+#include "recording/moved_charge.hpp"
 #include "util/constants.hpp"
 #include "util/text.hpp"
 
@@ -33,20 +34,6 @@ constexpr double kRush =
     1.3;  // times the current that turns the engine, usually 1.7 (findCrankCurrent)
 constexpr double kRushShare = 0.3;  // of a crank, in which the current is greatest
 constexpr double kCrankDrop = 0.5;  // [V], of 150 A through 3.5 mOhm, those of a large block
-
-/// Between the highest and the lowest charge counted [Ah]; gaps count as none.
-double chargeSwing(const Evidence& evidence) {
-  double charge = 0.0, lowest = 0.0, highest = 0.0;
-  const Series& series = evidence.series;
-  for (const IndexRange& stretch : evidence.stretches)
-    for (std::size_t k = stretch.first + 1; k < stretch.last; ++k) {
-      charge += 0.5 * (series.current[k - 1] + series.current[k]) *
-                (series.time[k] - series.time[k - 1]) / kSecondsPerHour;
-      lowest = std::min(lowest, charge);
-      highest = std::max(highest, charge);
-    }
-  return highest - lowest;
-}
 
 /// Whether a discharge looks like an engine start of many rows: it begins with the greatest current,
 /// that of a starter at standstill, which falls to well below it, and the voltage answers.
@@ -190,7 +177,7 @@ std::vector<Finding> findSlowCranks(const Evidence& evidence) {
 }  // namespace
 
 std::vector<Finding> findTimeUnit(const Evidence& evidence) {
-  const double swing = chargeSwing(evidence);
+  const double swing = movedCharge(evidence.series, {0, evidence.series.size()}).span;
   const double days = durationOf(evidence, {0, evidence.series.size()}) / kSecondsPerDay;
   const double most = kLargestBlock + kDailyOffset * days;
   if (evidence.interval < kSlowestOfFine) return {};

@@ -1,4 +1,4 @@
-#include "estimation/moved_charge.hpp"
+#include "estimation/depth_physics.hpp"
 
 #include <gtest/gtest.h>
 
@@ -35,12 +35,12 @@ TEST(MovedCharge, OneChargeAndOneDischargeAreOneCycleAndStopsOfACarAreNot) {
 TEST(MovedCharge, DepthCallsForTheEndsThatItHas) {
   using Effects = std::vector<std::string>;
   const MovedCharge both = Minutes().hold(120, 5.0).hold(120, -5.0).moved();
-  EXPECT_EQ(both.physicsOfDepth(50.0, true),
+  EXPECT_EQ(physicsOfDepth(both, 50.0, true),
             (Effects{"ocv_soc", "acceptance_soc", "end_of_discharge"}));
-  EXPECT_EQ(both.physicsOfDepth(50.0, false), (Effects{"ocv_soc", "end_of_discharge"}));
-  EXPECT_EQ(both.physicsOfDepth(200.0, true), Effects());
+  EXPECT_EQ(physicsOfDepth(both, 50.0, false), (Effects{"ocv_soc", "end_of_discharge"}));
+  EXPECT_EQ(physicsOfDepth(both, 200.0, true), Effects());
   const MovedCharge filled = Minutes().hold(120, 5.0).moved();
-  EXPECT_EQ(filled.physicsOfDepth(50.0, true), (Effects{"ocv_soc", "acceptance_soc"}));
+  EXPECT_EQ(physicsOfDepth(filled, 50.0, true), (Effects{"ocv_soc", "acceptance_soc"}));
 }
 
 TEST(MovedCharge, AGapIsARest) {
@@ -57,10 +57,12 @@ TEST(MovedCharge, AWindowOfOneSampleMovesNothing) {
 }
 
 TEST(MovedCharge, CountsTheLargestFallAndTheLargestRiseWhicheverComesFirst) {
-  const MovedCharge down_first = Minutes().hold(31, 0.0).hold(120, -5.0).hold(36, 5.0).moved();
+  const MovedCharge down_first =
+      Minutes().hold(31, 0.0).hold(120, -5.0).hold(1, 0.0).hold(36, 5.0).hold(1, 0.0).moved();
   EXPECT_NEAR(down_first.drawn, 10.0, 1e-9);
   EXPECT_NEAR(down_first.charged, 3.0, 1e-9);
-  const MovedCharge up_first = Minutes().hold(31, 0.0).hold(120, 5.0).hold(36, -5.0).moved();
+  const MovedCharge up_first =
+      Minutes().hold(31, 0.0).hold(120, 5.0).hold(1, 0.0).hold(36, -5.0).hold(1, 0.0).moved();
   EXPECT_NEAR(up_first.drawn, 3.0, 1e-9);
   EXPECT_NEAR(up_first.charged, 10.0, 1e-9);
   EXPECT_TRUE(up_first.isDrawnDeep(29.9));
