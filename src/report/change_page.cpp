@@ -8,16 +8,15 @@
 #include "battery_sof/version.hpp"
 #include "page.hpp"
 #include "report/change_results.hpp"
-#include "report/diagnosis_page.hpp"
+#include "report/drawing.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-constexpr std::size_t kSideBuckets = 400;                   // of a drawing
-constexpr double kSideWidth = 1000.0, kSideHeight = 240.0;  // of its view box
-constexpr double kChartWidth = 720.0, kChartRow = 24.0;     // [px], of a change's picture
-constexpr double kLabelEnd = 190.0;                         // [px], where its axis begins
+constexpr std::size_t kSideBuckets = 400;                // of a drawing
+constexpr double kChartWidth = 720.0, kChartRow = 24.0;  // [px], of a change's picture
+constexpr double kLabelEnd = 190.0;                      // [px], where its axis begins
 
 std::string verdictWords(ChangeVerdict verdict) {
   switch (verdict) {
@@ -32,16 +31,6 @@ std::string verdictWords(ChangeVerdict verdict) {
 // ---------------------------------------------------------------------------------------------
 // then and now
 
-struct Bounds {
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  void include(const std::vector<double>& values) {
-    for (const double value : values) low = std::min(low, value), high = std::max(high, value);
-  }
-  double share(double value) const {
-    return high > low ? std::clamp((value - low) / (high - low), 0.0, 1.0) : 0.5;
-  }
-};
-
 /// A channel of a recording.
 struct Channel {
   const char *name, *title;
@@ -50,37 +39,27 @@ struct Channel {
 constexpr Channel kVoltageChannel{"extended", "Terminal voltage [V]", &Series::voltage};
 constexpr Channel kCurrentChannel{"current", "Current [A]", &Series::current};
 
-std::string drawingOf(const Series& series, const Channel& channel, const Bounds& bounds) {
-  const std::vector<double>& values = series.*channel.values;
-  const Trace trace = [&](std::size_t n) { return values[n]; };
-  const double gap = gapThreshold(series), begin = series.time.front();
-  const double length = std::max(series.time.back() - begin, 1e-9);
-  std::string path;
-  for (const std::size_t n : displaySamples(series, {trace}, kSideBuckets)) {
-    const bool is_start = path.empty() || series.time[n] - series.time[n - 1] > gap;
-    path +=
-        format("%s%.1f %.1f", is_start ? "M" : "L", kSideWidth * (series.time[n] - begin) / length,
-               kSideHeight - (kSideHeight - 10.0) * bounds.share(values[n]));
-  }
-  const std::string svg = element(
-      "svg", element(std::string("path.") + channel.name, "", "d=\"" + path + "\""),
-      format("viewBox=\"0 0 %g %g\" preserveAspectRatio=\"none\" role=\"img\" aria-label=\"%s\"",
-             kSideWidth, kSideHeight + 5.0, channel.title));
-  const std::string range =
-      withMinusSigns(format(", axis %.4g to %.4g, %.0f s", bounds.low, bounds.high, length));
-  return figure("figure.drawing", element("span", element("span.what", channel.title) + range), "",
-                svg);
+std::string drawingOf(const Series& series, const Channel& channel, const Scale& value) {
+  const Trace trace = [&](std::size_t n) { return (series.*channel.values)[n]; };
+  const Scale time{series.time.front(), series.time.back()};
+  return drawingFigure(channel.title,
+                       withMinusSigns(format(", axis %.4g to %.4g, %.0f s", value.low, value.high,
+                                             time.high - time.low)),
+                       "",
+                       tracePath(series, displaySamples(series, {trace}, kSideBuckets), trace,
+                                 channel.name, time, value));
 }
 
-Bounds boundsOf(const ComparedSide& then, const ComparedSide& now, const Channel& channel) {
-  Bounds bounds;
+Scale scaleOf(const ComparedSide& then, const ComparedSide& now, const Channel& channel) {
+  Scale scale;
   for (const ComparedSide* side : {&then, &now})
-    for (const Series& series : side->series) bounds.include(series.*channel.values);
-  return bounds;
+    for (const Series& series : side->series)
+      for (const double value : series.*channel.values) scale.include(value);
+  return scale;
 }
 
-std::string sideHtml(const char* title, const ComparedSide& side, const Bounds& voltage,
-                     const Bounds& current) {
+std::string sideHtml(const char* title, const ComparedSide& side, const Scale& voltage,
+                     const Scale& current) {
   std::string html = element("h3", title) + element("p.origin", escaped(join(side.names)));
   for (const Series& series : side.series) {
     if (series.size() < 2) continue;
@@ -95,8 +74,8 @@ std::string sideHtml(const char* title, const ComparedSide& side, const Bounds& 
 }
 
 std::string sidesSection(const ComparedSide& then, const ComparedSide& now) {
-  const Bounds voltage = boundsOf(then, now, kVoltageChannel);
-  const Bounds current = boundsOf(then, now, kCurrentChannel);
+  const Scale voltage = scaleOf(then, now, kVoltageChannel);
+  const Scale current = scaleOf(then, now, kCurrentChannel);
   return section("sides", "Then and now",
                  element("div.sides", sideHtml("Then", then, voltage, current) +
                                           sideHtml("Now", now, voltage, current)));

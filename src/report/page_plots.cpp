@@ -1,40 +1,21 @@
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "page.hpp"
 #include "recording/channel_statistics.hpp"
 #include "recording/events.hpp"
 #include "report/diagnosis_page.hpp"
+#include "report/drawing.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
 namespace {
 
-/// Ranges of samples that share a bucket of time; empty buckets leave none.
-std::vector<IndexRange> bucketRanges(const Series& series, std::size_t buckets) {
-  const double begin = series.time.front();
-  const double width = (series.time.back() - begin) / static_cast<double>(buckets);
-  const auto bucket = [&](std::size_t n) {
-    return std::min(static_cast<std::size_t>((series.time[n] - begin) / width), buckets - 1);
-  };
-  return cutWhere({0, series.size()}, [&](std::size_t n) { return bucket(n) == bucket(n - 1); });
-}
-
-void pickExtremes(IndexRange range, const Trace& trace, std::vector<std::size_t>& picked) {
-  std::size_t low = range.first, high = range.first;
-  for (std::size_t n = range.first + 1; n < range.last; ++n) {
-    if (trace(n) < trace(low)) low = n;
-    if (trace(n) > trace(high)) high = n;
-  }
-  picked.insert(picked.end(), {low, high});
-}
-
 constexpr std::size_t kBuckets = 1000;       // a plot is about 1000 pixels wide
 constexpr std::size_t kWholeSamples = 4000;  // of cranks that are shown at full rate
 constexpr double kCrankMargin = 0.5;  // [s], before and after a crank that is shown at full rate
 constexpr std::size_t kStretchesShown = 4000;
-constexpr double kHatching = 5.0;  // of a drawing's width of 1000
+constexpr double kHatching = 5.0;  // of a drawing's width
 
 /// A line of a plot; its name is its colour's and that of its data too.
 struct Line {
@@ -55,12 +36,6 @@ std::vector<IndexRange> wholeRanges(const Series& series, const std::vector<Even
   }
   return ranges;
 }
-
-/// An axis from its lowest to its highest value.
-struct Scale {
-  double low = 0.0, high = 1.0;
-  double share(double value) const { return (value - low) / (high - low); }
-};
 
 /// What a plot draws: the recording, the models' voltages, and which samples of them.
 struct Drawing {
@@ -166,13 +141,9 @@ std::string operatingModeKey(const Drawing& drawing) {
 // drawings without the library
 
 Scale scaleOf(const Drawing& drawing, const std::vector<Line>& lines) {
-  Scale scale{lines[0].trace(drawing.shown[0]), lines[0].trace(drawing.shown[0])};
+  Scale scale;
   for (const Line& line : lines)
-    for (const std::size_t n : drawing.shown) {
-      scale.low = std::min(scale.low, line.trace(n));
-      scale.high = std::max(scale.high, line.trace(n));
-    }
-  if (!(scale.high > scale.low)) scale.high = scale.low + 1.0;
+    for (const std::size_t n : drawing.shown) scale.include(line.trace(n));
   return scale;
 }
 
@@ -182,8 +153,8 @@ std::string operatingModeBands(const Drawing& drawing) {
   const std::vector<ControlledTime>& stretches = drawing.diagnosis.source.times;
   std::string lines, feet;
   for (std::size_t k = 0; k < std::min(stretches.size(), kStretchesShown); ++k) {
-    const double left = 1000.0 * drawing.time.share(stretches[k].from),
-                 right = 1000.0 * drawing.time.share(stretches[k].to);
+    const double left = kDrawingWidth * drawing.time.share(stretches[k].from),
+                 right = kDrawingWidth * drawing.time.share(stretches[k].to);
     for (int n = static_cast<int>(std::ceil(left / kHatching)); kHatching * n < right; ++n)
       lines += format("M%.1f 0V240", kHatching * n);
     feet += format("M%.1f 240H%.1fV245H%.1fz", left, right, left);
@@ -194,35 +165,18 @@ std::string operatingModeBands(const Drawing& drawing) {
          element("path.foot", "", "d=\"" + feet + "\"");
 }
 
-std::string polyline(const Drawing& drawing, const Line& line, const Scale& value) {
-  const Series& series = drawing.series;
-  const double gap = gapThreshold(series);
-  std::string path;
-  for (const std::size_t n : drawing.shown) {
-    const bool is_start = path.empty() || series.time[n] - series.time[n - 1] > gap;
-    path += format("%s%.1f %.1f", is_start ? "M" : "L", 1000.0 * drawing.time.share(series.time[n]),
-                   240.0 - 230.0 * value.share(line.trace(n)));
-  }
-  return element("path." + line.name, element("title", line.name), "d=\"" + path + "\"");
-}
-
 std::string drawingHtml(const Drawing& drawing, const std::string& title,
                         const std::vector<Line>& lines, const std::string& bands = "") {
   const Scale value = scaleOf(drawing, lines);
   std::string paths = bands, key;
   for (const Line& line : lines) {
-    paths += polyline(drawing, line, value);
+    paths += tracePath(drawing.series, drawing.shown, line.trace, line.name, drawing.time, value);
     key += keyEntry(line.name, "border-color:var(--" + line.name + ")");
   }
-  const std::string svg =
-      element("svg", paths,
-              "viewBox=\"0 0 1000 245\" preserveAspectRatio=\"none\" role=\"img\" aria-label=\"" +
-                  title + "\"");
   const std::string range =
       withMinusSigns(format(", %.4g to %.4g, over %.1f to %.1f s", value.low, value.high,
                             drawing.time.low - drawing.t0, drawing.time.high - drawing.t0));
-  return figure("figure.drawing", element("span", element("span.what", title) + range),
-                element("span.legend", key), svg);
+  return drawingFigure(title, range, element("span.legend", key), paths);
 }
 
 std::string drawingsHtml(const Drawing& drawing) {
@@ -326,26 +280,6 @@ std::string sourceHtml(const Diagnosis& d) {
 }
 
 }  // namespace
-
-std::vector<std::size_t> displaySamples(const Series& series, const std::vector<Trace>& traces,
-                                        std::size_t buckets, const std::vector<IndexRange>& whole) {
-  std::vector<std::size_t> picked;
-  if (series.size() <= 2 * buckets) {
-    picked.resize(series.size());
-    std::iota(picked.begin(), picked.end(), std::size_t{0});
-    return picked;
-  }
-  for (const IndexRange& range : bucketRanges(series, buckets)) {
-    picked.push_back(range.first);
-    for (const Trace& trace : traces) pickExtremes(range, trace, picked);
-  }
-  picked.push_back(series.size() - 1);
-  for (const IndexRange& range : whole)
-    for (std::size_t n = range.first; n < range.last; ++n) picked.push_back(n);
-  std::sort(picked.begin(), picked.end());
-  picked.erase(std::unique(picked.begin(), picked.end()), picked.end());
-  return picked;
-}
 
 std::string plotsSection(const Recording& recording, const Diagnosis& diagnosis, bool zoomable) {
   if (recording.series.size() < 2) return "";

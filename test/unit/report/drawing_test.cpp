@@ -1,4 +1,4 @@
-#include "report/diagnosis_page.hpp"
+#include "report/drawing.hpp"
 
 #include <gtest/gtest.h>
 
