@@ -272,14 +272,15 @@ void nameEffects(const Recording& recording, const Residuals& residuals,
   const FinalFit& last = selected.last;
   const std::optional<ScoreSelection>& selection = selected.explained.selection;
   const bool is_driven = selection.has_value();
+  const std::optional<FittedModel>& circuit = selected.explained.circuit;
+  found.base = circuit ? completed(*circuit, recording, residuals.parts.train)
+                       : completed(residuals.base, residuals, recording.name);
   if (selection) {
-    found.base = completed(selection->circuit, recording, residuals.parts.train);
     found.extended = completed(selection->extended, recording, residuals.parts.train);
     if (!selected.explained.driving && !selected.explained.hasEffects() &&
         selected.with_discrepancy)
       found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
   } else {
-    found.base = completed(residuals.base, residuals, recording.name);
     found.extended = found.base;
     if (selected.with_discrepancy)
       found.extended = completed(*selected.with_discrepancy, residuals, recording.name);

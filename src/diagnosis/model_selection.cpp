@@ -65,7 +65,7 @@ IdentifyOptions identifyOptions(const Series& train, const std::optional<Charger
   const InstrumentLimits limits = instrumentLimits(train);
   IdentifyOptions fit;
   fit.crank_current = options.crank_current.value_or(kCrankCurrent);
-  fit.masked = limits.withoutClipped();
+  takeLimits(fit, train, limits);
   fit.source = screened;
   if (std::optional<ChargerControl> as_recorded =
           screened ? chargerControl(train, std::nullopt, EventLimits{fit.crank_current})
@@ -92,6 +92,7 @@ void explainByScore(const Series& train, const IdentifyOptions& fit,
   explanation.terms = selection.terms;
   explanation.weighed = selection.weighed;
   for (const SelectedTerm& term : explanation.terms) explanation.evidence += term.gain;
+  explained.circuit = selection.circuit;
   explained.selection = std::move(selection);
 }
 
@@ -122,11 +123,14 @@ Explained explainErrors(const Recording& recording, const Residuals& residuals,
       idsToWeigh(options.hypotheses, explained.driving.has_value(), explained.is_lead_acid, notes);
   const Series train = slice(recording.series, residuals.parts.train);
   const double span = train.time.back() - train.time.front();
-  if (explained.driving || (residuals.screened.slow && span > kLongAndSlow && !ids.empty()))
-    explainByScore(train, identifyOptions(train, explained.driving, options), ids, options, *fits,
-                   explained);
-  else
+  const IdentifyOptions fit = identifyOptions(train, explained.driving, options);
+  if (explained.driving || (residuals.screened.slow && span > kLongAndSlow && !ids.empty())) {
+    explainByScore(train, fit, ids, options, *fits, explained);
+  } else {
+    FittedModel circuit = identify(train, {0, train.size()}, fit);
+    if (isUsable(circuit.fit)) explained.circuit = std::move(circuit);
     explained.explanation = explain(*fits, ids, options);
+  }
   return explained;
 }
 

@@ -17,6 +17,9 @@ struct Explained {
   /// a charger that controls the voltage
   std::optional<ChargerControl> driving;
   Explanation explanation;
+  /// as `sof identify --effects none` fits it to the training part; none where that has no fit and
+  /// nothing is compared with it
+  std::optional<FittedModel> circuit;
   /// where left-out blocks decide: circuit and extended model as they were selected
   std::optional<ScoreSelection> selection;
   bool is_lead_acid = true;  ///< the voltage is that of blocks of six lead-acid cells

@@ -50,16 +50,16 @@ ErrorMetrics metricsOf(const Opened& opened, IndexRange range, const std::vector
   return metrics;
 }
 
-/// The whole recording from the training part's first state on [V].
-std::vector<double> voltageOf(const Opened& opened, const BatteryModel& model,
+/// A whole recording from the training part's first state on [V].
+std::vector<double> voltageOf(const Series& series, const BatteryModel& model,
                               const CompositionPoint& point) {
   const Eigen::VectorXd voltage =
-      simulatedVoltage(model, point, inputSequence(opened.whole, {0, opened.whole.size()}));
+      simulatedVoltage(model, point, inputSequence(series, {0, series.size()}));
   return {voltage.data(), voltage.data() + voltage.size()};
 }
-std::vector<double> voltageOf(const Opened& opened, const FittedModel& model) {
+std::vector<double> voltageOf(const Series& series, const FittedModel& model) {
   const ModelPoint first = pointOf(atFirstState(model));
-  return voltageOf(opened, compositionOf(model.fit), {first.parameters, first.state});
+  return voltageOf(series, compositionOf(model.fit), {first.parameters, first.state});
 }
 
 /// @param scores MixedScores, or another model's errors.
@@ -228,10 +228,15 @@ void validate(const Recording& recording, const Residuals& residuals,
   const std::optional<ChargerControl>& driving = selected.explained.driving;
   Comparison& fit = found.fit;
   const Opened opened = open(series, residuals, found.instrument);
-  found.base_voltage = selected.explained.selection && !driving
-                           ? voltageOf(opened, found.base)
-                           : voltageOf(opened, residuals.base.model, residuals.base.point);
-  found.extended_voltage = driving ? found.base_voltage : voltageOf(opened, found.extended);
+  // What identify() fits is fitted to the rows as they were recorded.
+  found.base_voltage =
+      driving ? voltageOf(opened.whole, residuals.base.model, residuals.base.point)
+              : voltageOf(selected.explained.circuit ? series : opened.whole, found.base);
+  found.extended_voltage =
+      driving ? found.base_voltage
+              : voltageOf(selected.explained.selection && !selected.with_discrepancy ? series
+                                                                                     : opened.whole,
+                          found.extended);
   fit.train = windowOf(series, parts.train);
   fit.holdout = windowOf(series, parts.holdout);
   pulse(options);
