@@ -156,7 +156,9 @@ FittedModel fittedTo(const Window& window, const IdentifyOptions& options) {
     fit = searchAsInPaper(samples, options, series[range.first]);
   else if (options.effects.empty() || !options.source)
     fit = searchWindow(samples, equations, options);
-  const bool is_base = options.effects.empty() && !isVoltageControlled(options, range);
+  const bool is_base = options.start == FitStart::kPaper ||
+                       (options.effects.empty() && !isVoltageControlled(options, range) &&
+                        knownOf(options.priors, {}).empty());
   FittedModel model = is_base ? describeFit(window, fit, equations, crankLimitsOf(options))
                               : identifyComposition(series, range, options, fit.point);
   if (!is_base) model.fit.iterations += fit.iterations;

@@ -9,8 +9,11 @@
 #include <set>
 
 #include "diagnosis/verdict.hpp"
+#include "estimation/identification.hpp"
 #include "model/mechanism.hpp"
+#include "prediction/scores.hpp"
 #include "recording/channel_shift.hpp"
+#include "recording/resample.hpp"
 #include "report/results.hpp"
 #include "support/base_drive.hpp"
 #include "support/synthetic_recording.hpp"
@@ -82,6 +85,29 @@ TEST(Diagnose, WhatLastsAndFollowsNothingIsUnknown) {
   EXPECT_NEAR(0.015, diagnosis.unexplained.noise, 0.003);
   for (const DetectionLimit& one : diagnosis.detection_limits)
     EXPECT_FALSE(one.strength) << one.id << " is promised";
+}
+
+/// What `sof identify --effects none` and `sof predict` give over the same rows, as they were
+/// recorded: a shift that the screen takes back, too, is nothing that the circuit knows of.
+TEST(Diagnose, ComparesWithTheCircuitThatIdentifyFits) {
+  Recording shifted;
+  shifted.series = everyNth(withSlope(0.1, 2.0).series, 10);
+  for (std::size_t n = shifted.series.size(); n-- > 2;)
+    shifted.series.voltage[n] = shifted.series.voltage[n - 2];
+  for (const Recording& recording : {withSlope(0.1, 2.0), shifted}) {
+    const Diagnosis diagnosis = diagnose(recording);
+    const Series& series = recording.series;
+    FitRequest request;
+    request.from = diagnosis.fit.train.from;
+    request.to = diagnosis.fit.train.to;
+    request.anyway = true;
+    const FittedModel circuit = fitPlanned(series, planFit(series, request));
+    const IndexRange holdout = samplesBetween(series, diagnosis.fit.holdout.from, std::nullopt);
+    const auto scores = predictRange(circuit, series, holdout, PredictionMode::kCurrent).report;
+    EXPECT_NEAR(scores.from_current.rmse, diagnosis.fit.base_holdout.rmse,
+                0.01 * scores.from_current.rmse);
+    EXPECT_LT(diagnosis.fit.extended_holdout.rmse, diagnosis.fit.base_holdout.rmse);
+  }
 }
 
 TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {

@@ -35,6 +35,21 @@ TEST(Identify, RecoversTheParametersOfANoiselessDrive) {
   EXPECT_GT(model.fit.scores.q_dyn_percent, 99.9);
 }
 
+TEST(Identify, TakesWhatIsKnownOfBatteriesWithoutEffects) {
+  const Series series = test::baseDrive(3);
+  IdentifyOptions options;
+  const double alone = identify(series, {0, series.size()}, options).fit.parameters.c2;
+  options.priors = {{{}, {{"c2", 2.0 * alone, 1e-5, true}}}};
+  EXPECT_NEAR(identify(series, {0, series.size()}, options).fit.parameters.c2, 2.0 * alone,
+              0.02 * alone);
+  options.priors = {{{"gassing"}, {{"c2", 2.0 * alone, 1e-5, true}}}};
+  EXPECT_EQ(identify(series, {0, series.size()}, options).fit.parameters.c2, alone);
+  options.priors = {{{}, {{"c2", 2.0 * alone, 1e-5, true}}}};
+  options.start = FitStart::kPaper;
+  EXPECT_NEAR(identify(series, {0, series.size()}, options).fit.parameters.c2, alone, 0.1 * alone)
+      << "the paper's fit has Table I alone";
+}
+
 TEST(Identify, EstimatesTheStateOfAWindowThatOpensFarFromRest) {
   const BaseParameters truth = test::drivenBattery();
   const Series series =
