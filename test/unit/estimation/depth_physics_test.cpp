@@ -50,6 +50,10 @@ TEST(MovedCharge, AGapIsARest) {
   EXPECT_NEAR(night.moved().span, 59.0 / 60.0, 1e-9);
 }
 
+TEST(MovedCharge, TheCurrentIsLinearBetweenSamples) {
+  EXPECT_NEAR(Minutes().hold(1, 0.0).hold(1, -6.0).moved().span, 0.05, 1e-12);
+}
+
 TEST(MovedCharge, AWindowOfOneSampleMovesNothing) {
   const Series series = Minutes().hold(10, -1.0).series;
   EXPECT_EQ(movedCharge(series, {4, 5}).span, 0.0);
