@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "recording/channel_statistics.hpp"
+#include "util/constants.hpp"
 #include "util/text.hpp"
 
 namespace battery_sof {
@@ -26,7 +27,6 @@ constexpr double kSwing = 0.1;            // [V] of a block
 // [V], of the coarsest battery sensor known, where the stream shows no step
 constexpr double kCoarsestStep = 0.025;
 constexpr double kLeastSlope = 0.8;  // [V] of a block for a unit of state of charge
-constexpr double kSecondsPerHour = 3600.0;
 
 /// [s], between the first and the last sample of a range that is not empty.
 double durationOf(const Series& series, IndexRange range) {
