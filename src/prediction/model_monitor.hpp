@@ -70,7 +70,7 @@ class ModelMonitor {
   void setCalibrations(const IntervalCalibrations& calibrations);  ///< needs a model
 
   // These need a model.
-  /// As the tracker has it: what is learnt is in it, the state is where it began.
+  /// As the tracker has it: parameters as samples moved them, the state where it began.
   const FittedModel& accepted() const { return tracker_->model(); }
   FittedModel now() const { return tracker_->modelNow(); }
   const StateTracker& tracker() const { return *tracker_; }  ///< where it stands
