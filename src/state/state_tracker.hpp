@@ -60,7 +60,7 @@ class StateTracker {
   /// [V], of the last settled sample; 0 before the first.
   double error() const { return last_ ? last_->error : 0.0; }
 
-  /// The model, its parameters as samples moved them last; the state is the one of that sample.
+  /// The model where it began, or where a sample moved its parameters last (learn()).
   const FittedModel& model() const { return model_; }
   /// @return the model with state and covariance moved to the newest sample.
   FittedModel modelNow() const { return modelAt(here()); }
