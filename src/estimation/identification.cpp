@@ -145,6 +145,16 @@ double windowQualityOf(const Fit& fit, const WindowSamples& samples) {
                        windowExcitation(samples));
 }
 
+/// Whether the fast search, which holds every row's mean current, is as exact as the simulation.
+bool isHeld(const Window& window) {
+  const auto& [series, range, max_gap, excited] = window;
+  for (std::size_t n = range.first + 1; n < range.last; ++n)
+    if (inputStep(series.time[n - 1], series.current[n - 1], series.time[n], series.current[n], max_gap)
+            .rampPieces() > 1)
+      return false;
+  return true;
+}
+
 /// The fit with what is masked at no cost.
 FittedModel fittedTo(const Window& window, const IdentifyOptions& options) {
   const auto& [series, range, max_gap, excited] = window;
@@ -158,7 +168,7 @@ FittedModel fittedTo(const Window& window, const IdentifyOptions& options) {
     fit = searchWindow(samples, equations, options);
   const bool is_base = options.start == FitStart::kPaper ||
                        (options.effects.empty() && !isVoltageControlled(options, range) &&
-                        knownOf(options.priors, {}).empty());
+                        knownOf(options.priors, {}).empty() && isHeld(window));
   FittedModel model = is_base ? describeFit(window, fit, equations, crankLimitsOf(options))
                               : identifyComposition(series, range, options, fit.point);
   if (!is_base) model.fit.iterations += fit.iterations;
