@@ -124,7 +124,8 @@ void addIdentifyCommand(CLI::App& app, CommandLine& line) {
   addOption(options, "--start", values.start, "initial state: estimated, or as in the paper")
       ->check(CLI::IsMember({"robust", "paper"}));
   addOption(options, "--crank-weight", fit.crank_weight,
-            "weight W of discharges beyond --crank-current [1], at least 1");
+            "weight W of discharges beyond --crank-current [1], at least 1; without effect where "
+            "samples are 0.25 s or more apart, but for --start paper");
   addRenamedOption(options, "--crank-weight-current", "--crank-current");
   addOption(options, "--max-iterations", fit.max_iterations,
             "largest number of iterations; a short window may take 25 times as many from 20 on");

@@ -65,7 +65,7 @@ IdentifyOptions identifyOptions(const Series& train, const std::optional<Charger
   const InstrumentLimits limits = instrumentLimits(train);
   IdentifyOptions fit;
   fit.crank_current = options.crank_current.value_or(kCrankCurrent);
-  takeLimits(fit, train, limits);
+  takeInstrument(fit, train, limits);
   fit.source = screened;
   if (std::optional<ChargerControl> as_recorded =
           screened ? chargerControl(train, std::nullopt, EventLimits{fit.crank_current})

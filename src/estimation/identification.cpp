@@ -145,13 +145,15 @@ double windowQualityOf(const Fit& fit, const WindowSamples& samples) {
                        windowExcitation(samples));
 }
 
-/// Whether the fast search, which holds every row's mean current, is as exact as the simulation.
+/// Whether the fast search, which holds every interval's mean current, is as exact as the
+/// simulation.
 bool isHeld(const Window& window) {
   const auto& [series, range, max_gap, excited] = window;
-  for (std::size_t n = range.first + 1; n < range.last; ++n)
-    if (inputStep(series.time[n - 1], series.current[n - 1], series.time[n], series.current[n], max_gap)
-            .rampPieces() > 1)
-      return false;
+  for (std::size_t n = range.first + 1; n < range.last; ++n) {
+    const InputStep step = inputStep(series.time[n - 1], series.current[n - 1], series.time[n],
+                                     series.current[n], max_gap);
+    if (step.rampPieces() > 1) return false;
+  }
   return true;
 }
 
@@ -258,7 +260,7 @@ std::optional<ChargerControl> chargerControl(const Series& series, std::optional
   return source;
 }
 
-void takeLimits(IdentifyOptions& options, const Series& series, const InstrumentLimits& limits) {
+void takeInstrument(IdentifyOptions& options, const Series& series, const InstrumentLimits& limits) {
   options.masked = limits.withoutClipped();
   options.bounded.assign(series.size(), 0);
   for (const double limit : limits.current_limits) {
@@ -266,6 +268,8 @@ void takeLimits(IdentifyOptions& options, const Series& series, const Instrument
       if (series.current[n] == limit) options.bounded[n] = 1;
     if (limit < 0.0) options.sensor_min_current = limit;
   }
+  if (options.start != FitStart::kPaper && medianInterval(series) >= kSlowSampling)
+    options.crank_weight = 1.0;
 }
 
 void carryState(FittedModel& model, const Series& series, std::size_t last) {
@@ -319,7 +323,7 @@ FitPlan planFit(const Series& series, const FitRequest& request) {
   if (!request.from || !request.to || request.chooses_window)
     plan.window = windowOf(series, searched, request.options);
   if (!plan.window.range) return plan;
-  takeLimits(plan.options, series, instrumentLimits(series));
+  takeInstrument(plan.options, series, instrumentLimits(series));
   plan.options.crank_current = crankCurrentOf(series, request.crank_current).current;
   if (plan.options.start != FitStart::kPaper)
     plan.options.source =

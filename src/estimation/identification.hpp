@@ -92,8 +92,9 @@ inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {
  *
  * kRobust estimates r_discharge, r_charge, u_dc, c2, beta and the state at the first sample. The
  * first three enter linearly once u_c2 is known and are eliminated in every iteration (variable
- * projection); c2 and beta are searched as logarithms inside Table I's bounds. With effects fitComposition()
- * does the same for the composition, from the base model's optimum, or
+ * projection); c2 and beta are searched as logarithms inside Table I's bounds. With effects, and where
+ * the current ramps within a sampling interval (InputStep::rampPieces()), fitComposition() does the
+ * same for the composition, from the base model's optimum, or
  * from typical values where a source controls the voltage, and from options.starts; long windows of
  * a driven current are compressed (compressedInputs); up to 100,000 samples the search ends at full
  * rate, and standard errors come from it. kPaper searches the four tunables,
@@ -151,9 +152,10 @@ std::optional<ChargerControl> chargerControl(const Series& series,
                                              std::optional<std::size_t> last = std::nullopt,
                                              const EventLimits& limits = {});
 
-/// What a fit takes of a recording's instruments: samples that are no measurement, and currents
-/// that are cut off as bounds.
-void takeLimits(IdentifyOptions& options, const Series& series, const InstrumentLimits& limits);
+/// What a fit takes of a recording's instruments: samples that are no measurement, currents that
+/// are cut off as bounds, and, but for the paper's start, no weight of cranks where samples are
+/// 0.25 s or more apart: what such a sample shows of a crank depends on when it was taken.
+void takeInstrument(IdentifyOptions& options, const Series& series, const InstrumentLimits& limits);
 
 /**
  * @brief Carries the state of a model forward to the sample at `last` (inclusive), its covariance
@@ -187,7 +189,7 @@ struct FitPlan {
 /**
  * @brief The window and the settings of a fit: the whole of from..to where both are given, else the
  * best window inside (chooseWindow()); stuck and repeated samples are masked and currents that are
- * cut off taken as bounds (instrumentLimits(), takeLimits()), the voltage is the input where a source is seen (chargerControl(); not with FitStart::kPaper).
+ * cut off taken as bounds (instrumentLimits(), takeInstrument()), the voltage is the input where a source is seen (chargerControl(); not with FitStart::kPaper).
  *
  * A recording with a problem (findProblems()) is refused unless the request says anyway.
  *

@@ -97,7 +97,7 @@ IdentificationResult attempt(const IdentificationJob& job) {
     return result;
   }
   IdentifyOptions options = job.identify;
-  takeLimits(options, series, instrumentLimits(series));
+  takeInstrument(options, series, instrumentLimits(series));
   if (options.start != FitStart::kPaper)
     options.source = chargerControl(series, std::nullopt, job.events);
   options.chooses_effects = true;

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "support/base_drive.hpp"
+#include "support/synthetic_recording.hpp"
 
 namespace battery_sof {
 namespace {
@@ -105,7 +107,7 @@ TEST_F(RecordingFit, ACurrentThatIsCutOffBoundsTheResistance) {
   request_.from = 0.0;
   request_.to = 400.0;
   FitPlan plan = planFit(series_, request_);
-  takeLimits(plan.options, series_, cutOffAt(-200.0));
+  takeInstrument(plan.options, series_, cutOffAt(-200.0));
   const FittedModel bounded = fitPlanned(series_, plan);
   ASSERT_TRUE(isUsable(bounded.fit)) << bounded.fit.message;
   EXPECT_EQ(bounded.fit.excited.sensor_min_current, -200.0);
@@ -125,11 +127,40 @@ TEST_F(RecordingFit, ABoundThatIsViolatedCostsSomething) {
   request_.from = 0.0;
   request_.to = 400.0;
   FitPlan plan = planFit(series_, request_);
-  takeLimits(plan.options, series_, cutOffAt(-200.0));
+  takeInstrument(plan.options, series_, cutOffAt(-200.0));
   const FittedModel bounded = fitPlanned(series_, plan);
   plan.options.bounded.clear();
   const FittedModel counted = fitPlanned(series_, plan);
   EXPECT_NEAR(bounded.fit.parameters.r_discharge, counted.fit.parameters.r_discharge, 1e-4);
+}
+
+/// One sample a second, the voltage of which comes half a second late: what it shows of a crank
+/// depends on the instant.
+TEST_F(RecordingFit, CranksOfSlowSamplesWeighNoMoreThanOthers) {
+  constexpr std::size_t kSecond = 100, kLate = 50;  // samples
+  const Series fast = test::baseDrive(3, 1200.0);
+  Series slow;
+  for (std::size_t n = kSecond; n < fast.size(); n += kSecond)
+    slow.append({fast.time[n], fast.current[n], fast.voltage[n - kLate]});
+  request_.from = slow.time.front();
+  request_.to = slow.time.back();
+  request_.options.effects = {"time_skew"};
+  FitPlan plan = planFit(slow, request_);
+  EXPECT_EQ(plan.options.crank_weight, 1.0);
+  plan.options.source.reset();  // which has a cost of its own
+  const auto errorOfResistance = [&] {
+    const FittedModel fitted = fitPlanned(slow, plan);
+    return std::abs(fitted.fit.parameters.r_discharge - test::drivenBattery().r_discharge);
+  };
+  const double without_weight = errorOfResistance();
+  plan.options.crank_weight = 10.0;
+  EXPECT_LT(without_weight, 0.5 * errorOfResistance());
+}
+
+TEST_F(RecordingFit, FastCranksAndThePapersStartKeepTheWeightOfCranks) {
+  EXPECT_EQ(planFit(series_, request_).options.crank_weight, 10.0);
+  request_.options.start = FitStart::kPaper;
+  EXPECT_EQ(planFit(test::everyNth(series_, 100), request_).options.crank_weight, 10.0);
 }
 
 TEST_F(RecordingFit, ASearchThatNeverMovedIsNoModel) {
