@@ -161,10 +161,11 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
   return x[k] <= problem.lower()[k] + 1e-9 * span || x[k] >= problem.upper()[k] - 1e-9 * span;
 }
 
-/// Covariance of the coordinates; those at a bound are taken as known. @param samples fitted.
+/// Covariance of the coordinates; those at a bound are taken as known. @param inputs of the pass.
+/// @param samples fitted.
 Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted,
-                             std::size_t samples, ModelPass pass, const Eigen::VectorXd& weights,
-                             double rho) {
+                             const InputSequence& inputs, std::size_t samples, ModelPass pass,
+                             const Eigen::VectorXd& weights) {
   if (fitted.cost.noise) {
     const double freedom =
         std::max(1.0, static_cast<double>(samples) - static_cast<double>(problem.size()));
@@ -183,8 +184,17 @@ Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fi
       information.row(k).setZero();
       information.col(k).setZero();
     }
-  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, weights,
-                                 bartlettWidth(rho, pass.residual.size()));
+  Eigen::VectorXd time(pass.residual.size());
+  for (Eigen::Index n = 0; n < time.size(); ++n) time[n] = inputs.samples[n].step.time;
+  Eigen::VectorXd own_weights = weights;
+  if (fitted.cost.channels) {
+    // The noise is that of residuals in units of their deviations.
+    const Eigen::VectorXd unit = weights.cwiseSqrt();
+    pass.jacobian = unit.asDiagonal() * pass.jacobian;
+    pass.residual = unit.cwiseProduct(pass.residual);
+    own_weights = (weights.array() > 0.0).cast<double>();
+  }
+  Sandwich parts = sandwichParts(pass.jacobian, pass.residual, own_weights, time);
   const double weight = problem.priorWeight();
   parts.A += weight * information;
   parts.B += weight * weight * information;
@@ -237,15 +247,13 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
       &for_errors == &full
           ? pass.residual
           : CompositionProblem(model, full, FitCost(), fitted.fit.point).residual(fitted.fit.x);
-  const Eigen::VectorXd weighted = weights.cwiseSqrt().cwiseProduct(pass.residual);
-  const double rho = lagOneCorrelation(fitted.cost.channels ? weighted : pass.residual);
 
   FittedModel found = modelOf(series, range, model, fitted.fit);
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (problem.rowOf(k) < model.parameterCount())
       found.fit.estimates[problem.rowOf(k)].at_bound = isAtBound(problem, fitted.fit.x, k);
   const Eigen::MatrixXd covariance =
-      covarianceOf(problem, fitted, on.searched().samples.size(), pass, weights, rho);
+      covarianceOf(problem, fitted, for_errors, on.searched().samples.size(), pass, weights);
   found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
   found.fit.scores = scoresBothWays(series, range, full, residual, crankLimitsOf(options));
   if (fitted.cost.channels)

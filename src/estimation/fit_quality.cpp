@@ -14,6 +14,9 @@
 namespace battery_sof {
 namespace {
 
+constexpr std::size_t kMostMeans = 200;  // that noise is fitted to
+constexpr std::ptrdiff_t kFewestMeans = 30;
+constexpr double kLargestMean = 0.05;  // [V], of what fitNoise() is made for
 constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
 
 using Values = Eigen::Map<const Eigen::ArrayXd>;
@@ -38,6 +41,63 @@ std::optional<double> explained(const Values& measured, double squares) {
   if (variation <= 1e-26 * static_cast<double>(measured.size()) * (1.0 + mean * mean))
     return std::nullopt;
   return 100.0 * (1.0 - std::sqrt(squares / variation));
+}
+
+/// The noise of a residual by means over neighbouring rows; none of too few.
+std::optional<NoiseModel> noiseOf(const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+                                  const Eigen::VectorXd& time) {
+  const auto n = static_cast<std::size_t>(residual.size());
+  const std::size_t each = std::max<std::size_t>(1, n / kMostMeans);
+  std::vector<InputSample> samples;
+  std::vector<double> means;
+  double before = time[0], square = 0.0;
+  for (std::size_t first = 0; first < n; first += each) {
+    InputSample sample;
+    sample.count = 0.0;
+    double sum = 0.0, at = 0.0;
+    const std::size_t last = std::min(first + each, n);
+    for (std::size_t k = first; k < last; ++k) {
+      at += time[k] / static_cast<double>(last - first);
+      if (!(weight[k] > 0.0)) continue;
+      sum += residual[k];
+      sample.count += 1.0;
+    }
+    sample.step.duration = std::max(0.0, at - before);
+    before = at;
+    means.push_back(sample.count > 0.0 ? sum / sample.count : 0.0);
+    square = std::max(square, means.back() * means.back());
+    samples.push_back(sample);
+  }
+  const auto counts = std::count_if(samples.begin(), samples.end(),
+                                    [](const InputSample& one) { return one.count > 0.0; });
+  if (counts < kFewestMeans || !(square > 0.0)) return std::nullopt;
+  // In units of the largest mean, which fitNoise() takes for volts.
+  const double unit = std::sqrt(square) / kLargestMean;
+  const Eigen::Map<const Eigen::VectorXd> all(means.data(),
+                                              static_cast<Eigen::Index>(means.size()));
+  NoiseModel noise = fitNoise(all / unit, samples);
+  for (double* part : {&noise.white_std, &noise.ar_std, &noise.walk_std}) *part *= unit;
+  return noise;
+}
+
+/// J'W^2 S W^2J of noise with a memory, in one pass from the last row.
+Eigen::MatrixXd ofMemory(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                         const Eigen::VectorXd& weight, const Eigen::VectorXd& time,
+                         const NoiseModel& noise) {
+  const Eigen::Index p = jacobian.cols();
+  Eigen::MatrixXd of_ar = Eigen::MatrixXd::Zero(p, p), of_walk = of_ar;
+  // Sums over the later rows, in of_ar each less what is forgotten until then.
+  Eigen::RowVectorXd remembered = Eigen::RowVectorXd::Zero(p), later = remembered;
+  for (Eigen::Index k = jacobian.rows(); k-- > 0;) {
+    const Eigen::RowVectorXd g = weight[k] * jacobian.row(k);
+    of_ar.noalias() += g.transpose() * (remembered + g);
+    of_ar.noalias() += remembered.transpose() * g;
+    later += g;
+    const double duration = k > 0 ? time[k] - time[k - 1] : 0.0;
+    remembered = (remembered + g) * std::exp(-duration / noise.ar_time);
+    of_walk.noalias() += duration * later.transpose() * later;
+  }
+  return noise.ar_std * noise.ar_std * of_ar + noise.walk_std * noise.walk_std * of_walk;
 }
 
 }  // namespace
@@ -186,43 +246,28 @@ double lagOneCorrelation(const Eigen::VectorXd& residual) {
   return power > 0.0 ? std::clamp(e.head(n - 1).dot(e.tail(n - 1)) / power, -0.9999, 0.9999) : 0.0;
 }
 
-Eigen::Index bartlettWidth(double rho, Eigen::Index samples) {
-  const double bounded = std::clamp(rho, -0.9999, 0.9999);
-  const double a = 4.0 * bounded * bounded / std::pow(1.0 - bounded * bounded, 2);
-  const double width = std::ceil(1.1447 * std::cbrt(a * static_cast<double>(samples)));
-  const double longest = std::max(1.0, std::floor(static_cast<double>(samples) / 5.0));
-  return static_cast<Eigen::Index>(std::clamp(width, 1.0, longest));
-}
-
 Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
                        const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
-                       Eigen::Index width) {
-  const Eigen::Index n = jacobian.rows();
-  const Eigen::Index p = jacobian.cols();
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(p, p);
-  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(p, p);
-  // Running sums of g; their differences over L samples, zero-padded at both ends, are the kernel's
-  // sums.
-  Eigen::MatrixXd running(n + 1, p);
-  running.row(0).setZero();
-  for (Eigen::Index j = 0; j < p; ++j)
-    for (Eigen::Index k = 0; k < n; ++k)
-      running(k + 1, j) = running(k, j) + residual[k] * weight[k] * jacobian(k, j);
+                       const Eigen::VectorXd& time) {
+  const Eigen::Index n = jacobian.rows(), p = jacobian.cols();
+  Sandwich parts{Eigen::MatrixXd::Zero(p, p), Eigen::MatrixXd::Zero(p, p)};
   for (Eigen::Index first = 0; first < n; first += kBlock) {
     const Eigen::Index rows = std::min(kBlock, n - first);
     const auto J = jacobian.middleRows(first, rows);
-    A.noalias() += J.transpose() * (weight.segment(first, rows).asDiagonal() * J);
+    const auto w = weight.segment(first, rows), e = residual.segment(first, rows);
+    parts.A.noalias() += J.transpose() * (w.asDiagonal() * J);
+    parts.B.noalias() += J.transpose() * (w.cwiseProduct(e).cwiseAbs2().asDiagonal() * J);
   }
-  Eigen::MatrixXd sums;
-  for (Eigen::Index first = 0; first < n + width - 1; first += kBlock) {
-    const Eigen::Index rows = std::min(kBlock, n + width - 1 - first);
-    sums.resize(rows, p);
-    for (Eigen::Index k = first; k < first + rows; ++k)
-      sums.row(k - first) =
-          running.row(std::min(k + 1, n)) - running.row(std::max<Eigen::Index>(0, k + 1 - width));
-    B.noalias() += sums.transpose() * sums;
+  const std::optional<NoiseModel> noise = noiseOf(residual, weight, time);
+  if (!noise) return parts;
+  double squares = 0.0, count = 0.0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    squares += weight[k] > 0.0 ? residual[k] * residual[k] : 0.0;
+    count += weight[k] > 0.0 ? 1.0 : 0.0;
   }
-  return {A, B / static_cast<double>(width)};
+  parts.B *= std::max(1.0, noise->white_std * noise->white_std * count / squares);
+  parts.B += ofMemory(jacobian, weight, time, *noise);
+  return parts;
 }
 
 Eigen::MatrixXd informationInverse(const Eigen::MatrixXd& A) {

@@ -108,14 +108,6 @@ void requirePlausible(Fit& fit);
 /// three samples.
 double lagOneCorrelation(const Eigen::VectorXd& residual);
 
-/**
- * @brief Width of the Bartlett kernel for a residual of that autocorrelation (Andrews 1991, AR(1)
- * plug-in).
- *
- *     L = 1.1447 (a n)^(1/3),   a = 4 rho^2 / (1 - rho^2)^2,   1 <= L <= n / 5
- */
-Eigen::Index bartlettWidth(double rho, Eigen::Index samples);
-
 /// The two parts of a sandwich: more of either, as of priors, can be added before they are combined.
 struct Sandwich {
   Eigen::MatrixXd A, B;
@@ -125,16 +117,20 @@ struct Sandwich {
  * @brief Covariance of a weighted least-squares estimate whose residuals are neither white nor
  * weighted by their variance, V = A^-1 B A^-1, in its parts.
  *
- *     A = J'W^2J,  B = sum_l (1 - |l|/L) sum_n g_n g_(n-l)',  g_n = W_n^2 e_n J_n   (Newey, West 1987)
+ *     A = J'W^2J,   B = f sum_n g_n g_n' + J'W^2 S W^2J,   g_n = W_n^2 e_n J_n                       (White 1980)
+ *     S_ij = ar_std^2 exp(-|t_i - t_j| / ar_time) + walk_std^2 min(t_i, t_j),   f = max(1, white_std^2 / mean of e^2)
  *
- * in one pass: with that kernel B is the mean outer product of L-sample sums of g.
+ * with the NoiseModel that is fitted to means of e over neighbouring rows, 200 at most (fitNoise()).
+ * What lasts for seconds is hidden in white noise from neighbouring samples; a kernel as wide as
+ * their correlation lasts misses it. f is above 1 where noise lasts for less than a mean.
  *
- * @param jacobian n x p, d u_m / d theta.  @param residual n, u_b - u_m.  @param weight n, W^2.
- * @param width L [samples].
+ * @param jacobian n x p, d u_m / d theta.  @param residual n, u_b - u_m.  @param weight n, W^2; rows
+ * without weight do not count.  @param time [s], one a row, not decreasing.
+ * @note fewer than 30 rows that count have independent errors.
  */
 Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
                        const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
-                       Eigen::Index width);
+                       const Eigen::VectorXd& time);
 
 /// @return A^-1 B A^-1, p x p, with informationInverse().
 Eigen::MatrixXd combined(const Sandwich& parts);

@@ -72,19 +72,24 @@ bool atBound(const ParameterInfo& info, double value) {
   return value <= info.lower * (1.0 + 1e-6) || value >= info.upper * (1.0 - 1e-6);
 }
 
-/// Newey and West's covariance of (parameters, first state), of what a fit leaves; nothing is
+/// Covariance of (parameters, first state), of what a fit leaves; nothing is
 /// estimated of those that are held at a bound.
 Eigen::MatrixXd covarianceOf(const std::vector<ParameterEstimate>& estimates, BaseJacobian& left,
-                             double rho) {
+                             const Eigen::VectorXd& time) {
   static constexpr std::array<int, kCovarianceRows> kColumnOfRow = {
       kColumnDischarge, kColumnCharge, kColumnLogC2, kColumnLogBeta, kColumnOne, kColumnInitial};
   Eigen::VectorXd scale = Eigen::VectorXd::Ones(kCovarianceRows);
   for (const int j : {kRowC2, kRowBeta}) scale[j] = estimates[j].value;
   for (std::size_t j = 0; j < estimates.size(); ++j)
     if (estimates[j].at_bound) left.columns.col(kColumnOfRow[j]).setZero();
-  const Eigen::MatrixXd of_columns = combined(sandwichParts(
-      left.columns, left.residual, left.weight, bartlettWidth(rho, left.residual.size())));
+  const Eigen::MatrixXd of_columns =
+      combined(sandwichParts(left.columns, left.residual, left.weight, time));
   return scale.asDiagonal() * of_columns(kColumnOfRow, kColumnOfRow) * scale.asDiagonal();
+}
+
+Eigen::VectorXd timesOf(const Series& series, IndexRange range) {
+  return Eigen::Map<const Eigen::VectorXd>(series.time.data() + range.first,
+                                           static_cast<Eigen::Index>(range.size()));
 }
 
 /// Replaces the state's row of a covariance by that of the state it became: V <- T V T'.
@@ -109,7 +114,7 @@ FittedModel describeFit(const Window& window, const CompositionFit& fit,
   std::vector<ParameterEstimate>& estimates = model.fit.estimates;
   for (std::size_t j = 0; j < kRowUDc; ++j)
     estimates[j].at_bound = atBound(tableOne()[j], estimates[j].value);
-  model.fit.covariance = covarianceOf(estimates, left, rho);
+  model.fit.covariance = covarianceOf(estimates, left, timesOf(series, range));
   model.fit.scores = scoresOf(series, range, left.residual, rho, limits);
   conclude(model.fit);
   model.state.states[0] = left.last.value;

@@ -92,7 +92,7 @@ TEST(PhysicsChoice, AShallowWindowTakesNothingOfTheDepth) {
 TEST(PhysicsChoice, APassingTouchOfAHeldVoltageTakesNoPhysicsOfCharging) {
   const BatteryModel fresh({"fresh_sulphate"});
   test::StartStopOptions driven;
-  driven.duration = 300.0;
+  driven.duration = 600.0;
   const test::StartStopDrive drive = test::startStopDrive(fresh, test::freshBattery(fresh), driven);
   ChargerControl source = test::knownSource(drive);
   EXPECT_EQ(chosen(drive.series, source), Effects{"fresh_sulphate"});
