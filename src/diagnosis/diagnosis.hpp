@@ -42,8 +42,7 @@ struct DiagnosedParameter {
   std::string name, unit;
   double value = 0.0;         ///< in unit
   std::optional<double> std;  ///< standard error in unit
-  /// 95 % interval from the profile likelihood; none on a side that stays open: only a bound is
-  /// known.
+  /// 95 % interval by the standard error, within the catalogue's bounds; none without one
   std::optional<double> lower, upper;
   bool at_bound = false;  ///< its value lies at the catalogue's bound: not plausible as it stands
 };

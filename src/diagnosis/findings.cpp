@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "diagnosis/explanation_fits.hpp"
-#include "diagnosis/profile_interval.hpp"
 #include "diagnosis/slow_tone.hpp"
+#include "diagnosis/timing_jitter_noise.hpp"
 #include "diagnosis/verdict.hpp"
 #include "state/state_estimator.hpp"
 #include "util/text.hpp"
@@ -31,9 +31,13 @@ double leftOf(const WhitenedFit& fit, const InputSequence& inputs, double voltag
   return counted > 0.0 && square > 0.0 ? std::sqrt(square / counted) : 0.0;
 }
 
-Unexplained restOf(const Residuals& residuals, const FinalFit& last, const Diagnosis& found) {
+/// What speaks for something in addition where no effect explains.
+Unexplained restOf(const Residuals& residuals, double edge_jitter, const Diagnosis& found) {
+  const InputSequence inputs = residuals.screened.slow
+                                   ? TimingJitterNoise::weighed(residuals.quiet, edge_jitter)
+                                   : residuals.quiet;
   Unexplained rest;
-  const std::optional<SlowTone> tone = slowTone(last.fit, last.inputs(residuals));
+  const std::optional<SlowTone> tone = slowTone(residuals.base, inputs);
   // RMS of a tone
   rest.is_tone = tone && tone->amplitude >= std::sqrt(2.0) * found.unexplained.limits.rmse;
   rest.has_discrepancy = found.discrepancy && found.discrepancy->holds();
@@ -42,7 +46,7 @@ Unexplained restOf(const Residuals& residuals, const FinalFit& last, const Diagn
   if (found.discrepancy)
     rest.rmse = std::min(
         found.discrepancy->left_out.base,
-        leftOf(last.fit, last.inputs(residuals), residuals.screened.limits.voltage_lsb_std));
+        leftOf(residuals.base, inputs, residuals.screened.limits.voltage_lsb_std));
   return rest;
 }
 
@@ -157,51 +161,36 @@ std::vector<DetectionLimit> detectionLimitsOf(std::vector<DetectionLimit> limits
 constexpr double kTwoSided = 1.96;          // standard deviations of a 95 % interval
 constexpr double kFaultProbability = 0.95;  // [1], of what the screen found
 
-FittedModel completed(const WhitenedFit& fit, const Residuals& residuals,
+FittedModel completed(const Optimum& at, const Residuals& residuals,
                       const std::string& recording) {
   const Screening& screened = residuals.screened;
   IdentifyOptions options;
-  options.effects = fit.model.effects();
+  options.effects = at.model.effects();
   options.priors = residuals.search.priors;
   options.crank_current = residuals.crank_current;
-  options.discrepancy = fit.model.discrepancy();
+  options.discrepancy = at.model.discrepancy();
   options.masked = screened.limits.masked;
-  FittedModel model =
-      completedModel(screened.series, residuals.parts.train, options, fit.point, fit.noise);
+  FittedModel model = completedModel(screened.series, residuals.parts.train, options, at.point);
   fitErrors(model, screened.series, residuals.parts.train);
   model.provenance.recording = recording;
   return model;
 }
 
-/// Where left-out blocks decide both models are those that were selected.
-FittedModel completed(FittedModel model, const Recording& recording, IndexRange train) {
-  fitErrors(model, recording.series, train);
-  model.provenance.recording = recording.name;
+/// @param series that it was fitted to.
+FittedModel completed(FittedModel model, const Series& series, IndexRange train,
+                      const std::string& recording) {
+  fitErrors(model, series, train);
+  model.provenance.recording = recording;
   return model;
 }
 
-/// Interval by profile likelihood; by the standard error where the model was fitted in the other
-/// direction than `fit`.
-DiagnosedParameter withInterval(const ParameterEstimate& estimate, const ParameterInfo& info,
-                                const WhitenedFit& fit, const InputSequence& inputs,
-                                bool is_driven) {
+/// Interval by the standard error.
+DiagnosedParameter withInterval(const ParameterEstimate& estimate, const ParameterInfo& info) {
   DiagnosedParameter parameter{estimate.name, estimate.unit, estimate.value,   estimate.std,
                                std::nullopt,  std::nullopt,  estimate.at_bound};
-  const double first = estimate.std ? kTwoSided * *estimate.std : 0.2 * std::abs(estimate.value);
-  if (!(first > 0.0) || (is_driven && !estimate.std)) return parameter;
-  if (is_driven) {
-    parameter.lower = std::max(info.lower, estimate.value - first);
-    parameter.upper = std::min(info.upper, estimate.value + first);
-    return parameter;
-  }
-  const ProfileInterval interval = profileInterval(fit, inputs, estimate.name, first);
-  // Ends are carried over as distances: the other grid's optimum differs by a share of a standard
-  // error.
-  const double center = fit.point.parameters[*fit.model.parameterRow(info.name)];
-  if (interval.lower)
-    parameter.lower = std::max(info.lower, estimate.value - (center - *interval.lower));
-  if (interval.upper)
-    parameter.upper = std::min(info.upper, estimate.value + (*interval.upper - center));
+  if (!estimate.std || !(*estimate.std > 0.0)) return parameter;
+  parameter.lower = std::max(info.lower, estimate.value - kTwoSided * *estimate.std);
+  parameter.upper = std::min(info.upper, estimate.value + kTwoSided * *estimate.std);
   return parameter;
 }
 
@@ -233,8 +222,7 @@ std::vector<std::string> biasedParameters(const Fit& base, const Fit& extended) 
 }
 
 /// A component's effect, then those that would do as well.
-void takeEffect(const SelectedTerm& one, const WhitenedFit& fit, const InputSequence& inputs,
-                bool is_driven, Diagnosis& found) {
+void takeEffect(const SelectedTerm& one, Diagnosis& found) {
   std::vector<std::string> alike = {one.member};
   alike.insert(alike.end(), one.indistinguishable.begin(), one.indistinguishable.end());
   for (const std::string& id : alike) {
@@ -249,7 +237,7 @@ void takeEffect(const SelectedTerm& one, const WhitenedFit& fit, const InputSequ
       for (const ParameterInfo& info : effectInfo(id).parameters)
         for (const ParameterEstimate& estimate : found.extended.fit.estimates)
           if (estimate.name == info.name && !estimate.held)
-            effect.parameters.push_back(withInterval(estimate, info, fit, inputs, is_driven));
+            effect.parameters.push_back(withInterval(estimate, info));
     }
     found.effects.push_back(effect);
   }
@@ -269,27 +257,20 @@ void takeFault(const std::string& id, Diagnosis& found) {
 void nameEffects(const Recording& recording, const Residuals& residuals,
                  const std::vector<SelectedTerm>& terms, const ModelSelection& selected,
                  Diagnosis& found) {
-  const FinalFit& last = selected.last;
-  const std::optional<ScoreSelection>& selection = selected.explained.selection;
-  const bool is_driven = selection.has_value();
-  const std::optional<FittedModel>& circuit = selected.explained.circuit;
-  found.base = circuit ? completed(*circuit, recording, residuals.parts.train)
-                       : completed(residuals.base, residuals, recording.name);
-  if (selection) {
-    found.extended = completed(selection->extended, recording, residuals.parts.train);
-    if (!selected.explained.driving && !selected.explained.hasEffects() &&
-        selected.with_discrepancy)
-      found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
-  } else {
-    found.extended = found.base;
-    if (selected.with_discrepancy)
-      found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
-    else if (selected.explained.hasEffects())
-      found.extended = completed(last.fit, residuals, recording.name);
-  }
+  const auto& [driving, explanation, circuit, extended, by_blocks, is_lead_acid] =
+      selected.explained;
+  const IndexRange train = residuals.parts.train;
+  const Series& fitted = by_blocks ? recording.series : residuals.screened.series;
+  found.base = circuit ? completed(*circuit, recording.series, train, recording.name)
+                       : completed({residuals.base.model, residuals.base.point}, residuals,
+                                   recording.name);
+  if (selected.with_discrepancy)
+    found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
+  else
+    found.extended = extended ? completed(*extended, fitted, train, recording.name) : found.base;
   if (hasNoEquation(found.verdict) || found.verdict == Verdict::kNoMismatch) return;
   for (const SelectedTerm& one : terms)
-    if (!one.member.empty()) takeEffect(one, last.fit, last.inputs(residuals), is_driven, found);
+    if (!one.member.empty()) takeEffect(one, found);
   if (found.verdict == Verdict::kSensorFault)
     for (const std::string& id : residuals.screened.faults) takeFault(id, found);
 }
@@ -300,7 +281,7 @@ void judgeFindings(const Recording& recording, const Residuals& residuals,
                    const DiagnoseOptions& options, ModelSelection& selected, Diagnosis& found) {
   const Explanation& explanation = selected.explained.explanation;
   const bool is_lead_acid = selected.explained.is_lead_acid;
-  const Unexplained rest = restOf(residuals, selected.last, found);
+  const Unexplained rest = restOf(residuals, explanation.edge_jitter, found);
   std::vector<SelectedTerm> terms = confirmed(explanation.terms, rest.has_discrepancy);
   if (options.given.empty()) removeSmall(terms);
   found.mechanism_evidence = explanation.mechanisms;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-#include "diagnosis/timing_jitter_noise.hpp"
+#include "diagnosis/score_selection.hpp"
 #include "diagnosis/verdict.hpp"
 #include "estimation/depth_physics.hpp"
 #include "explanation_fits.hpp"
@@ -92,8 +92,28 @@ void explainByScore(const Series& train, const IdentifyOptions& fit,
   explanation.terms = selection.terms;
   explanation.weighed = selection.weighed;
   for (const SelectedTerm& term : explanation.terms) explanation.evidence += term.gain;
-  explained.circuit = selection.circuit;
-  explained.selection = std::move(selection);
+  explained.by_blocks = true;
+  explained.circuit = std::move(selection.circuit);
+  explained.extended = std::move(selection.extended);
+}
+
+/// Evidence decides on effects, and what is compared is what identify() makes of the training part
+/// without and with them.
+/// @param train as it was recorded.
+void explainByEvidence(const Series& train, const IdentifyOptions& fit, const Residuals& residuals,
+                       const std::vector<std::string>& ids, const DiagnoseOptions& options,
+                       ExplanationFits& fits, Explained& explained) {
+  const auto fitted = [](const Series& series, const IdentifyOptions& how) {
+    FittedModel model = identify(series, {0, series.size()}, how);
+    return isUsable(model.fit) ? std::optional(std::move(model)) : std::nullopt;
+  };
+  explained.circuit = fitted(train, fit);
+  explained.explanation = explain(fits, ids, options);
+  if (!explained.hasEffects()) return;
+  IdentifyOptions composed = fit;
+  composed.effects = explained.explanation.model.effects();
+  composed.starts = {explained.explanation.point};
+  explained.extended = fitted(slice(residuals.screened.series, residuals.parts.train), composed);
 }
 
 /// A source is taken to control the voltage where the rows are missed by a tenth less so, once all
@@ -127,37 +147,26 @@ Explained explainErrors(const Recording& recording, const Residuals& residuals,
   if (explained.driving || (residuals.screened.slow && span > kLongAndSlow && !ids.empty())) {
     explainByScore(train, fit, ids, options, *fits, explained);
   } else {
-    FittedModel circuit = identify(train, {0, train.size()}, fit);
-    if (isUsable(circuit.fit)) explained.circuit = std::move(circuit);
-    explained.explanation = explain(*fits, ids, options);
+    explainByEvidence(train, fit, residuals, ids, options, *fits, explained);
   }
   return explained;
 }
 
-FinalFit fitExplained(const Residuals& residuals, const Explained& explained) {
-  const Explanation& explanation = explained.explanation;
-  const bool is_slow = residuals.screened.slow;
-  FinalFit last;
-  last.at_edges = !is_slow && actsAtEdges(explanation.model);
-  last.quiet = is_slow ? TimingJitterNoise::weighed(residuals.quiet, explanation.edge_jitter)
-                       : residuals.quiet;
-  last.fit = !explained.hasEffects() || explained.selection
-                 ? residuals.base
-                 : fitWhitened(explanation.model, last.inputs(residuals), {explanation.point},
-                               std::nullopt, residuals.search);
-  return last;
+/// What a discrepancy is estimated in addition to.
+Optimum withoutDiscrepancy(const Explained& explained, const Residuals& residuals) {
+  const std::optional<FittedModel>& fitted =
+      explained.extended ? explained.extended : explained.circuit;
+  if (!fitted || explained.by_blocks) return {residuals.base.model, residuals.base.point};
+  return {compositionOf(fitted->fit), optimumOf(*fitted)};
 }
 
 constexpr int kDiscrepancyBlocks = 4;
 constexpr std::size_t kReportedTerms = 4;
 
-/// A fit with a discrepancy, as it was estimated.
-WhitenedFit composedWith(const WhitenedFit& without,
-                         std::shared_ptr<const DiscrepancyModel> discrepancy) {
-  WhitenedFit fit = without;
-  fit.model = withDiscrepancy(without.model, std::move(discrepancy));
-  fit.point.parameters = withFactors(fit.model, without.point.parameters);
-  return fit;
+/// An optimum with a discrepancy, as it was estimated.
+Optimum composedWith(const Optimum& without, std::shared_ptr<const DiscrepancyModel> discrepancy) {
+  const BatteryModel model = withDiscrepancy(without.model, std::move(discrepancy));
+  return {model, {withFactors(model, without.point.parameters), without.point.state}};
 }
 
 /// A curve that bends beyond the currents that were driven is a line within them.
@@ -200,7 +209,7 @@ void describeDiscrepancy(DiscrepancyFinding& discrepancy, const DrivenTime& driv
 /// A discrepancy added to a fit. Regressors with a clock of their own have a part in it where they
 /// reduce the error on left-out blocks.
 /// @param fit set here: the caller reads its noise and gain.
-DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Residuals& residuals,
+DiscrepancyFinding fitWithDiscrepancy(const Optimum& without, const Residuals& residuals,
                                       const DiagnoseOptions& options, DiscrepancyFit& fit) {
   const InputSequence full = rowsOf(residuals, std::nullopt);
   const ModelPoint beginning = without.point.at(full.first_time);
@@ -225,11 +234,12 @@ DiscrepancyFinding fitWithDiscrepancy(const WhitenedFit& without, const Residual
 
 /// The discrepancy of the voltage by currents and their memory, checked on blocks left out.
 /// @param found takes it where it is used or needed.  @return the model with it, where it is used.
-std::optional<WhitenedFit> estimateDiscrepancy(const Residuals& residuals,
-                                               const Explanation& explanation, const FinalFit& last,
-                                               const DiagnoseOptions& options, Diagnosis& found) {
+std::optional<Optimum> estimateDiscrepancy(const Residuals& residuals, const Explained& explained,
+                                           const DiagnoseOptions& options, Diagnosis& found) {
+  const Explanation& explanation = explained.explanation;
+  const Optimum without = withoutDiscrepancy(explained, residuals);
   DiscrepancyFit fit;
-  DiscrepancyFinding finding = fitWithDiscrepancy(last.fit, residuals, options, fit);
+  DiscrepancyFinding finding = fitWithDiscrepancy(without, residuals, options, fit);
   const bool is_relevant = finding.rms >= std::max(options.relevance.rmse, 0.5 * fit.noise);
   // Where nothing else was selected, it alone would be the finding: it needs as much evidence as
   // any other component.
@@ -239,8 +249,11 @@ std::optional<WhitenedFit> estimateDiscrepancy(const Residuals& residuals,
   if (!finding.is_used && finding.left_out.base <= kPlausible) return std::nullopt;
   describeDiscrepancy(finding, drivenTimeOf(residuals.screened.series, residuals.parts.train));
   found.discrepancy = std::move(finding);
-  if (!found.discrepancy->is_used) return std::nullopt;
-  return composedWith(last.fit,
+  // Effects that left-out blocks decided on stand for themselves.
+  if (!found.discrepancy->is_used ||
+      (explained.by_blocks && (explained.driving || explained.hasEffects())))
+    return std::nullopt;
+  return composedWith(without,
                       std::make_shared<const DiscrepancyModel>(found.discrepancy->discrepancy));
 }
 
@@ -271,10 +284,8 @@ ModelSelection selectModel(const Recording& recording, const Residuals& residual
   found.effective_sample_fraction = explanation.effective_sample_fraction;
   found.unexplained = explanation.unexplained;
   tell(options, "estimating what no equation represents");
-  selected.last = fitExplained(residuals, selected.explained);
-  pulse(options);
   selected.with_discrepancy =
-      estimateDiscrepancy(residuals, explanation, selected.last, options, found);
+      estimateDiscrepancy(residuals, selected.explained, options, found);
   pulse(options);
   judgeFindings(recording, residuals, options, selected, found);
   return selected;

@@ -6,7 +6,6 @@
 
 #include "diagnosis/explanation.hpp"
 #include "diagnosis/residuals.hpp"
-#include "diagnosis/score_selection.hpp"
 #include "estimation/identification.hpp"
 
 namespace battery_sof {
@@ -20,32 +19,25 @@ struct Explained {
   /// as `sof identify --effects none` fits it to the training part; none where that has no fit and
   /// nothing is compared with it
   std::optional<FittedModel> circuit;
-  /// where left-out blocks decide: circuit and extended model as they were selected
-  std::optional<ScoreSelection> selection;
+  /// as identify() fits the effects that explain, in the direction that is controlled; none where
+  /// there are none or that has no fit
+  std::optional<FittedModel> extended;
+  bool by_blocks = false;    ///< left-out blocks decided (selectByScore()), not the evidence
   bool is_lead_acid = true;  ///< the voltage is that of blocks of six lead-acid cells
   bool hasEffects() const { return !explanation.model.effects().empty(); }
 };
 
-/// The effects that explain, fitted under a noise model: for intervals and for the model that is
-/// handed on.
-struct FinalFit {
-  /// Residuals::quiet, its samples weighed by the noise at edges (TimingJitterNoise)
-  InputSequence quiet;
-  bool at_edges = false;  ///< an effect shows at edges: fitted to Residuals::inputs
-  /// the base circuit's where there is no effect, and where a source controls the voltage: effects
-  /// are fitted in that direction then (selectByScore())
-  WhitenedFit fit;
-  const InputSequence& inputs(const Residuals& residuals) const {
-    return at_edges ? residuals.inputs : quiet;
-  }
+/// A composition and where it stands, the current as its input.
+struct Optimum {
+  BatteryModel model = BatteryModel();
+  CompositionPoint point;
 };
 
 /// What is missing in the base circuit, and the models with it.
 struct ModelSelection {
   Explained explained;
-  FinalFit last;
   /// with the discrepancy of the voltage by currents and their memory, where it is used
-  std::optional<WhitenedFit> with_discrepancy;
+  std::optional<Optimum> with_discrepancy;
 };
 
 /// @param found takes the verdict and all that speaks for it, the models that are handed on, and

@@ -228,15 +228,14 @@ void validate(const Recording& recording, const Residuals& residuals,
   const std::optional<ChargerControl>& driving = selected.explained.driving;
   Comparison& fit = found.fit;
   const Opened opened = open(series, residuals, found.instrument);
-  // What identify() fits is fitted to the rows as they were recorded.
+  // The circuit is fitted to the rows as they were recorded.
   found.base_voltage =
       driving ? voltageOf(opened.whole, residuals.base.model, residuals.base.point)
               : voltageOf(selected.explained.circuit ? series : opened.whole, found.base);
+  const bool as_recorded = selected.explained.by_blocks && !selected.with_discrepancy;
   found.extended_voltage =
       driving ? found.base_voltage
-              : voltageOf(selected.explained.selection && !selected.with_discrepancy ? series
-                                                                                     : opened.whole,
-                          found.extended);
+              : voltageOf(as_recorded ? series : opened.whole, found.extended);
   fit.train = windowOf(series, parts.train);
   fit.holdout = windowOf(series, parts.holdout);
   pulse(options);

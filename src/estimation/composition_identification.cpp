@@ -162,21 +162,9 @@ bool isAtBound(const CompositionProblem& problem, const Eigen::VectorXd& x, Eige
 }
 
 /// Covariance of the coordinates; those at a bound are taken as known. @param inputs of the pass.
-/// @param samples fitted.
 Eigen::MatrixXd covarianceOf(const CompositionProblem& problem, const Fitted& fitted,
-                             const InputSequence& inputs, std::size_t samples, ModelPass pass,
+                             const InputSequence& inputs, ModelPass pass,
                              const Eigen::VectorXd& weights) {
-  if (fitted.cost.noise) {
-    const double freedom =
-        std::max(1.0, static_cast<double>(samples) - static_cast<double>(problem.size()));
-    Eigen::MatrixXd information = fitted.fit.at.hessian;
-    for (Eigen::Index k = 0; k < problem.size(); ++k)
-      if (isAtBound(problem, fitted.fit.x, k)) {
-        information.row(k).setZero();
-        information.col(k).setZero();
-      }
-    return informationInverse(information) * std::max(1.0, fitted.fit.at.cost / freedom);
-  }
   Eigen::MatrixXd information = problem.priorInformation(fitted.fit.x);
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (isAtBound(problem, fitted.fit.x, k)) {
@@ -253,7 +241,7 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
     if (problem.rowOf(k) < model.parameterCount())
       found.fit.estimates[problem.rowOf(k)].at_bound = isAtBound(problem, fitted.fit.x, k);
   const Eigen::MatrixXd covariance =
-      covarianceOf(problem, fitted, for_errors, on.searched().samples.size(), pass, weights);
+      covarianceOf(problem, fitted, for_errors, pass, weights);
   found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
   found.fit.scores = scoresBothWays(series, range, full, residual, crankLimitsOf(options));
   if (fitted.cost.channels)
@@ -451,11 +439,10 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
 }
 
 FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options,
-                           const CompositionPoint& optimum, const NoiseModel& noise) {
+                           const CompositionPoint& optimum) {
   const BatteryModel model(options.effects, options.discrepancy);
   const Window window(series, range, options.masked);
   Fitted fitted{{}, costOf(options)};
-  fitted.cost.noise = noise;
   fitted.fit.point = optimum;
   inAllCoordinates(fitted, {model, window.searched(), fitted.cost, optimum});
   return completed(model, window, options, fitted);

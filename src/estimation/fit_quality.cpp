@@ -50,14 +50,14 @@ std::optional<NoiseModel> noiseOf(const Eigen::VectorXd& residual, const Eigen::
   const std::size_t each = std::max<std::size_t>(1, n / kMostMeans);
   std::vector<InputSample> samples;
   std::vector<double> means;
-  double before = time[0], square = 0.0;
+  double before = 0.0, square = 0.0;
   for (std::size_t first = 0; first < n; first += each) {
     InputSample sample;
     sample.count = 0.0;
     double sum = 0.0, at = 0.0;
     const std::size_t last = std::min(first + each, n);
     for (std::size_t k = first; k < last; ++k) {
-      at += time[k] / static_cast<double>(last - first);
+      at += (time[k] - time[0]) / static_cast<double>(last - first);
       if (!(weight[k] > 0.0)) continue;
       sum += residual[k];
       sample.count += 1.0;

@@ -104,9 +104,9 @@ inline CrankLimits crankLimitsOf(const IdentifyOptions& options) {
  * A current that is cut off (options.bounded) is a bound: the residual of such a sample costs
  * something only where it has the sign that the true current could not give it.
  *
- * Standard errors are those of the sandwich J'W^2J with a Bartlett kernel over the residual's
- * correlation length (Newey and West 1987), so neither the weights nor autocorrelated residuals
- * make them look smaller than they are.
+ * Standard errors are those of the sandwich J'W^2J with the memory of the residual's noise
+ * (sandwichParts()), so neither the weights nor errors that last make them look smaller than they
+ * are.
  *
  * @param series recording; @param range window; gaps inside are taken as rests.
  * @return the model with its state at the window's last sample; never throws for poor data: see
@@ -131,13 +131,13 @@ FittedModel identifyComposition(const Series& series, IndexRange range,
                                 const IdentifyOptions& options, const CompositionPoint& base);
 
 /**
- * @brief The model of an optimum that was found elsewhere under a noise model: scores, standard
- * errors, state at the end.
+ * @brief The model of an optimum that was found elsewhere: scores, standard errors, state at the
+ * end.
  * @param options effects and masked are used.  @param optimum in the composition of
  * options.effects.
  */
 FittedModel completedModel(const Series& series, IndexRange range, const IdentifyOptions& options,
-                           const CompositionPoint& optimum, const NoiseModel& noise);
+                           const CompositionPoint& optimum);
 
 /**
  * @brief Operating mode, where a fit is to use it.

@@ -220,15 +220,14 @@ std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
 }
 
 std::string effectHtml(const NamedEffect& effect) {
-  const auto spoken_in = [](const std::string& unit) {
-    return [unit](double value) { return spoken(value, unit); };
-  };
   std::vector<std::vector<Cell>> rows;
   for (const DiagnosedParameter& p : effect.parameters)
     rows.push_back(
         {{code(p.name)},
          numberCell(withError(p.value, p.std, p.unit)),
-         numberCell(p.lower || p.upper ? intervalText(p.lower, p.upper, spoken_in(p.unit)) : kNone),
+         numberCell(p.lower && p.upper
+                        ? spoken(*p.lower, p.unit) + " to " + spoken(*p.upper, p.unit)
+                        : kNone),
          {plausibility(effect.id, p)}});
   std::string facts = "The probability that its mechanism is missing is " +
                       escaped(confidenceText(effect.probability));

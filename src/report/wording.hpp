@@ -25,15 +25,6 @@ std::string threeDigits(double value);
 /// above; "-" for none.
 std::string millivolts(const std::optional<double>& volts);
 
-/// @return "1 to 2", "at least 1" or "at most 2"; empty without an end. @param text of one end.
-template <typename Text>
-std::string intervalText(const std::optional<double>& lower, const std::optional<double>& upper,
-                         Text&& text) {
-  if (lower && upper) return text(*lower) + " to " + text(*upper);
-  if (lower) return "at least " + text(*lower);
-  return upper ? "at most " + text(*upper) : "";
-}
-
 /// @return why no strength of an effect is promised, where the residual is not noise alone; without
 /// a full stop.
 std::string whyNothingIsPromised(const UnexplainedPart& left);
