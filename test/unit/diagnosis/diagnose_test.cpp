@@ -87,6 +87,20 @@ TEST(Diagnose, WhatLastsAndFollowsNothingIsUnknown) {
     EXPECT_FALSE(one.strength) << one.id << " is promised";
 }
 
+/// RMS error of `sof predict` over the hold-out [V], by the model of `sof identify --effects` over
+/// the training part.
+double errorOfIdentify(const Series& series, const Comparison& fit,
+                       const std::vector<std::string>& effects) {
+  FitRequest request;
+  request.from = fit.train.from;
+  request.to = fit.train.to;
+  request.anyway = true;
+  request.options.effects = effects;
+  const FittedModel model = fitPlanned(series, planFit(series, request));
+  const IndexRange holdout = samplesBetween(series, fit.holdout.from, std::nullopt);
+  return predictRange(model, series, holdout, PredictionMode::kCurrent).report.from_current.rmse;
+}
+
 /// What `sof identify --effects none` and `sof predict` give over the same rows, as they were
 /// recorded: a shift that the screen takes back, too, is nothing that the circuit knows of.
 TEST(Diagnose, ComparesWithTheCircuitThatIdentifyFits) {
@@ -97,16 +111,19 @@ TEST(Diagnose, ComparesWithTheCircuitThatIdentifyFits) {
   for (const Recording& recording : {withSlope(0.1, 2.0), shifted}) {
     const Diagnosis diagnosis = diagnose(recording);
     const Series& series = recording.series;
-    FitRequest request;
-    request.from = diagnosis.fit.train.from;
-    request.to = diagnosis.fit.train.to;
-    request.anyway = true;
-    const FittedModel circuit = fitPlanned(series, planFit(series, request));
-    const IndexRange holdout = samplesBetween(series, diagnosis.fit.holdout.from, std::nullopt);
-    const auto scores = predictRange(circuit, series, holdout, PredictionMode::kCurrent).report;
-    EXPECT_NEAR(scores.from_current.rmse, diagnosis.fit.base_holdout.rmse, 1e-6);
+    EXPECT_NEAR(errorOfIdentify(series, diagnosis.fit, {}), diagnosis.fit.base_holdout.rmse, 1e-6);
     EXPECT_LT(diagnosis.fit.extended_holdout.rmse, diagnosis.fit.base_holdout.rmse);
   }
+}
+
+TEST(Diagnose, WhatItFindsIsFittedAsIdentifyDoes) {
+  const Recording recording = withSlope(0.1, 0.0);
+  DiagnoseOptions options;
+  options.given = {"ocv_soc"};
+  const Diagnosis diagnosis = diagnose(recording, options);
+  ASSERT_FALSE(diagnosis.discrepancy && diagnosis.discrepancy->is_used);
+  EXPECT_NEAR(errorOfIdentify(recording.series, diagnosis.fit, options.given),
+              diagnosis.fit.extended_holdout.rmse, 1e-5);
 }
 
 TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
