@@ -15,8 +15,8 @@ namespace battery_sof {
 namespace {
 
 constexpr std::size_t kMostMeans = 200;  // that noise is fitted to
-constexpr std::ptrdiff_t kFewestMeans = 30;
-constexpr double kLargestMean = 0.05;  // [V], of what fitNoise() is made for
+constexpr std::size_t kFewestMeans = 30;
+constexpr double kTypicalNoise = 0.01;  // [V], of what fitNoise() is made for
 constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
 
 using Values = Eigen::Map<const Eigen::ArrayXd>;
@@ -43,40 +43,19 @@ std::optional<double> explained(const Values& measured, double squares) {
   return 100.0 * (1.0 - std::sqrt(squares / variation));
 }
 
-/// The noise of a residual by means over neighbouring rows; none of too few.
+/// The noise of a residual by means over neighbouring rows that have weight; none of too few.
+/// @param deviation RMS of these rows: fitNoise() takes the residual for one of kTypicalNoise.
 std::optional<NoiseModel> noiseOf(const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
-                                  const Eigen::VectorXd& time) {
-  const auto n = static_cast<std::size_t>(residual.size());
-  const std::size_t each = std::max<std::size_t>(1, n / kMostMeans);
-  std::vector<InputSample> samples;
-  std::vector<double> means;
-  double before = 0.0, square = 0.0;
-  for (std::size_t first = 0; first < n; first += each) {
-    InputSample sample;
-    sample.count = 0.0;
-    double sum = 0.0, at = 0.0;
-    const std::size_t last = std::min(first + each, n);
-    for (std::size_t k = first; k < last; ++k) {
-      at += (time[k] - time[0]) / static_cast<double>(last - first);
-      if (!(weight[k] > 0.0)) continue;
-      sum += residual[k];
-      sample.count += 1.0;
-    }
-    sample.step.duration = std::max(0.0, at - before);
-    before = at;
-    means.push_back(sample.count > 0.0 ? sum / sample.count : 0.0);
-    square = std::max(square, means.back() * means.back());
-    samples.push_back(sample);
-  }
-  const auto counts = std::count_if(samples.begin(), samples.end(),
-                                    [](const InputSample& one) { return one.count > 0.0; });
-  if (counts < kFewestMeans || !(square > 0.0)) return std::nullopt;
-  // In units of the largest mean, which fitNoise() takes for volts.
-  const double unit = std::sqrt(square) / kLargestMean;
-  const Eigen::Map<const Eigen::VectorXd> all(means.data(),
-                                              static_cast<Eigen::Index>(means.size()));
-  NoiseModel noise = fitNoise(all / unit, samples);
-  for (double* part : {&noise.white_std, &noise.ar_std, &noise.walk_std}) *part *= unit;
+                                  const Eigen::VectorXd& time, double deviation) {
+  const double unit = deviation / kTypicalNoise;
+  const auto rows = static_cast<std::size_t>(residual.size());
+  std::vector<std::optional<double>> values(rows);
+  for (std::size_t n = 0; n < rows; ++n)
+    if (weight[n] > 0.0) values[n] = residual[n] / unit;
+  std::optional<NoiseModel> noise = fitNoiseToMeans(
+      time, values, std::max<std::size_t>(1, rows / kMostMeans), kFewestMeans);
+  if (noise)
+    for (double* part : {&noise->white_std, &noise->ar_std, &noise->walk_std}) *part *= unit;
   return noise;
 }
 
@@ -258,14 +237,13 @@ Sandwich sandwichParts(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
     parts.A.noalias() += J.transpose() * (w.asDiagonal() * J);
     parts.B.noalias() += J.transpose() * (w.cwiseProduct(e).cwiseAbs2().asDiagonal() * J);
   }
-  const std::optional<NoiseModel> noise = noiseOf(residual, weight, time);
+  const double counted = (weight.array() > 0.0).cast<double>().sum();
+  const double variance =
+      (weight.array() > 0.0).select(residual.array().square(), 0.0).sum() / counted;
+  if (!(variance > 0.0)) return parts;
+  const auto noise = noiseOf(residual, weight, time, std::sqrt(variance));
   if (!noise) return parts;
-  double squares = 0.0, count = 0.0;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    squares += weight[k] > 0.0 ? residual[k] * residual[k] : 0.0;
-    count += weight[k] > 0.0 ? 1.0 : 0.0;
-  }
-  parts.B *= std::max(1.0, noise->white_std * noise->white_std * count / squares);
+  parts.B *= std::max(1.0, noise->white_std * noise->white_std / variance);
   parts.B += ofMemory(jacobian, weight, time, *noise);
   return parts;
 }

@@ -133,4 +133,34 @@ NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSamp
   return best;
 }
 
+std::optional<NoiseModel> fitNoiseToMeans(const Eigen::Ref<const Eigen::VectorXd>& time,
+                                          const std::vector<std::optional<double>>& residual,
+                                          std::size_t each, std::size_t fewest) {
+  std::vector<InputSample> samples;
+  std::vector<double> means;
+  double before = 0.0;
+  std::size_t counted = 0;
+  for (std::size_t first = 0; first < residual.size(); first += each) {
+    const std::size_t last = std::min(first + each, residual.size());
+    InputSample sample;
+    sample.count = 0.0;
+    double sum = 0.0, at = 0.0;
+    for (std::size_t n = first; n < last; ++n) {
+      at += (time[n] - time[0]) / static_cast<double>(last - first);
+      if (!residual[n]) continue;
+      sum += *residual[n];
+      sample.count += 1.0;
+    }
+    sample.step.duration = std::max(0.0, at - before);
+    before = at;
+    samples.push_back(sample);
+    means.push_back(sample.count > 0.0 ? sum / sample.count : 0.0);
+    if (sample.count > 0.0) ++counted;
+  }
+  if (counted < fewest) return std::nullopt;
+  return fitNoise(
+      Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())),
+      samples);
+}
+
 }  // namespace battery_sof

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "model/input_sequence.hpp"
@@ -149,6 +150,16 @@ class Whitening {
  */
 NoiseModel fitNoise(const Eigen::VectorXd& residual, const std::vector<InputSample>& samples,
                     double min_white = 1e-5);
+
+/**
+ * @brief fitNoise() of means over neighbouring samples.
+ * @param time [s], not decreasing.  @param residual [V], one a time; none: not measured.
+ * @param each samples of a mean, at least 1.  @param fewest means with a value, at least 30.
+ * @return none of fewer.
+ */
+std::optional<NoiseModel> fitNoiseToMeans(const Eigen::Ref<const Eigen::VectorXd>& time,
+                                          const std::vector<std::optional<double>>& residual,
+                                          std::size_t each, std::size_t fewest);
 
 /// -2 ln likelihood of a residual, without the constant n ln(2 pi).
 double deviance(const NoiseModel& noise, const Eigen::VectorXd& residual,

@@ -120,31 +120,11 @@ void fitErrors(FittedModel& model, const Series& series, IndexRange range) {
   const double interval = medianInterval(series);
   const auto each =
       static_cast<std::size_t>(std::max(1.0, std::round(kAverage / std::max(interval, 1e-6))));
-  std::vector<InputSample> samples;
-  std::vector<double> means;
-  double before = series.time[range.first];
-  std::size_t averages = 0;
-  for (std::size_t first = 0; first < missed.size(); first += each) {
-    const std::size_t last = std::min(first + each, missed.size());
-    InputSample sample;
-    sample.count = 0.0;
-    double sum = 0.0, time = 0.0;
-    for (std::size_t n = first; n < last; ++n) {
-      time += series.time[range.first + n] / static_cast<double>(last - first);
-      if (!missed[n]) continue;
-      sum += *missed[n];
-      sample.count += 1.0;
-    }
-    sample.step.duration = std::max(0.0, time - before);
-    before = time;
-    samples.push_back(sample);
-    means.push_back(sample.count > 0.0 ? sum / sample.count : 0.0);
-    if (sample.count > 0.0) ++averages;
-  }
-  if (averages < kMinAverages) return;
-  model.fit.noise = fitNoise(
-      Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size())),
-      samples);
+  const Eigen::Map<const Eigen::VectorXd> time(series.time.data() + range.first,
+                                               static_cast<Eigen::Index>(range.size()));
+  const std::optional<NoiseModel> noise = fitNoiseToMeans(time, missed, each, kMinAverages);
+  if (!noise) return;
+  model.fit.noise = noise;
   model.state.residual_state = {
       0.0, 0.0, 0.0, 0.0, model.fit.noise->ar_std * model.fit.noise->ar_std, present.state()};
   ResidualFilter tracker(model);
