@@ -44,9 +44,8 @@ Unexplained restOf(const Residuals& residuals, double edge_jitter, const Diagnos
   // Blocks that are left out are missed by more than what is missing where a short recording hardly
   // determines the parameters.
   if (found.discrepancy)
-    rest.rmse = std::min(
-        found.discrepancy->left_out.base,
-        leftOf(residuals.base, inputs, residuals.screened.limits.voltage_lsb_std));
+    rest.rmse = std::min(found.discrepancy->left_out.base,
+                         leftOf(residuals.base, inputs, residuals.screened.limits.voltage_lsb_std));
   return rest;
 }
 
@@ -161,8 +160,7 @@ std::vector<DetectionLimit> detectionLimitsOf(std::vector<DetectionLimit> limits
 constexpr double kTwoSided = 1.96;          // standard deviations of a 95 % interval
 constexpr double kFaultProbability = 0.95;  // [1], of what the screen found
 
-FittedModel completed(const Optimum& at, const Residuals& residuals,
-                      const std::string& recording) {
+FittedModel completed(const Optimum& at, const Residuals& residuals, const std::string& recording) {
   const Screening& screened = residuals.screened;
   IdentifyOptions options;
   options.effects = at.model.effects();
@@ -261,9 +259,9 @@ void nameEffects(const Recording& recording, const Residuals& residuals,
       selected.explained;
   const IndexRange train = residuals.parts.train;
   const Series& fitted = by_blocks ? recording.series : residuals.screened.series;
-  found.base = circuit ? completed(*circuit, recording.series, train, recording.name)
-                       : completed({residuals.base.model, residuals.base.point}, residuals,
-                                   recording.name);
+  found.base =
+      circuit ? completed(*circuit, recording.series, train, recording.name)
+              : completed({residuals.base.model, residuals.base.point}, residuals, recording.name);
   if (selected.with_discrepancy)
     found.extended = completed(*selected.with_discrepancy, residuals, recording.name);
   else

@@ -284,8 +284,7 @@ ModelSelection selectModel(const Recording& recording, const Residuals& residual
   found.effective_sample_fraction = explanation.effective_sample_fraction;
   found.unexplained = explanation.unexplained;
   tell(options, "estimating what no equation represents");
-  selected.with_discrepancy =
-      estimateDiscrepancy(residuals, selected.explained, options, found);
+  selected.with_discrepancy = estimateDiscrepancy(residuals, selected.explained, options, found);
   pulse(options);
   judgeFindings(recording, residuals, options, selected, found);
   return selected;

@@ -234,8 +234,7 @@ void validate(const Recording& recording, const Residuals& residuals,
               : voltageOf(selected.explained.circuit ? series : opened.whole, found.base);
   const bool as_recorded = selected.explained.by_blocks && !selected.with_discrepancy;
   found.extended_voltage =
-      driving ? found.base_voltage
-              : voltageOf(as_recorded ? series : opened.whole, found.extended);
+      driving ? found.base_voltage : voltageOf(as_recorded ? series : opened.whole, found.extended);
   fit.train = windowOf(series, parts.train);
   fit.holdout = windowOf(series, parts.holdout);
   pulse(options);

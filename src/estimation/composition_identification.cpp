@@ -240,8 +240,7 @@ FittedModel completed(const BatteryModel& model, const Window& on, const Identif
   for (Eigen::Index k = 0; k < problem.size(); ++k)
     if (problem.rowOf(k) < model.parameterCount())
       found.fit.estimates[problem.rowOf(k)].at_bound = isAtBound(problem, fitted.fit.x, k);
-  const Eigen::MatrixXd covariance =
-      covarianceOf(problem, fitted, for_errors, pass, weights);
+  const Eigen::MatrixXd covariance = covarianceOf(problem, fitted, for_errors, pass, weights);
   found.fit.covariance = pass.at_end * covariance * pass.at_end.transpose();
   found.fit.scores = scoresBothWays(series, range, full, residual, crankLimitsOf(options));
   if (fitted.cost.channels)

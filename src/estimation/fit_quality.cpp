@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kMostMeans = 200;  // that noise is fitted to
 constexpr std::size_t kFewestMeans = 30;
 constexpr double kTypicalNoise = 0.01;  // [V], of what fitNoise() is made for
-constexpr Eigen::Index kBlock = 256;  // rows that stay in the first-level cache
+constexpr Eigen::Index kBlock = 256;    // rows that stay in the first-level cache
 
 using Values = Eigen::Map<const Eigen::ArrayXd>;
 
@@ -52,8 +52,8 @@ std::optional<NoiseModel> noiseOf(const Eigen::VectorXd& residual, const Eigen::
   std::vector<std::optional<double>> values(rows);
   for (std::size_t n = 0; n < rows; ++n)
     if (weight[n] > 0.0) values[n] = residual[n] / unit;
-  std::optional<NoiseModel> noise = fitNoiseToMeans(
-      time, values, std::max<std::size_t>(1, rows / kMostMeans), kFewestMeans);
+  std::optional<NoiseModel> noise =
+      fitNoiseToMeans(time, values, std::max<std::size_t>(1, rows / kMostMeans), kFewestMeans);
   if (noise)
     for (double* part : {&noise->white_std, &noise->ar_std, &noise->walk_std}) *part *= unit;
   return noise;

@@ -265,7 +265,8 @@ std::optional<ChargerControl> chargerControl(const Series& series, std::optional
   return source;
 }
 
-void takeInstrument(IdentifyOptions& options, const Series& series, const InstrumentLimits& limits) {
+void takeInstrument(IdentifyOptions& options, const Series& series,
+                    const InstrumentLimits& limits) {
   options.masked = limits.withoutClipped();
   options.bounded.assign(series.size(), 0);
   for (const double limit : limits.current_limits) {

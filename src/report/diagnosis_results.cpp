@@ -102,8 +102,8 @@ std::string parameterText(const DiagnosedParameter& p) {
   const std::string interval =
       p.lower && p.upper ? "95 % " + threeDigits(*p.lower) + " to " + threeDigits(*p.upper) : "";
   return format("%s%-24s %10s %-10s %-6s %s%s\n", kIndent, p.name.c_str(),
-                threeDigits(p.value).c_str(), error.c_str(), p.unit.c_str(),
-                interval.c_str(), p.at_bound ? " (at a bound)" : "");
+                threeDigits(p.value).c_str(), error.c_str(), p.unit.c_str(), interval.c_str(),
+                p.at_bound ? " (at a bound)" : "");
 }
 
 std::string effectsText(const Diagnosis& d) {

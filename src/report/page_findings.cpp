@@ -222,13 +222,12 @@ std::string plausibility(const std::string& id, const DiagnosedParameter& p) {
 std::string effectHtml(const NamedEffect& effect) {
   std::vector<std::vector<Cell>> rows;
   for (const DiagnosedParameter& p : effect.parameters)
-    rows.push_back(
-        {{code(p.name)},
-         numberCell(withError(p.value, p.std, p.unit)),
-         numberCell(p.lower && p.upper
-                        ? spoken(*p.lower, p.unit) + " to " + spoken(*p.upper, p.unit)
-                        : kNone),
-         {plausibility(effect.id, p)}});
+    rows.push_back({{code(p.name)},
+                    numberCell(withError(p.value, p.std, p.unit)),
+                    numberCell(p.lower && p.upper
+                                   ? spoken(*p.lower, p.unit) + " to " + spoken(*p.upper, p.unit)
+                                   : kNone),
+                    {plausibility(effect.id, p)}});
   std::string facts = "The probability that its mechanism is missing is " +
                       escaped(confidenceText(effect.probability));
   if (!effect.indistinguishable_from.empty())
