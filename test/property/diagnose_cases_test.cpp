@@ -158,8 +158,12 @@ TEST(DiagnoseCases, TheCityDriveOfFigure4IsNamedByItsStructure) {
       << diagnosis.summary;
   for (const NamedEffect& effect : diagnosis.effects)
     if (effect.id == "charge_transfer") {
-      EXPECT_EQ("exchange_current", effect.parameters.front().name);
-      EXPECT_NEAR(0.71, effect.parameters.front().value, 0.03);
+      const DiagnosedParameter& current = effect.parameters.front();
+      EXPECT_EQ("exchange_current", current.name);
+      EXPECT_NEAR(0.71, current.value, 0.05);
+      ASSERT_TRUE(current.lower && current.upper);
+      EXPECT_LT(*current.lower, 0.71);
+      EXPECT_GT(*current.upper, 0.71);
     }
   EXPECT_EQ(Mechanism::kStructure, diagnosis.mechanism) << diagnosis.summary;
   EXPECT_TRUE(namesBeyondStructure(diagnosis).empty()) << diagnosis.summary;
