@@ -123,7 +123,7 @@ TEST(Diagnose, WhatItFindsIsFittedAsIdentifyDoes) {
   const Diagnosis diagnosis = diagnose(recording, options);
   ASSERT_FALSE(diagnosis.discrepancy && diagnosis.discrepancy->is_used);
   EXPECT_NEAR(errorOfIdentify(recording.series, diagnosis.fit, options.given),
-              diagnosis.fit.extended_holdout.rmse, 1e-5);
+              diagnosis.fit.extended_holdout.rmse, 1e-7);
 }
 
 TEST(Diagnose, ADriveWhoseVoltageFollowsTheChargeIsNamedSo) {
