@@ -127,8 +127,10 @@ std::vector<Series> changed(std::vector<Series> all, const StatedChanges& by) {
   for (Series& series : all) {
     ResponseRows rows{series.time, series.current, series.voltage, {}, medianInterval(series)};
     rows.excluded.assign(rows.size(), 0);
-    for (const WeighedChange& one : by)
+    for (const WeighedChange& one : by) {
+      rows.moved = one.moved;
       rows = withChange(std::move(rows), one.candidate->kind, one.strength);
+    }
     series.current = rows.current;
     series.voltage = rows.voltage;
   }
@@ -144,11 +146,12 @@ void keep(ChangeDiagnosis& diagnosis, const std::optional<Modelled>& present,
 /// NOW as its instruments would have shown it without the change. A lag is put into the other
 /// channel too: what both channels have does not show, and a lag that is taken out adds noise.
 Series without(const WeighedChange& change, const Series& now, double reference_interval) {
-  const ChangeKind kind = change.candidate->kind;
-  double opposite = -change.strength;
-  if (kind == ChangeKind::kGain) opposite = 1.0 / (1.0 + change.strength) - 1.0;
-  if (change.candidate->isInRows()) opposite *= reference_interval / medianInterval(now);
-  return changed({now}, {{change.candidate, opposite}}).front();
+  WeighedChange opposite = change;
+  opposite.strength = change.candidate->kind == ChangeKind::kGain
+                          ? 1.0 / (1.0 + change.strength) - 1.0
+                          : -change.strength;
+  if (change.candidate->isInRows()) opposite.strength *= reference_interval / medianInterval(now);
+  return changed({now}, {opposite}).front();
 }
 
 /// Fits NOW and runs the reference's model on it, without the change too.

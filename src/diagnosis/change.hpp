@@ -96,8 +96,8 @@ struct ChangeReference {
  * @brief What has changed in a battery or its instruments since a reference.
  *
  * What is compared are responseFeatures() f. A change c of strength s is put into the reference
- * exactly (v + R i, (1 + g) i, i + i_o, a shift by rows, a first-order lag of one channel), so its
- * signature needs no model and no linearisation:
+ * exactly (v + R i with i as late as the voltage is, (1 + g) i, i + i_o, a shift by rows, a
+ * first-order lag of one channel), so its signature needs no model and no linearisation:
  *
  *     D(c, s) = (f_now - f_then(c, s))' V^-1 (f_now - f_then(c, s)) + ln det V,
  *     V = V_now + V_then(c, s) + V_between

@@ -44,9 +44,11 @@ const std::vector<CandidateChange>& candidateChanges() {
 
 ResponseRows withChange(ResponseRows rows, ChangeKind kind, double strength) {
   switch (kind) {
-    case ChangeKind::kContact:
-      for (std::size_t n = 0; n < rows.size(); ++n) rows.voltage[n] += strength * rows.current[n];
+    case ChangeKind::kContact: {
+      const ResponseRows met = withCurrentMoved(rows, rows.moved);
+      for (std::size_t n = 0; n < rows.size(); ++n) rows.voltage[n] += strength * met.current[n];
       break;
+    }
     case ChangeKind::kGain:
       for (double& current : rows.current) current *= 1.0 + strength;
       break;

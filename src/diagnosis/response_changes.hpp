@@ -8,7 +8,7 @@ namespace battery_sof {
 
 /// What may have changed between two recordings, as far as it can be put into one exactly.
 enum class ChangeKind {
-  kContact,  ///< [Ohm], v + R i
+  kContact,  ///< [Ohm], v + R i, with i as late as the voltage is (ResponseRows::moved)
   kGain,     ///< [1], (1 + g) i
   kOffset,   ///< [A], i + i_o
   kSkew,     ///< [rows], > 0: the voltage comes late, < 0: the current
@@ -31,6 +31,7 @@ struct CandidateChange {
 /// @return all of them.
 const std::vector<CandidateChange>& candidateChanges();
 
+/// @param rows with how late their voltage is.
 /// @return what the recording would be had its instruments been changed so. @param strength as of
 /// ChangeKind.
 ResponseRows withChange(ResponseRows rows, ChangeKind kind, double strength);

@@ -57,7 +57,7 @@ void requireSameScale(const ResponseScale& one, const ResponseScale& other) {
 }
 
 double gridScale(const ResponseComparison& comparison, const CandidateChange& candidate) {
-  return candidate.kind == ChangeKind::kOffset ? comparison.currentScale() : 1.0;
+  return candidate.kind == ChangeKind::kOffset ? comparison.scale().current : 1.0;
 }
 
 /// Golden section between two strengths.
@@ -86,6 +86,7 @@ void refine(const ResponseComparison& comparison, WeighedChange& best, double lo
 
 WeighedChange weigh(const ResponseComparison& comparison, const CandidateChange& candidate) {
   WeighedChange best{&candidate, 0.0, HUGE_VAL};
+  best.moved = comparison.scale().moved;
   std::size_t at = 0;
   std::vector<double> grid = candidate.grid;
   for (double& strength : grid) strength *= gridScale(comparison, candidate);
@@ -145,6 +146,7 @@ ResponseComparison::ResponseComparison(const std::vector<Series>& now,
   scale_ = tables_.empty() ? responseScale(then_.front()) : tables_.front()->scale;
   interval_ = tables_.empty() ? then_.front().interval : tables_.front()->interval;
   for (const auto& table : tables_) requireSameScale(table->scale, scale_);
+  for (ResponseRows& rows : then_) rows.moved = scale_.moved;
   std::vector<ResponseFeatures> features;
   for (const Series& one : now) features.push_back(responseFeatures(responseRows(one), scale_));
   now_ = meanOf(features);

@@ -38,9 +38,9 @@ class ResponseComparison {
   const std::vector<int>& compared() const { return compared_; }  ///< features known in both
   const ResponseFeatures& now() const { return now_; }
   const ResponseFeatures& reference() const { return reference_; }
-  double interval() const { return interval_; }           ///< [s], between rows of the reference
-  double currentScale() const { return scale_.current; }  ///< ResponseScale::current
-  double spreadOf(int feature) const;                     ///< between sound trips
+  double interval() const { return interval_; }          ///< [s], between rows of the reference
+  const ResponseScale& scale() const { return scale_; }  ///< of the reference
+  double spreadOf(int feature) const;                    ///< between sound trips
 
   double nothing() const;  ///< D of no change
   /// D(c, s) and the strength's prior, (s / typical)^2
@@ -70,6 +70,7 @@ struct WeighedChange {
   const CandidateChange* candidate = nullptr;
   double strength = 0.0, distance = 0.0;  ///< D there; infinite where nothing can be said
   double lower = 0.0, upper = 0.0;        ///< 90 % interval of the strength; see addInterval()
+  int moved = 0;                          ///< ResponseRows::moved, of what it is put into
 };
 
 /// @return every candidate at its best strength, least D first.

@@ -22,6 +22,7 @@ struct ResponseRows {
   double interval = 1.0;        ///< [s], median
   double voltage_step = 0.0;    ///< [V], by which a change of voltage may be off
   bool has_source = false;      ///< something charges the battery (ControlModes::seen)
+  int moved = 0;                ///< ResponseScale::moved, of the reference
   std::size_t size() const { return time.size(); }
 };
 

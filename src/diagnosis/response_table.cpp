@@ -83,7 +83,7 @@ void RecentResponses::add(const ResponseFeatures& drive) {
 
 std::shared_ptr<const ResponseTable> responseTable(const Series& series, bool anyway) {
   if (series.size() < kFewestRows || (!anyway && !findProblems(series).empty())) return nullptr;
-  const ResponseRows rows = responseRows(series);
+  ResponseRows rows = responseRows(series);
   auto table = std::make_shared<ResponseTable>();
   table->from = series.time.front();
   table->to = series.time.back();
@@ -91,6 +91,7 @@ std::shared_ptr<const ResponseTable> responseTable(const Series& series, bool an
   table->interval = rows.interval;
   table->scale = responseScale(rows);
   table->scale.current = sixDigits(table->scale.current);
+  rows.moved = table->scale.moved;
   ResponseFeatures& unchanged = table->unchanged;
   unchanged = responseFeatures(rows, table->scale);
   if (unchanged.count() < kFewestFeatures) return nullptr;

@@ -15,7 +15,7 @@ struct FitRequest;  // estimation/identification.hpp
 
 /// Version of what features are taken by: of the thresholds in response_features.cpp and the changes
 /// in response_changes.cpp. A table of another version is not comparable.
-inline constexpr int kResponseVersion = 2;
+inline constexpr int kResponseVersion = 3;
 
 /// Features of a recording with one change of several strengths put in, a column a strength.
 struct TabulatedChange {

@@ -5,7 +5,8 @@
     change_study BUILD --simulated COUNT [--seed 1] [--json FILE]
 
 Pairs of sound recordings of one battery: the halves of each recording of a vehicle, either one as the reference, and two trips of one car; with `--pairs quarters` every two quarters of a recording. A change is put exactly
-into the measured signals of the later one: a contact's resistance (v + R i), a gain and an offset of the current, a delay and a lag of one channel. Controls are the
+into the measured signals of the later one: a contact's resistance (v + R i), a gain and an offset of the current, a delay and a lag of one channel. Where the
+voltage is recorded some rows after the current, a contact is put in as late as the voltage, too, as that logger would show it. Controls are the
 same pairs with nothing put in; pairs of different vehicles must be called another battery. A change counts as named where it is the first one or among those that
 look alike. `--reference-models` gives the reference as the model file that `sof identify` makes of it, in place of the recording. `--spread` prints what the pairs differ by in each quantity that is compared, beside what is assumed: the table of src/diagnosis/change.cpp.
 With --drives the stretches of 15 minutes of each recording are the drives of a node, each of the first six in turn the beginning of the reference: how many of the
@@ -42,8 +43,11 @@ VEHICLES = {
 }
 FOLDER = {"other_car": "startstop_car"}
 Injected = collections.namedtuple("Injected", "kind strength unit effect few")
+LATE_CONTACT = "contact, as late as the voltage,"
+EDGE_A = 8.0  # a change of current that counts
 CHANGES = [
     *(Injected("contact", r, "mOhm", "contact_resistance", r in (1, 3)) for r in (1, 2, 3, 4, 8)),
+    *(Injected(LATE_CONTACT, r, "mOhm", "contact_resistance", r in (3, 8)) for r in (3, 4, 8)),
     *(Injected("gain", g, "%", "current_gain", g == 6) for g in (2, 4, 6, 8)),
     *(Injected("offset", o, "A", "current_offset", o in (0.5, 0.8)) for o in (0.2, 0.5, 0.8, 1.0)),
     Injected("offset", -0.8, "A", "current_offset", False),
@@ -59,7 +63,18 @@ MODELS = ("reference", "changed", "own")  # as of `explained`
 
 
 def late(values, rows):
-    return np.concatenate((np.repeat(values[:1], rows), values[:-rows]))
+    return np.concatenate((np.repeat(values[:1], rows), values[:len(values) - rows]))
+
+
+def rows_late(recording, most=3):
+    """By how many rows changes of the voltage follow those of the current."""
+    _, i, u = recording
+    answers = []
+    for rows in range(most + 1):
+        steps, moved = np.diff(i)[:len(i) - 1 - rows], np.diff(u)[rows:]
+        counted = np.abs(steps) > EDGE_A
+        answers.append(np.sum(steps[counted] * moved[counted]))
+    return int(np.argmax(answers))
 
 
 def lagging(t, values, constant_s):
@@ -74,7 +89,7 @@ def injected(recording, change):
     """The recording as it would read had the change come before it."""
     t, i, u = recording
     s = change.strength
-    return {"contact": lambda: (t, i, u + 1e-3 * s * i), "contact 4 mOhm, offset": lambda: (t, i + s, u + 4e-3 * i), "gain": lambda: (t, i * (1.0 + 0.01 * s), u), "offset": lambda: (t, i + s, u),
+    return {"contact": lambda: (t, i, u + 1e-3 * s * i), LATE_CONTACT: lambda: (t, i, u + 1e-3 * s * late(i, rows_late(recording))), "contact 4 mOhm, offset": lambda: (t, i + s, u + 4e-3 * i), "gain": lambda: (t, i * (1.0 + 0.01 * s), u), "offset": lambda: (t, i + s, u),
             "unseen load": lambda: (t, i + s, u), "current late": lambda: (t, late(i, s), u), "voltage late": lambda: (t, i, late(u, s)),
             "current lags": lambda: (t, lagging(t, i, s), u), "voltage lags": lambda: (t, i, lagging(t, u, s))}[change.kind]()
 
@@ -335,7 +350,7 @@ def measure_real(binary, args):
     share = 0.25 if args.pairs == "quarters" else 0.5
     other = [Pair(f"{now} against {then}", now, part(firsts[then], 0.0, share), part(firsts[now], 0.0, share), True)
              for then, now in itertools.permutations(VEHICLES, 2) if is_every or list(VEHICLES).index(now) == (list(VEHICLES).index(then) + 1) % len(VEHICLES)]
-    cases = [(pair, change) for pair in pairs for change in changes]
+    cases = [(pair, change) for pair in pairs for change in changes if not (change and change.kind == LATE_CONTACT) or rows_late(pair.now)]
     options = ["--responses-only"] * args.responses_only
     rows = [row_of(binary, *case, options, args.reference_models) for case in followed(cases, "compared")]
     if not args.responses_only and not args.controls:

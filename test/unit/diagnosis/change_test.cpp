@@ -49,6 +49,12 @@ Series withLateCurrent(Series series, std::size_t rows) {
   return series;
 }
 
+Series withLateVoltage(Series series, std::size_t rows) {
+  const std::vector<double> voltage = series.voltage;
+  for (std::size_t n = rows; n < series.size(); ++n) series.voltage[n] = voltage[n - rows];
+  return series;
+}
+
 Series withOffset(Series series, double offset) {
   for (double& current : series.current) current += offset;
   return series;
@@ -104,6 +110,24 @@ TEST(Changes, AgainstAModelFileAreThoseAgainstItsRecording) {
       EXPECT_EQ(one.changes[0].id, other.changes[0].id);
       EXPECT_NEAR(one.changes[0].now, other.changes[0].now, 0.1 * std::abs(one.changes[0].now));
     }
+}
+
+/// A logger that looks at the voltage a row late shows a contact's voltage late, too.
+TEST(Changes, OfAContactAreNamedWhereTheVoltageIsLate) {
+  const Series then = withLateVoltage(trip(1), 1);
+  const FittedModel kept = keptOf(then);
+  ChangeOptions options;
+  options.runs_models = false;
+  for (std::uint64_t seed = 2; seed < 6; ++seed) {
+    const Series now = withLateVoltage(withContact(trip(seed), 0.006), 1);
+    for (const ChangeDiagnosis& found :
+         {responsesOf(now, then), diagnoseChange({now}, {{}, {kept}}, options)}) {
+      ASSERT_EQ(found.changes.size(), 1U) << found.summary;
+      EXPECT_EQ(found.changes[0].id, "contact_resistance") << found.summary;
+      EXPECT_LT(found.changes[0].lower, 0.006);
+      EXPECT_GT(found.changes[0].upper, 0.006);
+    }
+  }
 }
 
 TEST(Changes, AgainstAModelFileWithoutResponsesAreNotJudged) {

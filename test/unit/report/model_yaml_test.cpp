@@ -476,7 +476,7 @@ TEST(ModelYaml, NamesWhatIsWrongWithResponses) {
     return errorOf(text.substr(0, at) + with(text.substr(at), from, to));
   };
   EXPECT_EQ(wrong("version: 2", "version: 1"),
-            "model.yaml: responses.version is 1, expected 2: identify again");
+            "model.yaml: responses.version is 1, expected 3: identify again");
   EXPECT_EQ(wrong("features: [edge_resistance", "features: [edge_resistence"),
             "model.yaml: responses.features must be ids of features in their order");
   EXPECT_NE(wrong("strength: [-0.004, -0.002", "strength: [-0.002, -0.004")
