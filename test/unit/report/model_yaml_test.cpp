@@ -475,7 +475,7 @@ TEST(ModelYaml, NamesWhatIsWrongWithResponses) {
     const auto at = text.find("responses:");
     return errorOf(text.substr(0, at) + with(text.substr(at), from, to));
   };
-  EXPECT_EQ(wrong("version: 2", "version: 1"),
+  EXPECT_EQ(wrong("version: 3", "version: 1"),
             "model.yaml: responses.version is 1, expected 3: identify again");
   EXPECT_EQ(wrong("features: [edge_resistance", "features: [edge_resistence"),
             "model.yaml: responses.features must be ids of features in their order");
