@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <random>
 #include <stdexcept>
 
 #include "battery_sof/intake.hpp"
-#include "diagnosis/random_bits.hpp"
 #include "diagnosis/regimes.hpp"
 #include "estimation/fit_quality.hpp"
 #include "recording/events.hpp"
@@ -60,11 +60,11 @@ struct BlockSums {
 };
 
 void takeInterval(const std::vector<BlockSums>& blocks, RegimeComparison& comparison) {
-  RandomBits random(3);
+  std::mt19937_64 random;  // its sequence is the standard's, the same on every machine
   std::vector<double> changes;
   for (int draw = 0; draw < kDraws; ++draw) {
     BlockSums sums;
-    for (std::size_t k = 0; k < blocks.size(); ++k) sums.add(blocks[random.below(blocks.size())]);
+    for (std::size_t k = 0; k < blocks.size(); ++k) sums.add(blocks[random() % blocks.size()]);
     changes.push_back(sums.change());
   }
   std::sort(changes.begin(), changes.end());

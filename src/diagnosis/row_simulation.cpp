@@ -54,13 +54,14 @@ bool moves(const InputSequence& inputs, std::size_t begin, std::size_t end) {
   return high - low > kEdge;
 }
 
-}  // namespace
-
+/// Whether one of its effects acts at edges of the current.
 bool actsAtEdges(const BatteryModel& model) {
   const auto& ids = model.effects();
   return std::any_of(ids.begin(), ids.end(),
                      [](const std::string& id) { return effectInfo(id).acts_at_edges; });
 }
+
+}  // namespace
 
 RowSimulation::Grid RowSimulation::gridOf(const InputSequence& inputs, bool fine_at_edges) const {
   Grid grid;

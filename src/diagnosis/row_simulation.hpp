@@ -10,9 +10,6 @@
 
 namespace battery_sof {
 
-/// Whether one of its effects acts at edges of the current.
-bool actsAtEdges(const BatteryModel& model);
-
 /// What a composition leaves of the rows, in volts as in Linearization.
 struct RowErrors {
   /// measured less modelled, one a row [V]; empty where the model has no finite voltage
