@@ -201,6 +201,15 @@ class StepwiseSelection {
     return physics ? std::max(kMinGain, kCatalogueTolerance * state.structure_gain) : kMinGain;
   }
 
+  /// Whether regressors are no more than what the effects named of their mechanism may leave of it.
+  bool isRestOfNamed(const ExplanationState& regressors, const ExplanationState& state,
+                     Mechanism mechanism) const {
+    if (regressors.estimated.size() == state.estimated.size()) return false;
+    return ExplanationFits::beyond(regressors, state) <
+           kCatalogueTolerance * std::hypot(ExplanationFits::beyond(regressors, state),
+                                            explainedBy(mechanism, state));
+  }
+
   static std::set<std::string> partsOf(const ExplanationState& state) {
     std::set<std::string> parts(state.members.begin(), state.members.end());
     for (const Mechanism mechanism : state.estimated) parts.insert(mechanismId(mechanism));
@@ -219,7 +228,7 @@ class StepwiseSelection {
       const ExplanationState of_mechanism = standingFor(mechanism, state, members);
       if (of_mechanism.evidence - state.evidence < needed(state, mechanism)) continue;
       if (!(search_.rankOf(of_mechanism) > search_.rankOf(best)) ||
-          !isRelevant(of_mechanism, state))
+          !isRelevant(of_mechanism, state) || isRestOfNamed(of_mechanism, state, mechanism))
         continue;
       best = of_mechanism;
       chosen = mechanism;
@@ -283,16 +292,11 @@ class StepwiseSelection {
     }
   }
 
-  void takeNoise(ExplanationState& state) {
-    fits_.takeNoise(state);
-    fits_.evaluateEvidence(state);
-  }
-
   void finish(ExplanationState& state, ExplanationState& start) {
-    takeNoise(state);
+    fits_.refine(state);
     if (given_.empty() && fits_.isShort()) {
       removeWhatShowsOnce(state);
-      takeNoise(state);
+      fits_.refine(state);
     }
     fits_.evaluateEvidence(start);
     found_.base_evidence = start.evidence;

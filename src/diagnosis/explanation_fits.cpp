@@ -10,7 +10,8 @@ namespace {
 constexpr double kMinSampleFraction = 0.02;
 // the same from any state before
 constexpr double kFirstSampleFraction = 0.05, kSettledSampleFraction = 1e-4;
-constexpr int kSampleFractionPasses = 8;
+constexpr int kSampleFractionPasses = 8, kPolishes = 2;
+constexpr double kPolished = 1e-3;  // ln evidence
 constexpr double kHeavyDischarge = -100.0, kChargeCurrent = 5.0, kTypicalCharge = 30.0;  // [A]
 // steps of a voltage channel's random walk over the training part
 constexpr int kRandomWalk = 24;
@@ -179,6 +180,16 @@ bool ExplanationFits::takeKnown(const Parts& parts, ExplanationState& state) {
 
 void ExplanationFits::pulse() const {
   if (options_.pulse && std::this_thread::get_id() == caller_) options_.pulse();
+}
+
+void ExplanationFits::refine(ExplanationState& state) {
+  for (int round = 0; round <= kPolishes; ++round) {
+    takeNoise(state);
+    evaluateEvidence(state);
+    const double before = state.evidence;
+    if (round < kPolishes) improve(state, kMaxIterations, kPolished);
+    if (state.evidence - before < kPolished) return;
+  }
 }
 
 void ExplanationFits::takeNoise(const ExplanationState& state) {

@@ -106,8 +106,9 @@ class ExplanationFits {
   ExplanationSums evaluateEvidence(ExplanationState& state) const;
   /// Gauss-Newton steps in all coordinates within their bounds, the columns solved along, while ln
   /// evidence grows.
-  /// @param state with its evidence.
-  void improve(ExplanationState& state, int iterations = kMaxIterations) const;
+  /// @param state with its evidence.  @param settled ln evidence that a step has to gain.
+  void improve(ExplanationState& state, int iterations = kMaxIterations,
+               double settled = 0.1) const;
   /// The first steps of a search.
   void begin(ExplanationState& state, int iterations) const;
   /// Fits a state to the end, from where it stands or from the best that another path has come to
@@ -122,6 +123,9 @@ class ExplanationFits {
   /// RMS of the counted rows once all that can be estimated with the base circuit is taken out
   /// [V]; infinite without a finite voltage.
   double minError();
+  /// Fits a state closely and takes the effective sample fraction there: one score for one set,
+  /// whichever way led to it.
+  void refine(ExplanationState& state);
   /// A state with a mechanism's regressors added; the circuit moves along once they are taken.
   ExplanationState withRegressors(const ExplanationState& state, Mechanism mechanism) const;
   /// A state without some of its parts, fitted to the end.

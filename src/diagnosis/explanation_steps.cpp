@@ -11,7 +11,6 @@ namespace {
 // of a step, tried one after the other
 constexpr std::array<double, 4> kShares = {1.0, 0.35, 0.1, 0.01};
 constexpr double kAtBound = 1e-9;  // of a coordinate
-constexpr double kSettled = 0.1;   // ln evidence, that a step has to gain
 
 }  // namespace
 
@@ -78,7 +77,7 @@ class ExplanationFits::StepCost {
   double in_evidence_ = 0.0;  // [1/V^2]
 };
 
-void ExplanationFits::improve(ExplanationState& state, int iterations) const {
+void ExplanationFits::improve(ExplanationState& state, int iterations, double settled) const {
   if (!std::isfinite(state.evidence)) return;
   ExplanationSums sums = sumsOf(state, false);
   for (int round = 0; round < iterations; ++round) {
@@ -86,7 +85,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations) const {
     ExplanationState next = state;
     ExplanationSums there;
     const Eigen::VectorXd step = cost.step();
-    if (cost.gainOf(step) < kSettled) return;
+    if (cost.gainOf(step) < settled) return;
     double gained = 0.0;  // ln evidence
     for (const double share : kShares) {
       for (std::size_t j = 0; j < next.coordinates.size(); ++j) {
@@ -101,7 +100,7 @@ void ExplanationFits::improve(ExplanationState& state, int iterations) const {
     if (!(gained > 0.0)) return;
     state = std::move(next);
     sums = std::move(there);
-    if (gained < kSettled) return;
+    if (gained < settled) return;
   }
 }
 
